@@ -39,3 +39,10 @@ class NotConverged(MapError):
 
 class FoldingsRemain(MapError):
     """The map is not certified folding-free."""
+
+
+class FactorisationFailed(RuntimeError):
+    """A matrix is not numerically positive definite, or the backend gave up on it.
+
+    Another Laplacian of the same surface, with mollified or intrinsic Delaunay weights, may do.
+    """
