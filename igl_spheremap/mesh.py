@@ -1,0 +1,327 @@
+"""The gate: a mesh is checked here once, in numpy, before libigl sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from .errors import MeshError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Below this ratio of area to squared extent the surface is a needle or a line, and its extent sets the scale.
+_FLAT = 1e-20
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A closed, oriented, connected genus-0 triangle mesh that passed the gate.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The input's vertices, in the input's units.
+    v : (n, 3) float64 array
+        The vertices moved to the origin and scaled to unit total area.
+    f : (m, 3) int64 array
+        The input's faces, 0-based, in the input's order.
+    """
+
+    vertices: FloatArray
+    v: FloatArray
+    f: IntArray
+
+
+def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
+    """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any real dtype, byte order and memory layout. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+
+    Returns
+    -------
+    Mesh
+        The checked mesh, with a copy of the vertices scaled to unit area about the origin.
+
+    Raises
+    ------
+    MeshError
+        One line that says what is wrong, where, and what would mend it.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> mesh = ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> mesh.v.shape, mesh.f.dtype
+    ((4, 3), dtype('int64'))
+    >>> ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1]])
+    Traceback (most recent call last):
+        ...
+    igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes (and weld coincident vertices if the mesh is a triangle soup)
+    """
+    vertices = _positions(v)
+    faces = _faces(f)
+    _check_indices(faces, len(vertices))
+    _check_closed_sphere(faces, len(vertices))
+    return Mesh(vertices, _unit_area(vertices, faces), faces)
+
+
+def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
+    """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.
+
+    Parameters
+    ----------
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    n_vertices : int
+        Number of vertices; each must be used.
+
+    Returns
+    -------
+    (m, 3) int64 array
+        The faces, C-contiguous.
+
+    Raises
+    ------
+    MeshError
+        One line that says what is wrong, where, and what would mend it.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
+    (4, 3)
+    """
+    faces = _faces(f)
+    _check_indices(faces, n_vertices)
+    _check_closed_sphere(faces, n_vertices)
+    return faces
+
+
+def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+    """Take `x` as an (n, 3) float64 array, or say why not.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        Real numbers of any dtype, byte order and memory layout.
+    n_vertices : int, optional
+        The number of rows that is wanted; any number by default.
+    name : str
+        What the array is called in messages.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        C-contiguous, native byte order; not checked for being finite.
+
+    Raises
+    ------
+    MeshError
+        If the array is not numeric, real and of that shape.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.mesh.check_rows([[0, 0, 1]]).dtype
+    dtype('float64')
+    """
+    array = _array(x, name)
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
+    if array.ndim != 2 or array.shape[1] != 3:
+        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per vertex{turned}")
+    if n_vertices is not None and len(array) != n_vertices:
+        raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _array(values: ArrayLike, name: str) -> NDArray[Any]:
+    """`values` as an array, with ragged input told apart."""
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
+
+
+def _positions(v: ArrayLike) -> FloatArray:
+    vertices = np.array(check_rows(v, name="vertices"))
+    if len(vertices) == 0:
+        raise MeshError("no vertices: the mesh is empty; give at least 4 vertices and 4 faces")
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        raise MeshError(f"not finite: {_count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
+                        f"{_some(bad)}; correct or remove them")
+    return vertices
+
+
+def _faces(f: ArrayLike) -> IntArray:
+    array = _array(f, "faces")
+    if array.size == 0:
+        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
+    if array.ndim != 2 or array.shape[1] != 3:
+        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices each{turned}; "
+                        "triangulate polygons first")
+    if array.dtype.kind == "f":
+        if not np.isfinite(array).all() or (array != np.floor(array)).any():
+            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
+    elif array.dtype.kind not in "iu":
+        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def _check_indices(f: IntArray, n: int) -> None:
+    low, high = int(f.min()), int(f.max())
+    if low < 0 or high >= n:
+        bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
+        one_based = low == 1 and high == n
+        hint = "they look 1-based: subtract 1" if one_based else "correct the faces or add the missing vertices"
+        raise MeshError(f"index out of range: {_count(bad, 'face')} outside 0..{n - 1}, {_some(bad)}, e.g. "
+                        f"{f[bad[0]].tolist()}; {hint}")
+    repeated = (f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0])
+    if repeated.any():
+        bad = np.flatnonzero(repeated)
+        raise MeshError(f"degenerate: {_count(bad, 'face')} with a repeated vertex index, {_some(bad)}; "
+                        "remove them (--repair does)")
+
+
+def _check_closed_sphere(f: IntArray, n: int) -> None:
+    """Raise unless each edge has two opposite faces, and the faces form one sphere.
+
+    With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
+    so that the Euler characteristic 2 rules out handles and pinched vertices at once.
+    """
+    m = len(f)
+    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    directed = start * n + stop
+    order = np.argsort(directed)
+    reverse_order = np.argsort(stop * n + start)
+    sorted_keys = directed[order]
+    opposite = start[reverse_order] + stop[reverse_order] * n
+    if (sorted_keys[1:] == sorted_keys[:-1]).any() or not np.array_equal(sorted_keys, opposite):
+        _explain_edges(f, n)
+    used = np.bincount(start, minlength=n)
+    if (used == 0).any():
+        bad = np.flatnonzero(used == 0)
+        raise MeshError(f"unreferenced: {_count(bad, 'vertex', 'vertices')} in no face, {_some(bad)}; "
+                        "remove them (--repair does)")
+    # The half-edge at rank r of `order` and the one at rank r of `reverse_order` are twins.
+    components, label = _components(order // 3, reverse_order // 3, m)
+    if components > 1:
+        sizes = np.sort(np.bincount(label))[::-1]
+        raise MeshError(f"{components} components of {_list(sizes)} faces; give one closed surface "
+                        f"(--repair --keep-largest does), face {int(np.argmax(label > 0))} is in the second one")
+    if n - 3 * m // 2 + m != 2:
+        _explain_characteristic(f, order, reverse_order, n)
+
+
+def _components(i: NDArray[np.int64], j: NDArray[np.int64], size: int) -> tuple[int, NDArray[np.int32]]:
+    links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
+    count, label = connected_components(links, directed=False)
+    return int(count), label
+
+
+def _explain_edges(f: IntArray, n: int) -> None:
+    """Raise the error that fits a mesh whose edges are not all shared by two opposite faces."""
+    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    low, high = np.minimum(start, stop), np.maximum(start, stop)
+    edge, inverse, count = np.unique(low * n + high, return_inverse=True, return_counts=True)
+    ends = np.column_stack((edge // n, edge % n))
+    if (count > 2).any():
+        bad = ends[count > 2]
+        _, first, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+        twice = first[copies > 1]
+        hint = f"{_count(twice, 'face')} given twice, {_some(twice)}: remove the copies (--repair does)" if len(
+            twice) else "split the surface there, or remove the surplus faces"
+        raise MeshError(f"non-manifold edge: {_count(bad, 'edge')} in more than two faces, {_edges(bad)}; {hint}")
+    if (count < 2).any():
+        bad = np.column_stack((start, stop))[count[inverse] < 2]
+        raise MeshError(f"open surface: {_count(bad, 'boundary edge')}, {_edges(bad)}; close the holes "
+                        "(and weld coincident vertices if the mesh is a triangle soup)")
+    order = np.argsort(inverse, kind="stable")
+    first, second = order[0::2], order[1::2]
+    clash = start[first] == start[second]
+    bad = ends[inverse[first[clash]]]
+    faces = np.column_stack((first // 3, second // 3))[clash]
+    # Each face has two states; states are linked as each edge asks. A face linked to its own other state can't be set.
+    m = len(f)
+    i, j = first // 3, second // 3
+    _, label = _components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
+    if (label[:m] == label[m:]).any():
+        raise MeshError(f"not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
+                        f"projective plane), it fails {_edges(bad[:1])}; give an orientable surface")
+    raise MeshError(f"inconsistent orientation: {_count(bad, 'edge')} run in the same direction by both faces, e.g. "
+                    f"faces {_list(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}; reverse faces until they agree "
+                    "(--repair does)")
+
+
+def _explain_characteristic(f: IntArray, order: IntArray, reverse_order: IntArray, n: int) -> None:
+    """Raise for pinched vertices, else for handles."""
+    # A fan is a class of corners; corner h (tail of half-edge h) goes on to the tail of the next half-edge of its twin.
+    m = len(f)
+    twin = np.empty(3 * m, dtype=np.int64)
+    twin[order] = reverse_order
+    onward = 3 * (twin // 3) + (twin + 1) % 3
+    _, label = _components(np.arange(3 * m), onward, 3 * m)
+    fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
+    fan_vertex[label] = f.ravel()
+    fans = np.bincount(fan_vertex, minlength=n)
+    genus = (2 - (len(fan_vertex) - 3 * m // 2 + m)) // 2
+    if (fans > 1).any():
+        bad = np.flatnonzero(fans > 1)
+        raise MeshError(f"non-manifold vertex: {_count(bad, 'vertex', 'vertices')} where two sheets touch, "
+                        f"{_some(bad)}; give each sheet a vertex of its own")
+    raise MeshError(f"genus {genus}: the surface has {genus} handle{'s' * (genus > 1)} (Euler characteristic "
+                    f"{2 - 2 * genus}, everywhere, not at one place); only genus 0 maps to a sphere: cut and fill "
+                    "the handles")
+
+
+def _unit_area(vertices: FloatArray, f: IntArray) -> FloatArray:
+    """The vertices about the origin, scaled to unit area (to unit extent where the area vanishes)."""
+    size = float(np.abs(vertices).max())
+    if size == 0:
+        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
+    v = vertices / size
+    v -= (v.min(axis=0) + v.max(axis=0)) / 2
+    extent = float(np.abs(v).max())
+    if extent < 1e-15:
+        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
+    v /= extent
+    a, b, c = (np.ascontiguousarray(v[f[:, k]].T) for k in range(3))
+    b -= a
+    c -= a
+    normal = (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
+    area = 0.5 * float(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2).sum())
+    if area > _FLAT:
+        v /= np.sqrt(area)
+    return v
+
+
+def _count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
+    return f"{len(items)} {singular if len(items) == 1 else plural or singular + 's'}"
+
+
+def _list(items: NDArray[Any], most: int = 5) -> str:
+    shown = ", ".join(str(int(item)) for item in items[:most])
+    return shown + (", ..." if len(items) > most else "")
+
+
+def _some(indices: NDArray[Any]) -> str:
+    return "e.g. " + _list(indices, 3).removesuffix(", ...")
+
+
+def _edges(edges: NDArray[Any]) -> str:
+    return "e.g. " + ", ".join(f"{int(i)}-{int(j)}" for i, j in edges[:3])

@@ -1,0 +1,246 @@
+"""Geometry of the unit sphere: tangents, the Cayley update, Moebius maps, centring, rotation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import MeshError
+
+FloatArray = NDArray[np.float64]
+
+
+def normalize(x: FloatArray) -> FloatArray:
+    """Divide each row by its length.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Nonzero rows.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> normalize(np.array([[0.0, 3.0, 4.0]]))
+    array([[0. , 0.6, 0.8]])
+    """
+    return x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None]
+
+
+def tangent(x: FloatArray, h: FloatArray) -> FloatArray:
+    """Part of `h` that is tangent to the sphere at `x`: A F = H - (F* H) F, eq. (9).
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    h : (n, 3) float64 array
+        One vector per row of `x`.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Rows orthogonal to those of `x`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tangent(np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 2.0, 3.0]]))
+    array([[1., 2., 0.]])
+    """
+    return h - np.einsum("ij,ij->i", x, h)[:, None] * x  # eq. (9)
+
+
+def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
+    r"""Move along the Cayley path of Theorem 1, which keeps the length of each row for every `tau`.
+
+    Solves :math:`Y = F - \tfrac{\tau}{2} A (F + Y)` with :math:`A = H F^* - F H^*`, eqs. (10) and (11), in closed
+    form :math:`Y = \alpha F + \beta H`.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        The map F; rows of any nonzero length.
+    h : (n, 3) array_like
+        The descent covector H (its negative is followed), one row per row of `x`.
+    tau : float
+        Step size; 0 gives `x` back, negative values go backwards.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Y[tau], each row as long as that of `x` up to rounding.
+
+    References
+    ----------
+    Lai et al., Theorem 1. With T the part of H orthogonal to F and s = tau |F| |T| / 2 its coefficients are those of
+    the rational parametrisation of a rotation: written so, nothing cancels when H is almost parallel to F.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.cayley_update([[0.0, 0.0, 1.0]], [[-1.0, 0.0, 5.0]], 2.0)
+    array([[1., 0., 0.]])
+    """
+    f, h = np.asarray(x, dtype=np.float64), np.asarray(h, dtype=np.float64)
+    ff = np.einsum("ij,ij->i", f, f)[:, None]
+    t = h - (np.einsum("ij,ij->i", f, h)[:, None] / ff) * f
+    s = 0.5 * tau * np.sqrt(ff * np.einsum("ij,ij->i", t, t)[:, None])
+    cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
+    return (cosine + s * cosine) * (cosine - s * cosine) * f - tau * cosine**2 * ff * t  # Theorem 1
+
+
+def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
+    """Apply to points of the sphere the Moebius map of the ball that takes `c` to the centre.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    c : (3,) array_like
+        A point inside the unit ball.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows; the points near c / |c| are spread out.
+
+    Raises
+    ------
+    MeshError
+        If `c` is not inside the unit ball.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> moebius(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), [0.0, 0.0, 0.5]).round(12)
+    array([[ 0. ,  0. ,  1. ],
+           [ 0.6,  0. , -0.8]])
+    """
+    c = np.asarray(c, dtype=np.float64)
+    cc = float(c @ c)
+    if not cc < 1:
+        raise MeshError(f"the Moebius centre has length {np.sqrt(cc):g}; give a point inside the unit ball")
+    difference = x - c
+    scale = (1 - cc) / np.einsum("ij,ij->i", difference, difference)
+    # The rounding of a strong boost leaves the sphere by a few ulp: put it back.
+    return normalize(scale[:, None] * difference - c)
+
+
+def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> FloatArray:
+    """Point of the ball that a Moebius map must take to the centre for `weights` to balance.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    weights : (n,) float64 array
+        Non-negative weights with a positive sum, less than half of it at any one point.
+    tolerance : float
+        Length of the weighted mean at which the search ends.
+
+    Returns
+    -------
+    (3,) float64 array
+        The conformal barycentre c: the mean of ``moebius(x, c)`` vanishes. It is unique.
+
+    References
+    ----------
+    Douady and Earle 1986; Baden, Crane, Kazhdan 2018, Moebius Registration.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = np.vstack((np.eye(3), -np.eye(3)))
+    >>> moved = moebius(x, [0.1, 0.2, 0.3])
+    >>> c = conformal_barycentre(moved, np.ones(6))
+    >>> bool(np.abs(moebius(moved, c).mean(axis=0)).max() < 1e-9)
+    True
+    """
+    w = weights / weights.sum()
+    centre = np.zeros(3)
+    y = x
+    for _ in range(50):
+        mean = w @ y
+        size = float(np.linalg.norm(mean))
+        if size <= tolerance:
+            break
+        # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
+        step = np.linalg.solve(2 * (np.eye(3) - (y.T * w) @ y) + 1e-14 * np.eye(3), mean)
+        length = float(np.linalg.norm(step))
+        if length > 0.5:
+            step *= np.tanh(length) / length
+        while True:
+            trial = _compose(centre, step)
+            moved = moebius(x, trial)
+            if float(np.linalg.norm(w @ moved)) < size or length < 1e-14:
+                break
+            step, length = step / 2, length / 2
+        centre, y = trial, moved
+        if length < 1e-14:
+            break
+    return centre
+
+
+def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
+    """Point that goes to the centre under ``moebius(moebius(., first), then)``."""
+    # The inverse of the first map, taken at `then`: hyperbolic translation of `then` by `first`.
+    dot, ff, tt = float(first @ then), float(first @ first), float(then @ then)
+    return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)
+
+
+def center(x: FloatArray, weights: FloatArray) -> FloatArray:
+    """Moebius map of `x` for which `weights` have their barycentre at the origin.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    weights : (n,) float64 array
+        Non-negative; the vertex areas of the source in this package.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows. Computed in one step from `x`, so that rounding does not add up.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = moebius(np.vstack((np.eye(3), -np.eye(3))), [0.5, 0, 0])
+    >>> bool(np.abs(center(x, np.ones(6)).sum(axis=0)).max() < 1e-9)
+    True
+    """
+    return moebius(x, conformal_barycentre(x, weights))
+
+
+def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
+    """Rotation R, never a reflection, that brings ``x @ R`` closest to `target` (Kabsch).
+
+    Parameters
+    ----------
+    x, target : (n, 3) float64 array
+        Points and where they ought to be.
+    weights : (n,) float64 array
+        Non-negative weights of the squares.
+
+    Returns
+    -------
+    (3, 3) float64 array
+        Orthogonal, determinant +1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    >>> bool(np.allclose(best_rotation(np.eye(3), quarter, np.ones(3)), quarter))
+    True
+    """
+    u, _, vt = np.linalg.svd((x.T * weights) @ target)
+    u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
+    return np.asarray(u @ vt)
