@@ -1,0 +1,118 @@
+"""Shapes that the package makes itself: closed genus-0 meshes at any resolution, without data files.
+
+Each is a function of its approximate number of vertices and a few parameters of shape, and returns ``(v, f)``:
+(n, 3) float64 positions and (m, 3) int64 faces, oriented outwards. The same call gives the same mesh, bit for bit.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .blobs import dino
+
+__all__ = ["dino", "from_spec", "make", "names"]
+
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+_SHAPES: dict[str, Callable[..., Mesh]] = {shape.__name__: shape for shape in (dino,)}
+
+
+def names() -> tuple[str, ...]:
+    """Names of the samples, in alphabetical order.
+
+    Examples
+    --------
+    >>> from igl_spheremap import samples
+    >>> "dino" in samples.names()
+    True
+    """
+    return tuple(sorted(_SHAPES))
+
+
+def make(name: str, **parameters: Any) -> Mesh:
+    """Make a sample by its name.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+    **parameters
+        Passed to the function of that name; all have ``n_vertices``, the approximate number of vertices.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If there is no such sample, or it has no such parameter, or a value makes no sense.
+
+    Examples
+    --------
+    >>> from igl_spheremap import samples
+    >>> v, f = samples.make("dino", n_vertices=1500)
+    >>> len(v) - len(f) // 2
+    2
+    """
+    if name not in _SHAPES:
+        raise ValueError(f"no sample is called {name!r}; there are: {', '.join(names())}")
+    known = _parameters(name)
+    for key in parameters:
+        if key not in known:
+            raise ValueError(f"sample {name} has no parameter {key!r}; it has: {', '.join(known)}")
+    return _SHAPES[name](**parameters)
+
+
+def from_spec(spec: str) -> Mesh:
+    """Make a sample from one string, as the command line takes it after ``sample:``.
+
+    Parameters
+    ----------
+    spec : str
+        ``NAME`` or ``NAME:key=value,key=value``.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        As `make`, and for what is not of that form or not a number.
+
+    Examples
+    --------
+    >>> from igl_spheremap import samples
+    >>> v, f = samples.from_spec("dino:n_vertices=1500")
+    """
+    name, _, rest = spec.partition(":")
+    parameters: dict[str, float] = {}
+    for item in filter(None, rest.split(",")):
+        key, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"sample parameters are given as key=value, not {item!r}")
+        parameters[key.strip()] = _number(name, key.strip(), text.strip())
+    return make(name.strip(), **parameters)
+
+
+def _parameters(name: str) -> dict[str, inspect.Parameter]:
+    """Parameters of a shape's function, by name."""
+    return dict(inspect.signature(_SHAPES[name]).parameters)
+
+
+def _number(name: str, key: str, text: str) -> float:
+    """An int if it is written as one, else a float."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    raise ValueError(f"parameter {key} of sample {name} takes a number, not {text!r}")

@@ -1,0 +1,109 @@
+"""Triangulate the zero set of an implicit function: march, relax, subdivide, project."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+Field = Callable[[Float], Float]
+"""Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
+
+CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+COARSE_CUBE = 8  # the octree starts with cubes of so many grid spacings
+BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
+
+
+def mesh_implicit(field: Field, box: Float, n_vertices: int, n_base: int) -> tuple[Float, Int]:
+    """Closed triangle mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
+
+    Marching cubes makes a mesh of at most ``4 * n_base`` vertices, whose slivers vanish under relaxation; finer
+    meshes come from it by midpoint subdivision and projection, which keep the shape of the triangles.
+    """
+    levels = 0
+    while n_vertices / 4**levels > 4 * n_base:
+        levels += 1
+    v, f = _march_to_count(field, box, n_vertices / 4**levels)
+    v = _relax(field, v, f, rounds=10)
+    for _ in range(levels):
+        v, f = igl.upsample(v, f)
+        v = _relax(field, v, f, rounds=2)
+    return np.ascontiguousarray(v), np.ascontiguousarray(f)
+
+
+def _relax(field: Field, v: Float, f: Int, rounds: int) -> Float:
+    """Slide vertices along the surface to even out the triangles, then settle on the surface."""
+    for _ in range(rounds):
+        v = _slide(v, f)
+        v = v - evaluate(field, v)[:, None] * igl.per_vertex_normals(v, f)
+    return _settle(field, v, f)
+
+
+def _settle(field: Field, v: Float, f: Int) -> Float:
+    """Secant steps along the vertex normals to the zero set; each bounded by the field's value, a lower bound."""
+    normal = igl.per_vertex_normals(v, f)
+    value, move = evaluate(field, v), np.zeros(len(v))
+    step = -value
+    for _ in range(4):
+        move += step
+        before, value = value, evaluate(field, v + move[:, None] * normal)
+        change = value - before
+        slope = np.clip(np.divide(change, step, out=np.ones_like(step), where=step != 0.0), 0.25, 1.0)
+        step = -value / slope
+    return v + move[:, None] * normal
+
+
+def evaluate(field: Field, points: Float) -> Float:
+    """Apply the field block by block."""
+    return np.concatenate([field(points[i : i + BLOCK]) for i in range(0, len(points), BLOCK)])
+
+
+def _march_to_count(field: Field, box: Float, count: float) -> tuple[Float, Int]:
+    """Marching cubes, with the grid spacing that yields ``count`` vertices within a few percent."""
+    extent = box[1] - box[0]
+    spacing = float(np.sqrt(2.0 * (extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0]) / count))
+    spacing *= 0.6
+    for _ in range(4):
+        v, f = _march(field, box, spacing)
+        if abs(len(v) / count - 1.0) < 0.03:
+            break
+        spacing *= np.sqrt(len(v) / count)
+    return v, f
+
+
+def _march(field: Field, box: Float, spacing: float) -> tuple[Float, Int]:
+    """Marching cubes over those cubes of an octree that the surface can meet."""
+    n = np.ceil((box[1] - box[0]) / (COARSE_CUBE * spacing)).astype(np.int64)
+    cubes = COARSE_CUBE * np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+    size = COARSE_CUBE
+    while True:
+        centre = box[0] + spacing * (cubes + 0.5 * size)
+        cubes = cubes[np.abs(evaluate(field, centre)) <= 0.5 * np.sqrt(3.0) * spacing * size]
+        if size == 1:
+            break
+        size //= 2
+        cubes = (cubes[:, None, :] + size * CUBE[None]).reshape(-1, 3)
+    corners = (cubes[:, None, :] + CUBE[None]).reshape(-1, 3)
+    stride = COARSE_CUBE * n + 1
+    key = (corners[:, 0] * stride[1] + corners[:, 1]) * stride[2] + corners[:, 2]
+    _, first, index = np.unique(key, return_index=True, return_inverse=True)
+    grid = box[0] + spacing * corners[first]
+    v, f, _ = igl.marching_cubes(evaluate(field, grid), grid, index.reshape(-1, 8), 0.0)
+    return v, f
+
+
+def _slide(v: Float, f: Int) -> Float:
+    """Move each vertex in its tangent plane towards the area-weighted mean of its faces' centroids."""
+    area = igl.doublearea(v, f)
+    centroid = v[f].mean(axis=1)
+    weight = np.bincount(f.ravel(), np.repeat(area, 3), len(v))
+    mean = np.stack(
+        [np.bincount(f.ravel(), np.repeat(area * centroid[:, k], 3), len(v)) for k in range(3)], axis=1
+    ) / np.maximum(weight, np.finfo(float).tiny)[:, None]
+    normal = igl.per_vertex_normals(v, f)
+    move = mean - v
+    return v + move - np.einsum("ij,ij->i", move, normal)[:, None] * normal
