@@ -162,6 +162,8 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
     array([ 1, -1])
     """
+    if not len(f):  # libigl divides by the number of rows
+        return np.empty(0, dtype=np.int64)
     return np.asarray(igl.predicates.orient3d(x[f[:, 0]], x[f[:, 1]], x[f[:, 2]], _ORIGIN), dtype=np.int64)
 
 
@@ -169,6 +171,8 @@ def _degree(x: FloatArray, f: IntArray, signs: IntArray) -> int:
     """Sum of the signs of the faces over one direction in general position, exactly."""
     for q in _directions(x, f, signs):
         over = _faces_near(x, f, q)
+        if not len(over):
+            return 0
         a, b, c = (x[f[over, k]] for k in range(3))
         q_rows = np.broadcast_to(q, a.shape)
         side = np.array([igl.predicates.orient3d(np.ascontiguousarray(q_rows), *pair, _ORIGIN)
