@@ -1,0 +1,226 @@
+"""Progressive embedding: from any positions to a map that is certified free of foldings.
+
+Vertices around foldings are removed by half-edge collapses until no folding is left, and put back in reverse
+order, each inside the kernel of its star, which the vertex that it was collapsed to sees whole. Where float64
+is too coarse for that, a larger region is removed, in the end the whole sphere down to a regular tetrahedron.
+
+References
+----------
+Praun and Hoppe 2003, *Spherical Parametrization and Remeshing*. Shen, Jiang, Zorin and Panozzo 2019,
+*Progressive Embedding*. What is proved and what is only observed: docs/guarantee.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..certify import certify_checked, orientation_signs
+from .collapse import Batch, Complex, independent
+from .kernel import Stars, analytic_centres, centres_beside, stars_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Rings around the foldings that are removed whatever their signs, attempt by attempt; then everything.
+_RINGS = (0, 2, 6, 18, 54)
+#: Rings beyond those within which collapses may go on; doubled when they do not suffice.
+_MARGIN = 4
+#: A vertex is tried at the centre of its kernel, then pulled towards the target of its collapse.
+_PULLS = (1.0, 0.3, 0.1, 0.01, 1e-3)
+_INSERTION_ATTEMPTS = 3
+#: The vertices present are relaxed each time their number has grown by this factor.
+_GROWTH = 1.5
+_TETRAHEDRON = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]) / 3**0.5
+
+
+class _RegionTooSmall(Exception):
+    """The foldings can't be removed without vertices that were to stay."""
+
+
+class _TooCoarse(Exception):
+    """Float64 has no position for a vertex inside the kernel of its star."""
+
+
+def progressive_embedding(x: FloatArray, f: IntArray) -> FloatArray:
+    """Mend every folding of a map to the sphere, moving only vertices around foldings where that suffices.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Finite, nonzero rows.
+    f : (m, 3) int64 array
+        Faces of a closed genus-0 mesh that passed the gate.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings. Should float64 be too coarse even for the whole sphere rebuilt,
+        which was never seen, `x` itself.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl
+    >>> v, f = igl.icosahedron()
+    >>> bool(certify_checked(progressive_embedding(np.ones((12, 3)), f), f))
+    True
+    """
+    x = unit_rows(x)
+    for y in _attempts(x, f):
+        if certify_checked(y, f).folding_free:
+            return y
+    return x
+
+
+def _attempts(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
+    """The map as it is, mended within ever larger regions, and rebuilt from nothing."""
+    yield x
+    bad = orientation_signs(x, f) <= 0
+    if 0 < bad.sum() < len(f) / 2:
+        for rings in _RINGS:
+            with suppress(_TooCoarse):
+                y = _mend_locally(x, f, bad, rings)
+                yield y
+                if (orientation_signs(y, f) > 0).all():
+                    break  # it is the degree that is wrong, and no local change mends that
+    with suppress(_TooCoarse):
+        everywhere = np.ones(len(x), dtype=bool)
+        y = x.copy()
+        _rebuild(y, f, everywhere, ~everywhere)
+        yield y
+
+
+def unit_rows(x: FloatArray) -> FloatArray:
+    """Rows scaled to length 1 without over- or underflow; bit for bit as they are if all have it already."""
+    square = np.einsum("ij,ij->i", x, x)
+    if np.abs(square - 1).max() < 1e-15:
+        return x.copy()
+    x = x / np.abs(x).max(axis=1, keepdims=True)
+    return np.asarray(x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None])
+
+
+def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
+    """Marked vertices and those within so many edges of them."""
+    for _ in range(rings):
+        grown = marked.copy()
+        grown[f[marked[f].any(axis=1)]] = True
+        if grown.sum() == marked.sum():
+            break
+        marked = grown
+    return marked
+
+
+def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, rings: int) -> FloatArray:
+    """Remove and rebuild what lies around bad faces: as little as possible, or all within so many rings."""
+    around = np.zeros(len(x), dtype=bool)
+    around[f[bad]] = True
+    around = dilate(f, around, rings)
+    margin = _MARGIN
+    while True:
+        region = dilate(f, around, margin)
+        faces = region[f].any(axis=1)
+        vertices = np.unique(f[faces])
+        local = np.full(len(x), -1)
+        local[vertices] = np.arange(len(vertices))
+        frozen = np.zeros(len(x), dtype=bool)
+        frozen[f[~faces]] = True
+        part = x[vertices]
+        try:
+            _rebuild(part, local[f[faces]], around[vertices] & (rings > 0), frozen[vertices])
+        except _RegionTooSmall:
+            margin *= 2
+            continue
+        y = x.copy()
+        y[vertices] = part
+        return y
+
+
+def _rebuild(x: FloatArray, f: IntArray, forced: BoolArray, frozen: BoolArray) -> None:
+    """Remove the forced vertices and all foldings, and put everything back, changing `x`."""
+    mesh = Complex(f, x, frozen)
+    batches = list(_removals(mesh, forced & ~frozen))
+    if mesh.bad.any() or (forced & ~frozen & mesh.present).any():
+        if frozen.any():
+            raise _RegionTooSmall
+        corners = mesh.f[mesh.faces()[0]]
+        last = np.setdiff1d(np.flatnonzero(mesh.present), corners)
+        x[np.append(last, corners)] = _TETRAHEDRON
+    movable = ~mesh.present & ~frozen
+    movable = dilate(f, movable, 1) & ~frozen
+    _put_back(mesh, batches, movable)
+
+
+def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
+    """Collapse until no forced vertex and no folding is left, or nothing more can go."""
+    while True:
+        wanted = forced & mesh.present
+        wanted[mesh.f[mesh.bad]] = True
+        batch = mesh.next_batch(wanted & ~mesh.frozen)
+        if batch is not None:
+            mesh.collapse(batch)
+            yield batch
+        elif mesh.frozen.any() or mesh.is_bijective() or mesh.present.sum() == 4:
+            return
+        else:  # no folding, yet no bijection: down to the tetrahedron
+            forced = np.ones_like(forced)
+
+
+def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray) -> None:
+    """Undo the collapses, newest first, relaxing as the complex grows."""
+    relaxed_at = int((mesh.present & movable).sum())
+    for batch in reversed(batches):
+        mesh.restore(batch)
+        _insert(mesh, batch, movable)
+        size = int((mesh.present & movable).sum())
+        if size > _GROWTH * relaxed_at + 4:
+            relax_areas(mesh, movable)
+            relaxed_at = size
+
+
+def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
+    """Give the vertices of a batch that was just restored positions in their kernels."""
+    x, stars, target = mesh.x, batch.stars, batch.target
+    for _ in range(_INSERTION_ATTEMPTS):
+        placed = centres_beside(x, stars, target)
+        for pull in _PULLS:
+            x[stars.vertices] = unit_rows(x[target] + pull * (placed - x[target]))
+            failed = np.flatnonzero(~_proper(x, stars))
+            stars, target, placed = stars.take(failed), target[failed], placed[failed]
+            if not len(target):
+                return
+        x[stars.vertices] = x[target]
+        relax_areas(mesh, movable)  # makes room
+    raise _TooCoarse
+
+
+def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
+    """Move vertices, a colour class at a time, to the analytic centres of their kernels.
+
+    That is coordinate ascent on the sum of log(face area), so that room is shared out. A move is kept only if
+    all faces around are positively oriented, exactly.
+    """
+    ids = mesh.faces()
+    f, x = mesh.f[ids], mesh.x
+    for _ in range(sweeps):
+        stars = stars_of(f, movable & mesh.present)
+        waiting = np.ones(len(stars.vertices), dtype=bool)
+        while waiting.any():
+            rows = np.flatnonzero(waiting)
+            chosen = rows[independent(stars.take(rows), len(x))]
+            waiting[chosen] = False
+            move = stars.take(chosen)
+            old = x[move.vertices]
+            x[move.vertices] = analytic_centres(x, move)
+            rejected = ~_proper(x, move)
+            x[move.vertices[rejected]] = old[rejected]
+
+
+def _proper(x: FloatArray, stars: Stars) -> BoolArray:
+    """Whether all faces of each star are positively oriented, exactly."""
+    signs = orientation_signs(x, np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1))
+    return np.asarray(np.minimum.reduceat(signs, stars.start) > 0)
