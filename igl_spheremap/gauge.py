@@ -1,0 +1,41 @@
+"""The stated, deterministic gauge of every result: Moebius-centred, and turned to the Gauss map."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import Mesh
+from .sphere import best_rotation, center
+from .starts import mesh_gauss_map
+
+FloatArray = NDArray[np.float64]
+
+#: How much the direction from the middle of the body counts beside the normal. It decides where normals leave the
+#: rotation open (a flat body has but two of them), and is too small to be seen where they don't.
+_TIE_BREAK = 1e-3
+
+
+def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+    """Moebius map of `x` in the package's gauge.
+
+    The source's area has its barycentre at the origin (the conformal barycentre of Douady and Earle 1986, unique),
+    and the rotation is the one that agrees best with the Gauss map, in the source's area (Kabsch).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+    A : (n,) float64 array
+        Vertex areas.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+    """
+    x = center(x, A)
+    middle = mesh.v - A @ mesh.v / A.sum()
+    return np.ascontiguousarray(x @ best_rotation(x, mesh_gauss_map(mesh) + _TIE_BREAK * middle, A))

@@ -1,0 +1,107 @@
+"""The nonmonotone search of Zhang and Hager, as Algorithm 1 uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+#: Reductions after which no step is taken to exist: with delta = 0.1 the step is below rounding long before.
+_MAX_REDUCTIONS = 40
+
+
+@dataclass(frozen=True)
+class Accepted(Generic[T]):
+    """A step that the search accepts.
+
+    Attributes
+    ----------
+    tau : float
+        Its size.
+    reductions : int
+        The h of Algorithm 1: how often the first size was multiplied by delta.
+    trial : T
+        What the trial function returned beside the energy.
+    energy : float
+        The energy there.
+    """
+
+    tau: float
+    reductions: int
+    trial: T
+    energy: float
+
+
+@dataclass
+class NonmonotoneSearch:
+    """Backtracking against a running average of the energies seen, Algorithm 1, steps 3 and 5.
+
+    Parameters
+    ----------
+    energy : float
+        Energy at the start: C_0.
+    rho : float
+        Share of the predicted decrease that is asked for.
+    delta : float
+        Factor by which a refused step is shortened.
+    xi : float
+        Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
+
+    References
+    ----------
+    Zhang and Hager 2004, *A nonmonotone line search technique and its application to unconstrained optimization*.
+
+    Examples
+    --------
+    >>> search = NonmonotoneSearch(energy=1.0)
+    >>> step = search.search(lambda tau: ((1 - tau) ** 2, None), tau=4.0, slope=-2.0)
+    >>> round(step.tau, 3), step.reductions
+    (0.4, 1)
+    """
+
+    energy: float
+    rho: float = 1e-4
+    delta: float = 0.1
+    xi: float = 0.85
+
+    def __post_init__(self) -> None:
+        self._C = self.energy
+        self._Q = 1.0
+
+    def search(self, trial: Callable[[float], tuple[float, T]], tau: float, slope: float) -> Accepted[T] | None:
+        """Shorten `tau` until the energy is below the line that starts at the running average.
+
+        Parameters
+        ----------
+        trial : callable
+            Takes a step size; returns the energy there and anything else worth keeping.
+        tau : float
+            First size tried.
+        slope : float
+            Derivative of the energy along the path at 0; negative.
+
+        Returns
+        -------
+        Accepted or None
+            None if no size above rounding is acceptable.
+        """
+        for reductions in range(_MAX_REDUCTIONS):
+            energy, extra = trial(tau)
+            if energy <= self._C + self.rho * tau * slope:  # Algorithm 1, step 3; a NaN is refused
+                return Accepted(tau, reductions, extra, energy)
+            tau *= self.delta
+        return None
+
+    def record(self, energy: float) -> None:
+        """Take the energy of a new iterate into the average.
+
+        Parameters
+        ----------
+        energy : float
+            E(F_{k+1}).
+        """
+        Q = self.xi * self._Q + 1  # Algorithm 1, step 5
+        self._C = (self.xi * self._Q * self._C + energy) / Q
+        self._Q = Q

@@ -1,0 +1,44 @@
+"""What a method hands back before it is put in the gauge and certified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..iterate import Status
+from ..sphere_map import Round
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A map as a method leaves it.
+
+    Attributes
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    energy : float
+        Harmonic energy.
+    status : Status
+        How it ended.
+    rounds : tuple of Round
+        Foldings before and after each round, where there were rounds.
+    backend : str
+        Factorisation that was used.
+    notes : tuple of str
+        What was done beyond the ordinary.
+    in_gauge : bool
+        True if the map is in the package's gauge already, and may not be moved any more.
+    """
+
+    x: FloatArray
+    energy: float
+    status: Status
+    rounds: tuple[Round, ...] = ()
+    backend: str = ""
+    notes: tuple[str, ...] = ()
+    in_gauge: bool = False

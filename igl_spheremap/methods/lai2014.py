@@ -1,0 +1,66 @@
+"""The paper: Algorithm 2 around Algorithm 1, from the Gauss map."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energy import harmonic_problem
+from ..iterate import Listener
+from ..mesh import Mesh
+from ..solvers.cayley_bb import CayleyBB
+from ..starts import mesh_gauss_map
+from ..unfold import unfold
+from .draft import Draft
+
+FloatArray = NDArray[np.float64]
+
+
+def lai2014(
+    mesh: Mesh,
+    listener: Listener | None = None,
+    *,
+    x0: FloatArray | None = None,
+    tolerance: float = 1e-3,
+    max_iterations: int = 5000,
+    rounds: int = 3,
+    rho: float = 1e-4,
+    delta: float = 0.1,
+    xi: float = 0.85,
+    bb: Literal["alternating", "tau_1", "tau_2"] = "alternating",
+) -> Draft:
+    """Map a mesh as Lai et al. do.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    listener : callable, optional
+        Called with every iterate.
+    x0 : (n, 3) float64 array, optional
+        Start, unit rows; the Gauss map by default.
+    tolerance : float
+        Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
+        having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
+    max_iterations : int
+        Iterations of each minimisation at the most.
+    rounds : int
+        Eigen-projections at the most; 0 is Algorithm 1 alone.
+    rho, delta, xi : float
+        Of the nonmonotone search, see `CayleyBB`.
+    bb : {"alternating", "tau_1", "tau_2"}
+        Barzilai-Borwein quotient of eq. (12).
+
+    Returns
+    -------
+    Draft
+        The map of the round with the fewest foldings.
+    """
+    problem = harmonic_problem(mesh)
+    solver = CayleyBB(rho=rho, delta=delta, xi=xi, bb=bb)
+    start = mesh_gauss_map(mesh) if x0 is None else x0
+    found = unfold(mesh, problem, start, solver=solver, tolerance=tolerance, max_iterations=max_iterations,
+                   rounds=rounds, listener=listener)
+    return Draft(found.x, found.energy, found.status, found.rounds)

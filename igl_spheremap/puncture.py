@@ -1,0 +1,141 @@
+"""A start that the factorisation gives for free: punctured harmonic map, affine correction, inverse stereography."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .factor import Factor
+from .mesh import Mesh
+from .sphere import center
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+
+#: Faces that are looked at for the affine correction, and for a face to puncture.
+_SAMPLE = 4000
+#: A larger mean Beltrami coefficient says that the punctured face was a bad one.
+_LARGEST_STRETCH = 0.5
+#: A start with more energy than this is none: 4 pi is that of a conformal map.
+_LARGEST_ENERGY = 6 * np.pi
+#: Faces tried before the best of the poor starts is taken.
+_TRIES = 4
+
+
+def punctured_start(mesh: Mesh, L: object, factor: Factor, weights: FloatArray) -> FloatArray:
+    """Conformal map but for one face, as good as two solves can make it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    L : (n, n) sparse matrix
+        Its Laplacian.
+    factor : Factor
+        Inverse of L, regularised.
+    weights : (n,) float64 array
+        Vertex areas, which are to balance about the origin.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, Moebius-centred.
+
+    References
+    ----------
+    Angenent, Haker, Tannenbaum, Kikinis 1999 (reference [11] of Lai et al.) for the punctured map. The affine
+    correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
+    """
+    best, least = None, np.inf
+    for face in _candidates(mesh):
+        z = _plane_map(mesh, factor, mesh.f[face])
+        z, stretch = _unstretch(mesh, z)
+        x = center(_to_sphere(z, weights), weights) if np.isfinite(z).all() else None
+        if x is None or not np.isfinite(x).all():
+            continue
+        energy = 0.5 * float(np.vdot(x, L @ x))  # type: ignore[operator]
+        if energy < least:
+            best, least = x, energy
+        if abs(stretch) < _LARGEST_STRETCH and least < _LARGEST_ENERGY:
+            break
+    if best is None:
+        raise FloatingPointError("the punctured harmonic map is not finite")
+    return best
+
+
+def _candidates(mesh: Mesh) -> Iterator[int]:
+    """A few well-shaped faces of middling size, spread over the mesh."""
+    m = len(mesh.f)
+    sample = np.unique(np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64))
+    a, b, c = (mesh.v[mesh.f[sample, k]] for k in range(3))
+    lengths = np.sqrt([((b - c) ** 2).sum(1), ((c - a) ** 2).sum(1), ((a - b) ** 2).sum(1)])
+    s = lengths.sum(axis=0) / 2
+    area = np.sqrt(np.maximum(s * (s - lengths[0]) * (s - lengths[1]) * (s - lengths[2]), 0))
+    square = (lengths**2).sum(axis=0)
+    quality = np.divide(4 * np.sqrt(3) * area, square, out=np.zeros_like(area), where=square > 0)
+    middling = np.median(area)
+    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), 1e-300)
+    order = sample[np.argsort(-quality * np.sqrt(ratio), kind="stable")]
+    yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
+
+
+def _plane_map(mesh: Mesh, factor: Factor, corners: IntArray) -> ComplexArray:
+    """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
+
+    The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
+    mesh's Green functions between them give the map.
+    """
+    a, b, c = corners
+    loads = np.zeros((len(mesh.v), 2))
+    loads[[b, c], [0, 1]] = 1
+    loads[a] = -1
+    green = factor.solve(loads)
+    p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
+    side = np.linalg.norm(p)
+    along = p @ q / side
+    target = np.array([side, along - 1j * np.sqrt(max(q @ q - along**2, 0.0))])
+    with np.errstate(all="ignore"):
+        try:
+            coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
+        except np.linalg.LinAlgError:
+            return np.full(len(mesh.v), np.nan + 0j)
+        return np.asarray(green @ coefficients)
+
+
+def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
+    """Take out the mean Beltrami coefficient, z + nu conj(z), estimated from some faces by medians."""
+    f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
+    a, b, c = (mesh.v[f[:, k]] for k in range(3))
+    p, q = b - a, c - a
+    side = np.sqrt(np.einsum("ij,ij->i", p, p))
+    with np.errstate(all="ignore"):
+        along = np.einsum("ij,ij->i", p, q) / side
+        w = along + 1j * np.sqrt(np.einsum("ij,ij->i", q, q) - along**2)  # third corner in the face's own plane
+        dp, dq = z[f[:, 1]] - z[f[:, 0]], z[f[:, 2]] - z[f[:, 0]]
+        # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
+        nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
+    nu = nu[np.isfinite(nu) & (np.abs(nu) < 1)]
+    if not len(nu):
+        return z, 1.0
+    mean = complex(np.median(nu.real), np.median(nu.imag))
+    return z + mean * z.conj(), mean
+
+
+def _to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
+    """Inverse stereographic projection with half the weight in each hemisphere."""
+    order_r, order_i = np.argsort(z.real), np.argsort(z.imag)
+    z = z - complex(_middle(z.real, weights, order_r), _middle(z.imag, weights, order_i))
+    radius = np.abs(z)
+    middle = _middle(radius, weights, np.argsort(radius))
+    z = z / (middle if middle > 0 else radius.max())
+    square = z.real**2 + z.imag**2
+    return np.column_stack((2 * z.real, 2 * z.imag, 1 - square)) / (1 + square)[:, None]
+
+
+def _middle(values: FloatArray, weights: FloatArray, order: IntArray) -> float:
+    """Weighted median."""
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])

@@ -1,0 +1,108 @@
+"""Algorithm 1: Cayley updates with Barzilai-Borwein steps and a nonmonotone search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energy import Problem
+from ..iterate import Iterate
+from ..line_search import NonmonotoneSearch
+from ..sphere import cayley_update, center
+
+FloatArray = NDArray[np.float64]
+
+#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored.
+_OFF_CENTRE = 1e-2
+#: Bounds of a step in units of the first one: BB quotients can be anything where the curvature vanishes.
+_TAU_BOUNDS = (1e-12, 1e12)
+
+
+@dataclass(frozen=True)
+class CayleyBB:
+    """The paper's Algorithm 1.
+
+    Two things are added to the paper's, because a mesh is not smooth. Moebius boosts are kept out of the gradient and
+    the map is re-centred when it has drifted (`Problem.gauge`): the discrete energy falls for ever along them. And the
+    search gives up, visibly, when no step above rounding lowers the energy.
+
+    Parameters
+    ----------
+    rho : float
+        Share of the predicted decrease that a step must reach.
+    delta : float
+        Factor by which a refused step is shortened.
+    xi : float
+        Memory of the nonmonotone search.
+    bb : {"alternating", "tau_1", "tau_2"}
+        Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
+        iterations and tau_2 at even ones.
+    tau_0 : float
+        First step tried, in units of the source's area; the paper suggests 1.
+
+    References
+    ----------
+    Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
+    """
+
+    rho: float = 1e-4
+    delta: float = 0.1
+    xi: float = 0.85
+    bb: Literal["alternating", "tau_1", "tau_2"] = "alternating"
+    tau_0: float = 1.0
+
+    def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
+        """Yield the start and every iterate after it; end where no step is acceptable.
+
+        Parameters
+        ----------
+        problem : Problem
+            What to minimise.
+        x : (n, 3) float64 array
+            Start, unit rows.
+
+        Yields
+        ------
+        Iterate
+            Its residual is the L2 norm of A F, eq. (9).
+        """
+        x = center(x, problem.A) if problem.gauge else x
+        energy, gradient = problem.evaluate(x)
+        search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
+        tau, k = self.tau_0, 0
+        while True:
+            square = problem.inner(gradient, gradient)
+            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), tau if k else 0.0)
+
+            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient) -> tuple[float, tuple]:
+                y = cayley_update(x, gradient, step)  # Theorem 1
+                value, slope = problem.evaluate(y)
+                return value, (y, slope)
+
+            step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
+            if step is None:
+                return
+            y, new_gradient = step.trial  # Algorithm 1, step 4
+            D, W = y - x, new_gradient - gradient
+            energy = step.energy
+            if problem.gauge and np.linalg.norm(problem.A @ y) > _OFF_CENTRE:
+                y = center(y, problem.A)
+                energy, new_gradient = problem.evaluate(y)
+            search.record(energy)  # Algorithm 1, step 5
+            x, gradient, k = y, new_gradient, k + 1  # Algorithm 1, step 6
+            tau = self._barzilai_borwein(problem, D, W, k, step.tau)
+
+    def _barzilai_borwein(self, problem: Problem, D: FloatArray, W: FloatArray, k: int, last: float) -> float:
+        """First step to try at iteration k, eq. (12)."""
+        DW = abs(problem.inner(D, W))
+        if DW == 0:
+            return last
+        if self.bb == "tau_1" or (self.bb == "alternating" and k % 2):
+            tau = problem.inner(D, D) / DW  # eq. (12), tau_{k,1}
+        else:
+            tau = DW / problem.inner(W, W)  # eq. (12), tau_{k,2}
+        return float(np.clip(tau, self.tau_0 * _TAU_BOUNDS[0], self.tau_0 * _TAU_BOUNDS[1]))

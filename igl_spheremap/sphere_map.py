@@ -1,0 +1,139 @@
+"""The result: a map, its certificate, and how it came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .certify import Certificate
+from .distortion import angle_differences, conformal_factor
+from .iterate import Status
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Step(NamedTuple):
+    """One line of the history: an iterate without its positions."""
+
+    stage: str
+    round: int
+    iteration: int
+    energy: float
+    residual: float
+    tau: float
+
+
+@dataclass(frozen=True)
+class Round:
+    """One iteration of Algorithm 2, or one rung of the repair ladder.
+
+    Attributes
+    ----------
+    round : int
+        Its number, from 0.
+    start : str
+        What the map was made from: "gauss map", "star map", ...
+    foldings_before, foldings_after : int
+        Folded faces of the start and of the map that came of it.
+    iterations : int
+        Iterations between the two.
+    energy : float
+        Harmonic energy of the map.
+    mean_angle_difference : float
+        Mean over all corners of the size of the angle difference, in degrees.
+    status : Status
+        How the minimisation ended.
+    seconds : float
+        Wall time.
+    """
+
+    round: int
+    start: str
+    foldings_before: int
+    foldings_after: int
+    iterations: int
+    energy: float
+    mean_angle_difference: float
+    status: Status
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class SphereMap:
+    """A map of a closed genus-0 mesh to the unit sphere.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The source as it was given.
+    faces : (m, 3) int64 array
+        The input's faces; positively oriented (outward) on the sphere.
+    sphere : (n, 3) float64 array
+        Images of the vertices, unit rows, in the input's order.
+    certificate : Certificate
+        What exact arithmetic says of ``sphere`` and ``faces``.
+    energy : float
+        Harmonic energy, eq. (6); 4 pi for a smooth conformal map.
+    status : Status
+        How the last minimisation ended.
+    iterations : int
+        Iterations of all stages together.
+    seconds : float
+        Wall time from arrays to result.
+    method : str
+        The method's name.
+    history : tuple of Step
+        Every iterate of every stage.
+    rounds : tuple of Round
+        Foldings before and after each round of folding removal.
+    backend : str
+        The factorisation that was used; empty where none was.
+    notes : tuple of str
+        What was done beyond the ordinary, such as other weights where the mesh's own can't be used.
+    settings : dict
+        The options that were given.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    sphere: FloatArray
+    certificate: Certificate
+    energy: float
+    status: Status
+    iterations: int
+    seconds: float
+    method: str
+    history: tuple[Step, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    backend: str = ""
+    notes: tuple[str, ...] = ()
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    def angle_differences(self) -> FloatArray:
+        """Angle differences in degrees, image minus source.
+
+        Returns
+        -------
+        (m, 3) float64 array
+            As from `igl_spheremap.angle_differences`.
+        """
+        return angle_differences(self.vertices, self.faces, self.sphere)
+
+    def conformal_factor(self) -> FloatArray:
+        """Conformal factor e^{2u} at the vertices, eq. (14).
+
+        Returns
+        -------
+        (n,) float64 array
+            As from `igl_spheremap.conformal_factor`.
+        """
+        return conformal_factor(self.vertices, self.faces, self.sphere)
+
+    def __repr__(self) -> str:
+        verdict = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {verdict}, "
+                f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")

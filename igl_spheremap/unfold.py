@@ -1,0 +1,142 @@
+"""Algorithm 2: foldings removed by weighted Laplace-Beltrami eigen-projection."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .certify import orientation_signs
+from .distortion import mesh_angle_differences
+from .eigen_projection import project
+from .energy import HarmonicEnergy, Problem
+from .iterate import Iterate, Listener, Status
+from .mesh import Mesh
+from .minimize import Minimum, minimize
+from .solvers.cayley_bb import CayleyBB
+from .sphere_map import Round
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Unfolded:
+    """What Algorithm 2 found.
+
+    Attributes
+    ----------
+    x : (n, 3) float64 array
+        The map of the round that left the fewest foldings; of the last such.
+    energy : float
+        Its energy.
+    status : Status
+        How that round's minimisation ended, or STOPPED.
+    rounds : tuple of Round
+        All rounds in order.
+    """
+
+    x: FloatArray
+    energy: float
+    status: Status
+    rounds: tuple[Round, ...]
+
+
+def unfold(
+    mesh: Mesh,
+    problem: Problem,
+    x: FloatArray,
+    *,
+    solver: CayleyBB,
+    tolerance: float,
+    max_iterations: int,
+    rounds: int,
+    listener: Listener | None = None,
+) -> Unfolded:
+    """Alternate Algorithm 1 and eigen-projection until no folding is left.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    problem : Problem
+        Its harmonic energy.
+    x : (n, 3) float64 array
+        The first map, such as the Gauss map.
+    solver : CayleyBB
+        Algorithm 1.
+    tolerance, max_iterations
+        Of Algorithm 1, for each round.
+    rounds : int
+        Eigen-projections at the most.
+    listener : callable, optional
+        Called with every iterate of every round, and with every start.
+
+    Returns
+    -------
+    Unfolded
+        The best map and the record of all rounds.
+    """
+    done: list[Round] = []
+    best: tuple[int, Minimum] | None = None
+    start = Iterate("gauss map", 0, 0, x, problem.energy.evaluate(x)[0])
+    for k in range(rounds + 1):
+        began = time.perf_counter()
+        minimum = _one_round(problem, start, solver, tolerance, max_iterations, listener)  # Algorithm 2, steps 1, 4
+        record = _record(mesh, start, minimum, time.perf_counter() - began)
+        done.append(record)
+        if best is None or record.foldings_after <= best[0]:
+            best = record.foldings_after, minimum
+        if record.foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
+            break
+        start = star_map(mesh, problem, minimum.last.x, k + 1)
+    assert best is not None
+    status = Status.STOPPED if minimum.status is Status.STOPPED else best[1].status
+    return Unfolded(best[1].last.x, best[1].last.energy, status, tuple(done))
+
+
+def star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate:
+    """The start of a round: the star map of the eigenfunctions that `x` weights, Algorithm 2, steps 2 and 3.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    problem : Problem
+        Its harmonic energy.
+    x : (n, 3) float64 array
+        The map before.
+    round : int
+        Number of the round that starts.
+
+    Returns
+    -------
+    Iterate
+        Its details hold the eigenfunctions ("phi") and their "eigenvalues".
+    """
+    assert isinstance(problem.energy, HarmonicEnergy)
+    projection = project(mesh, problem.energy.L, x)
+    details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
+    energy = problem.energy.evaluate(projection.star_map)[0]
+    return Iterate("star map", round, 0, projection.star_map, energy, details=details)
+
+
+def _one_round(problem: Problem, start: Iterate, solver: CayleyBB, tolerance: float, max_iterations: int,
+               listener: Listener | None) -> Minimum:
+    try:
+        if listener is not None:
+            listener(start)
+    except StopIteration:
+        nothing = np.array([start.energy]), np.array([start.residual])
+        return Minimum(start, Status.STOPPED, *nothing)
+    iterates = solver.iterates(problem, start.x)
+    return minimize(iterates, tolerance=tolerance, max_iterations=max_iterations, listener=listener,
+                    round=start.round)
+
+
+def _record(mesh: Mesh, start: Iterate, minimum: Minimum, seconds: float) -> Round:
+    before, after = (int((orientation_signs(x, mesh.f) <= 0).sum()) for x in (start.x, minimum.last.x))
+    mean = float(np.abs(mesh_angle_differences(mesh, minimum.last.x)).mean())
+    return Round(start.round, start.stage, before, after, minimum.last.iteration, minimum.last.energy, mean,
+                 minimum.status, seconds)
