@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Rows may leave the unit sphere by the rounding of a float32 file, no more.
-_UNIT_TOLERANCE = 1e-6
+UNIT_TOLERANCE = 1e-6
 _ORIGIN = np.zeros((1, 3))
 
 
@@ -135,7 +135,7 @@ def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
         bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
         if len(bad):
             return Certificate(nothing, nothing, 0, not_finite=bad)
-    off_sphere = np.flatnonzero(np.abs(np.sqrt(square) - 1) > _UNIT_TOLERANCE)
+    off_sphere = np.flatnonzero(np.abs(np.sqrt(square) - 1) > UNIT_TOLERANCE)
     signs = orientation_signs(x, f)
     return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), _degree(x, f, signs),
                        off_sphere=off_sphere)

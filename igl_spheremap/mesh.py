@@ -71,7 +71,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes (and weld coincident vertices if the mesh is a triangle soup)
     """
     vertices = _positions(v)
-    faces = _faces(f)
+    faces = check_triangles(f)
     _check_indices(faces, len(vertices))
     _check_closed_sphere(faces, len(vertices))
     return Mesh(vertices, _unit_area(vertices, faces), faces)
@@ -103,7 +103,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     >>> ism.check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
     (4, 3)
     """
-    faces = _faces(f)
+    faces = check_triangles(f)
     _check_indices(faces, n_vertices)
     _check_closed_sphere(faces, n_vertices)
     return faces
@@ -167,7 +167,24 @@ def _positions(v: ArrayLike) -> FloatArray:
     return vertices
 
 
-def _faces(f: ArrayLike) -> IntArray:
+def check_triangles(f: ArrayLike) -> IntArray:
+    """Take `f` as an (m, 3) int64 array, or say why not.
+
+    Parameters
+    ----------
+    f : (m, 3) array_like
+        Whole numbers of any dtype, byte order and memory layout.
+
+    Returns
+    -------
+    (m, 3) int64 array
+        C-contiguous, native byte order; not checked for being in range.
+
+    Raises
+    ------
+    MeshError
+        If the array is empty, or not of that shape, or holds no whole numbers.
+    """
     array = _array(f, "faces")
     if array.size == 0:
         raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
