@@ -1,25 +1,33 @@
 """Shapes that the package makes itself: closed genus-0 meshes at any resolution, without data files.
 
-Each is a function of its approximate number of vertices and a few parameters of shape, and returns ``(v, f)``:
-(n, 3) float64 positions and (m, 3) int64 faces, oriented outwards. The same call gives the same mesh, bit for bit.
+Each is a function of its approximate number of vertices and a few parameters of shape, and returns
+``(v, f)``: (n, 3) float64 positions and (m, 3) int64 faces, oriented outwards. The same call gives the same
+mesh, bit for bit.
 """
 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .blobs import dino
-
-__all__ = ["dino", "from_spec", "make", "names"]
+from .animals import bird, dino, octopus
+from .brain import brain
+from .icosphere import sphere
+from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
+from .spring import spring
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
-_SHAPES: dict[str, Callable[..., Mesh]] = {shape.__name__: shape for shape in (dino,)}
+_SHAPES: dict[str, Callable[..., Mesh]] = {
+    shape.__name__: shape for shape in (bird, brain, dino, dumbbell, octopus, pear, sphere, spheroid, spring)
+}
+
+__all__ = ["SurfaceOfRevolution", "from_spec", "make", "names", *_SHAPES]
 
 
 def names() -> tuple[str, ...]:
@@ -63,7 +71,7 @@ def make(name: str, **parameters: Any) -> Mesh:
     """
     if name not in _SHAPES:
         raise ValueError(f"no sample is called {name!r}; there are: {', '.join(names())}")
-    known = _parameters(name)
+    known = inspect.signature(_SHAPES[name]).parameters
     for key in parameters:
         if key not in known:
             raise ValueError(f"sample {name} has no parameter {key!r}; it has: {', '.join(known)}")
@@ -96,23 +104,19 @@ def from_spec(spec: str) -> Mesh:
     name, _, rest = spec.partition(":")
     parameters: dict[str, float] = {}
     for item in filter(None, rest.split(",")):
-        key, equals, text = item.partition("=")
+        key, equals, text = (part.strip() for part in item.partition("="))
         if not equals:
             raise ValueError(f"sample parameters are given as key=value, not {item!r}")
-        parameters[key.strip()] = _number(name, key.strip(), text.strip())
+        parameters[key] = _number(key, text)
     return make(name.strip(), **parameters)
 
 
-def _parameters(name: str) -> dict[str, inspect.Parameter]:
-    """Parameters of a shape's function, by name."""
-    return dict(inspect.signature(_SHAPES[name]).parameters)
-
-
-def _number(name: str, key: str, text: str) -> float:
-    """An int if it is written as one, else a float."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    raise ValueError(f"parameter {key} of sample {name} takes a number, not {text!r}")
+def _number(key: str, text: str) -> float:
+    """The number that the text means, an int where it is whole."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"sample parameter {key} takes a number, not {text!r}")
+    return int(value) if value.is_integer() else value

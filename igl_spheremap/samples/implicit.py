@@ -19,20 +19,22 @@ BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 
 
 def mesh_implicit(field: Field, box: Float, n_vertices: int, n_base: int) -> tuple[Float, Int]:
-    """Closed triangle mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
+    """Closed genus-0 mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
 
-    Marching cubes makes a mesh of at most ``4 * n_base`` vertices, whose slivers vanish under relaxation; finer
-    meshes come from it by midpoint subdivision and projection, which keep the shape of the triangles.
+    Marching cubes makes a mesh of at most ``4 * n_base`` vertices, whose slivers vanish under relaxation;
+    finer meshes come from it by midpoint subdivision and projection, which keep the triangles' shape.
     """
     levels = 0
     while n_vertices / 4**levels > 4 * n_base:
         levels += 1
     v, f = _march_to_count(field, box, n_vertices / 4**levels)
+    if len(v) - len(f) // 2 != 2 or igl.facet_components(f)[0] != 1:
+        raise ValueError(f"{n_vertices} vertices can't resolve this shape: ask for more")
     v = _relax(field, v, f, rounds=10)
     for _ in range(levels):
         v, f = igl.upsample(v, f)
         v = _relax(field, v, f, rounds=2)
-    return np.ascontiguousarray(v), np.ascontiguousarray(f)
+    return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
 
 
 def _relax(field: Field, v: Float, f: Int, rounds: int) -> Float:
@@ -44,7 +46,7 @@ def _relax(field: Field, v: Float, f: Int, rounds: int) -> Float:
 
 
 def _settle(field: Field, v: Float, f: Int) -> Float:
-    """Secant steps along the vertex normals to the zero set; each bounded by the field's value, a lower bound."""
+    """Secant steps along the vertex normals to the zero set."""
     normal = igl.per_vertex_normals(v, f)
     value, move = evaluate(field, v), np.zeros(len(v))
     step = -value
@@ -64,9 +66,8 @@ def evaluate(field: Field, points: Float) -> Float:
 
 def _march_to_count(field: Field, box: Float, count: float) -> tuple[Float, Int]:
     """Marching cubes, with the grid spacing that yields ``count`` vertices within a few percent."""
-    extent = box[1] - box[0]
-    spacing = float(np.sqrt(2.0 * (extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0]) / count))
-    spacing *= 0.6
+    x, y, z = box[1] - box[0]
+    spacing = 0.8 * float(np.sqrt((x * y + y * z + z * x) / count))
     for _ in range(4):
         v, f = _march(field, box, spacing)
         if abs(len(v) / count - 1.0) < 0.03:
@@ -78,8 +79,8 @@ def _march_to_count(field: Field, box: Float, count: float) -> tuple[Float, Int]
 def _march(field: Field, box: Float, spacing: float) -> tuple[Float, Int]:
     """Marching cubes over those cubes of an octree that the surface can meet."""
     n = np.ceil((box[1] - box[0]) / (COARSE_CUBE * spacing)).astype(np.int64)
-    cubes = COARSE_CUBE * np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     size = COARSE_CUBE
+    cubes = size * np.stack(np.meshgrid(*map(np.arange, n), indexing="ij"), axis=-1).reshape(-1, 3)
     while True:
         centre = box[0] + spacing * (cubes + 0.5 * size)
         cubes = cubes[np.abs(evaluate(field, centre)) <= 0.5 * np.sqrt(3.0) * spacing * size]
@@ -100,10 +101,9 @@ def _slide(v: Float, f: Int) -> Float:
     """Move each vertex in its tangent plane towards the area-weighted mean of its faces' centroids."""
     area = igl.doublearea(v, f)
     centroid = v[f].mean(axis=1)
-    weight = np.bincount(f.ravel(), np.repeat(area, 3), len(v))
-    mean = np.stack(
-        [np.bincount(f.ravel(), np.repeat(area * centroid[:, k], 3), len(v)) for k in range(3)], axis=1
-    ) / np.maximum(weight, np.finfo(float).tiny)[:, None]
+    corners = f.ravel()
+    moment = [np.bincount(corners, np.repeat(area * centroid[:, k], 3), len(v)) for k in range(3)]
+    weight = np.maximum(np.bincount(corners, np.repeat(area, 3), len(v)), np.finfo(float).tiny)
     normal = igl.per_vertex_normals(v, f)
-    move = mean - v
+    move = np.stack(moment, axis=1) / weight[:, None] - v
     return v + move - np.einsum("ij,ij->i", move, normal)[:, None] * normal

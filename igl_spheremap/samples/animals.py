@@ -1,0 +1,151 @@
+"""Animals: smooth bodies with limbs, whose Gauss maps fold badly."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arguments import number
+from .implicit import mesh_implicit
+from .limbs import Limb, SmoothUnion, limb
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the snout
+    (-5.0, 0.95, 0.85, 0.10),
+    (-4.0, 0.55, 0.78, 0.15),
+    (-3.0, 0.20, 1.02, 0.24),
+    (-2.0, 0.02, 1.45, 0.42),
+    (-1.0, 0.00, 1.75, 0.68),
+    (0.0, 0.00, 1.80, 0.80),
+    (0.9, 0.00, 1.88, 0.64),
+    (1.6, 0.00, 2.25, 0.42),
+    (2.1, -0.02, 2.92, 0.31),
+    (2.4, -0.08, 3.65, 0.25),
+    (2.7, -0.18, 4.22, 0.22),
+    (3.1, -0.30, 4.42, 0.28),
+    (3.5, -0.42, 4.34, 0.25),
+    (3.85, -0.52, 4.18, 0.18),
+)
+DINO_LEGS = (
+    ((0.65, 0.45, 1.5, 0.36), (0.85, 0.55, 0.85, 0.27), (0.85, 0.56, 0.28, 0.23), (0.97, 0.56, 0.20, 0.23)),
+    (
+        (0.65, -0.45, 1.5, 0.36),
+        (0.55, -0.55, 0.85, 0.27),
+        (0.35, -0.56, 0.28, 0.23),
+        (0.47, -0.56, 0.20, 0.23),
+    ),
+    ((-0.9, 0.42, 1.5, 0.48), (-0.9, 0.56, 0.9, 0.33), (-1.2, 0.58, 0.28, 0.25), (-1.08, 0.58, 0.21, 0.25)),
+    (
+        (-0.9, -0.42, 1.5, 0.48),
+        (-0.6, -0.56, 0.9, 0.33),
+        (-0.6, -0.58, 0.28, 0.25),
+        (-0.48, -0.58, 0.21, 0.25),
+    ),
+)
+BIRD_SPINE = (
+    (-1.5, 0.0, 0.0, 0.20),
+    (-0.9, 0.0, 0.0, 0.38),
+    (0.0, 0.0, 0.0, 0.55),
+    (0.8, 0.0, 0.2, 0.42),
+    (1.35, 0.0, 0.5, 0.28),
+    (1.75, 0.0, 0.62, 0.30),
+)
+BIRD_BEAK = ((1.85, 0.0, 0.6, 0.17), (2.15, 0.0, 0.54, 0.13), (2.45, 0.0, 0.46, 0.08))
+BIRD_WING = (  # the left one
+    (0.35, 0.2, 0.1, 0.45),
+    (0.45, 1.0, 0.45, 0.50),
+    (0.60, 1.8, 0.75, 0.45),
+    (0.25, 2.7, 0.95, 0.36),
+    (-0.45, 3.5, 1.0, 0.18),
+)
+OCTOPUS_MANTLE = (
+    (0.0, 0.0, 0.6, 0.55),
+    (-0.05, 0.0, 1.1, 0.50),
+    (-0.20, 0.0, 1.7, 0.75),
+    (-0.45, 0.0, 2.4, 0.70),
+    (-0.65, 0.0, 2.8, 0.50),
+)
+
+
+def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
+    """Four-legged dinosaur with a long neck and tail, walking along x.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    number("n_vertices", n_vertices, least=1000)
+    body = SmoothUnion((limb(DINO_SPINE), *map(limb, DINO_LEGS)), blend=0.06)
+    return mesh_implicit(body, body.box(), n_vertices, n_base=2000)
+
+
+def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
+    """Bird in flight along x, with spread wings and tail.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    number("n_vertices", n_vertices, least=1000)
+    parts = [limb(BIRD_SPINE), limb(BIRD_BEAK)]
+    for side in (1.0, -1.0):
+        parts.append(limb([(x, side * y, z, r) for x, y, z, r in BIRD_WING], squash=(1, 1, 0.3)))
+    for angle in (-0.45, 0.0, 0.45):
+        x, y = -np.cos(angle), np.sin(angle)
+        feather = [(-1.3 + s * x, s * y, 0.02 * s, 0.16 + 0.06 * s) for s in (0.0, 0.5, 1.0, 1.4)]
+        parts.append(limb(feather, squash=(1, 1, 0.45)))
+    body = SmoothUnion(tuple(parts), blend=0.05)
+    return mesh_implicit(body, body.box(), n_vertices, n_base=2000)
+
+
+def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[Float, Int]:
+    """Octopus with eight arms.
+
+    A conformal map shrinks the end of an arm to about ``exp(-2 pi arm_length)``.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices.
+    arm_length : float
+        Length of each arm, in mean circumferences of the arm.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    number("arm_length", arm_length, least=0.5, most=20)
+    number("n_vertices", n_vertices, least=800 + 400 * arm_length)
+    eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
+    body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.05)
+    return mesh_implicit(body, body.box(), n_vertices, n_base=int(1000 + 500 * arm_length))
+
+
+def _arm(k: int, circumferences: float) -> Limb:
+    """The k-th of eight arms: down from the body, outwards in waves, and up at its end."""
+    root, tip = 0.26, 0.10
+    length = circumferences * np.pi * (root + tip)
+    t = np.linspace(0.0, 1.0, 16 + int(12 * circumferences))
+    s = length * t
+    climb = -0.9 * np.exp(-s / 0.6) + 1.1 * t**4
+    swing = 0.6 * np.sin(2.6 * s + 2.4 * k) * np.clip(s - 0.3, 0.0, 1.0) + 0.25 * np.pi * (k + 0.5)
+    out = np.cos(climb)
+    direction = np.stack([out * np.cos(swing), out * np.sin(swing), np.sin(climb)], axis=1)
+    steps = 0.5 * (direction[1:] + direction[:-1]) * (length / (len(t) - 1))
+    start = np.array([0.4 * np.cos(swing[0]), 0.4 * np.sin(swing[0]), 0.55])
+    return Limb(np.concatenate([start[None], start + np.cumsum(steps, axis=0)]), root + (tip - root) * t)

@@ -1,0 +1,76 @@
+"""A folded, cortex-like blob."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arguments import number
+from .implicit import mesh_implicit
+from .limbs import SmoothUnion, limb
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+AXES = np.array([1.3, 1.0, 0.95])  # half axes of the hull: front, side, top
+WAVES = 24
+WAVE_NUMBER = 7.5
+FOLDS = 15.0  # radians of phase in a unit of length: a sulcus every 2 pi
+MEANDER = 3.0  # radians of phase by which the folds wander
+SHARPNESS = 1.0  # of the sulci, against the gyri
+CROWDED = 36.0
+FISSURE = 0.12  # half width of the fissure between the hemispheres
+STEEPEST = 3.0
+
+
+def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
+    """Two hemispheres with gyri and sulci, a cerebellum and a stem.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices.
+    depth : float
+        Depth of the sulci, where the brain is 2.6 long.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    number("n_vertices", n_vertices, least=6000)
+    number("depth", depth, least=0.0, most=0.25)
+    stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])
+    cerebellum = [limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)]
+    lower = SmoothUnion((stem, *cerebellum), blend=0.04)
+
+    def field(p: Float) -> Float:
+        below = lower(p)
+        open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)  # a sulcus that ran on beneath would be a tunnel
+        return np.minimum(_cerebrum(p, depth * open_air), below)
+
+    box = np.stack([np.minimum(-1.1 * AXES, lower.box()[0]), 1.1 * AXES])
+    return mesh_implicit(field, box, n_vertices, n_base=10000)
+
+
+def _cerebrum(p: Float, depth: Float) -> Float:
+    """An ellipsoid less the deeper of sulcus and fissure, scaled to change no faster than distance does."""
+    ratio = np.linalg.norm(p / AXES, axis=1)
+    surface = p / np.maximum(ratio, 0.1)[:, None]
+    phase, crowding = _phase(surface)
+    shallow = 1.0 / (1.0 + (crowding / CROWDED) ** 4)
+    sulcus = depth * shallow * np.exp(SHARPNESS * (np.cos(phase) - 1.0))
+    fissure = 1.8 * depth * np.exp(-((p[:, 1] / FISSURE) ** 2)) / (1.0 + np.exp(-(surface[:, 2] + 0.1) / 0.1))
+    return ((ratio - 1.0) * AXES.min() + np.maximum(sulcus, fissure)) / STEEPEST
+
+
+def _phase(p: Float) -> tuple[Float, Float]:
+    """Phase of the folds, rising along x with meanders from plane waves, and the size of its gradient."""
+    k = np.arange(WAVES)
+    up, turn = 1.0 - (2.0 * k + 1.0) / WAVES, np.pi * (3.0 - np.sqrt(5.0)) * k
+    flat = np.sqrt(1.0 - up**2)
+    wave = WAVE_NUMBER * np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
+    angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)
+    height = MEANDER * np.sqrt(2.0 / WAVES)
+    gradient = [FOLDS, 0.0, 0.0] - height * np.sin(angle) @ wave
+    return FOLDS * p[:, 0] + height * np.cos(angle).sum(axis=1), np.linalg.norm(gradient, axis=1)

@@ -1,0 +1,59 @@
+"""The unit sphere as a subdivided icosahedron."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from .arguments import number
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+
+def sphere(n_vertices: int = 2562) -> tuple[Float, Int]:
+    """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices: k is the nearest whole number.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    number("n_vertices", n_vertices, least=12)
+    k = max(round(float(np.sqrt((n_vertices - 2) / 10.0))), 1)
+    corners, sides = igl.icosahedron()
+    weight, triangles = _lattice(k)
+    points = len(weight)
+    corner = np.broadcast_to(sides[:, None, :], (len(sides), points, 3)).reshape(-1, 3)
+    weight = np.tile(weight, (len(sides), 1))
+    # a point on an edge is met from two faces, a corner from five: give it one name, corners in rising order
+    corner = np.where(weight > 0, corner, 0)
+    order = np.argsort(corner + 100 * (weight == 0), axis=1)
+    corner, weight = np.take_along_axis(corner, order, axis=1), np.take_along_axis(weight, order, axis=1)
+    name = (corner @ [1, 12, 144]) * (k + 1) ** 2 + weight[:, :2] @ [1, k + 1]
+    _, first, index = np.unique(name, return_index=True, return_inverse=True)
+    v = np.einsum("ij,ijk->ik", weight[first], corners[corner[first]])
+    f = index.reshape(len(sides), points)[:, triangles].reshape(-1, 3)
+    return v / np.linalg.norm(v, axis=1, keepdims=True), np.ascontiguousarray(f, dtype=np.int64)
+
+
+def _lattice(k: int) -> tuple[Int, Int]:
+    """Whole barycentric weights of sum k on one triangle, and the ``k^2`` small triangles among them."""
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(k + 1), np.arange(k + 1), indexing="ij"))
+    inside = i + j <= k
+    row = np.full((k + 2) ** 2, -1)
+    row[(i * (k + 2) + j)[inside]] = np.arange(inside.sum())
+    i, j = i[inside], j[inside]
+
+    def at(di: int, dj: int) -> Int:
+        return row[(i + di) * (k + 2) + j + dj]
+
+    up = np.stack([at(0, 0), at(1, 0), at(0, 1)], axis=1)[i + j < k]
+    down = np.stack([at(1, 0), at(1, 1), at(0, 1)], axis=1)[i + j < k - 1]
+    return np.stack([k - i - j, i, j], axis=1), np.concatenate([up, down])
