@@ -1,0 +1,51 @@
+"""The table of formats, and which of them a file is."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ..errors import FileError
+from . import freesurfer, gifti, gltf, npz, obj, off, ply, stl
+from .records import Format
+
+#: All formats. A further one is a module with a FORMAT, and a word here.
+FORMATS: tuple[Format, ...] = tuple(
+    module.FORMAT for module in (obj, off, ply, stl, gltf, gifti, freesurfer, npz))
+
+
+def format_of(path: str | os.PathLike[str]) -> Format:
+    """The format that a file's name stands for; where the name says nothing, the one that its first bytes show.
+
+    Parameters
+    ----------
+    path : str or path-like
+        An existing file, or a new one.
+
+    Returns
+    -------
+    Format
+        A row of the table.
+
+    Raises
+    ------
+    FileError
+        If neither tells; the message lists the formats.
+
+    Examples
+    --------
+    >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.pial").name, format_of("lh.pial.surf.gii").name
+    ('OBJ', 'FreeSurfer', 'GIFTI')
+    """
+    path = Path(path)
+    for entry in FORMATS:
+        if path.suffix.lower() in entry.suffixes:
+            return entry
+    if path.is_file():
+        with path.open("rb") as file:
+            head = file.read(16)
+        for entry in FORMATS:
+            if entry.magic and head.startswith(entry.magic):
+                return entry
+    known = ", ".join(f"{entry.name} ({entry.suffixes[0]})" for entry in FORMATS)
+    raise FileError(f"{path}: unknown format; the end of the name decides: {known}")

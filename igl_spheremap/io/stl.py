@@ -1,0 +1,85 @@
+"""STL, text and binary: triangles without shared vertices, welded where their corners have equal coordinates."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import MeshError
+from ..mesh_repair import weld
+from .polygons import of_triangles
+from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .text import numbers, read_text
+
+_TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 84
+
+
+def read(path: Path) -> RawMesh:
+    """Read an STL file and weld it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    RawMesh
+        Positions, each once, in the order of their first appearance, and faces.
+
+    Raises
+    ------
+    MeshError
+        If it is no STL file or ends early.
+    """
+    data = path.read_bytes()
+    count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
+    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too
+        soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
+    elif re.match(rb"\s*solid\b", data) and b"\0" not in data:
+        rows = re.findall(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", read_text(path))
+        if len(rows) % 3 or not re.search(rb"\bendsolid\b", data):
+            raise MeshError(f"damaged: text STL with {len(rows)} corners and no proper end; the file seems cut off, "
+                            "write it anew")
+        soup = numbers(rows, 3, "corner")
+    else:
+        raise MeshError(f"damaged: neither text STL nor binary STL, whose size would be {_HEADER} bytes and "
+                        f"{_TRIANGLE.itemsize} for each triangle; the file seems cut off, write it anew")
+    v, index = weld(soup)
+    return RawMesh(v, of_triangles(index))
+
+
+def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
+    """Write a binary STL file: float32, the order of the vertices is lost.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    v : (n, 3) float64 array
+        Positions.
+    f : (m, 3) int64 array
+        Faces.
+    metadata : dict
+        Nothing of it can be kept.
+
+    Returns
+    -------
+    None
+    """
+    triangles = np.zeros(len(f), dtype=_TRIANGLE)
+    triangles["corners"] = v[f]
+    a, b, c = (v[f[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    triangles["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    with path.open("wb") as file:
+        file.write(b"binary STL".ljust(_HEADER - 4) + struct.pack("<I", len(f)))
+        file.write(triangles.tobytes())
+
+
+FORMAT = Format("STL", (".stl",), read, write)

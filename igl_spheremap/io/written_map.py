@@ -1,0 +1,152 @@
+"""A map written to a file, and certified as it is written."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..certify import UNIT_TOLERANCE, Certificate, certify_checked
+from ..errors import FileError, MeshError
+from ..mesh import check_faces
+from ..sphere_map import SphereMap
+from . import npz
+from .files import read_sphere
+from .formats import format_of
+from .records import Metadata
+from .replacing import replacing
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+PathLike = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class SphereCheck:
+    """What a sphere in a file is worth.
+
+    Attributes
+    ----------
+    certificate : Certificate
+        Of the numbers in the file; being off the sphere is meant relative to the radius.
+    radius : float
+        The median distance of its vertices from the origin.
+    """
+
+    certificate: Certificate
+    radius: float
+
+
+def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
+    """Certify a map to a sphere of any radius about the origin, on its numbers as they are.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Images of the vertices.
+    f : (m, 3) int array
+        Faces: a closed, oriented, connected genus-0 mesh.
+
+    Returns
+    -------
+    SphereCheck
+        The certificate and the radius.
+
+    Raises
+    ------
+    MeshError
+        If `f` is no closed genus-0 mesh.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(42)
+    >>> check = certify_radius(100 * x, f)
+    >>> check.certificate.folding_free, round(check.radius, 9)
+    (True, 100.0)
+    """
+    certificate = certify_checked(x, check_faces(f, len(x)))
+    distance = np.sqrt(np.einsum("ij,ij->i", x, x))
+    radius = float(np.median(distance))
+    off = np.flatnonzero(~(np.abs(distance - radius) <= UNIT_TOLERANCE * radius))
+    return SphereCheck(replace(certificate, off_sphere=off[~np.isin(off, certificate.not_finite)]), radius)
+
+
+def write_map(path: PathLike, result: SphereMap, *, force: bool = False, radius: float | None = None,
+              metadata: Metadata | None = None) -> SphereCheck:
+    """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The new file; the end of its name tells the format.
+    result : SphereMap
+        The map.
+    force : bool
+        Replace an existing file.
+    radius : float, optional
+        Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and FreeSurfer,
+        1 elsewhere. NPZ files hold the unit sphere.
+    metadata : dict, optional
+        As `read_mesh` gave it for the source; nothing by default.
+
+    Returns
+    -------
+    SphereCheck
+        The certificate of the file. Formats in float32 may fold what was not folded: the file is kept all the same.
+
+    Raises
+    ------
+    FileError
+        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+    """
+    kind = format_of(path)
+    with replacing(path, force) as partial:
+        if kind is npz.FORMAT:
+            npz.write_map(partial, result)
+        else:
+            scaled = result.sphere * (kind.radius if radius is None else radius)
+            kind.write(partial, scaled, result.faces, {"geometric_type": "Spherical"} | dict(metadata or {}))
+        return _check_written(partial, path)
+
+
+def read_map(path: PathLike) -> SphereMap:
+    """Read a whole map from an NPZ file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file that `write_map` or ``igl-spheremap map`` wrote.
+
+    Returns
+    -------
+    SphereMap
+        Equal to the one that was written.
+
+    Raises
+    ------
+    FileError
+        If the file can't be opened.
+    MeshError
+        If it holds no map.
+    """
+    try:
+        return npz.read_map(Path(path))
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+    except OSError as error:
+        raise FileError(f"can't read {path}: {error.strerror or error}") from error
+    except (KeyError, ValueError, TypeError) as error:
+        raise MeshError(f"{path}: damaged, or of another version ({error}); write it anew") from error
+
+
+def _check_written(partial: Path, path: PathLike) -> SphereCheck:
+    try:
+        return certify_radius(*read_sphere(partial))
+    except MeshError as error:
+        # STL files hold no indices: where float32 makes vertices coincide, the welded surface is none any more.
+        raise FileError(f"can't write {path}: its numbers are too coarse for this map ({error}); "
+                        "write .obj, .ply or .npz") from error
