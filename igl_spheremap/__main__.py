@@ -1,0 +1,7 @@
+"""``python -m igl_spheremap``."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

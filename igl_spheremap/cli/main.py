@@ -1,0 +1,103 @@
+"""The command `igl-spheremap`: parse, run, and turn every failure into one line and an exit status."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from .. import __version__
+from ..errors import FactorisationFailed, FileError, MeshError
+from . import check, completion, info, map_command
+from .command import Command, UsageError
+from .exits import HELP, Exit
+
+#: All subcommands. A further one is a module with a COMMAND, and a word here.
+COMMANDS: tuple[Command, ...] = tuple(module.COMMAND for module in (map_command, check, info, completion))
+
+_DESCRIPTION = "Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings."
+_FILES = """\
+files:
+  .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere);
+  sample:NAME[:key=value,...] is a shape that the package makes itself
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints take one line, and not the exit status of a bad mesh."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(Exit.USAGE, f"igl-spheremap: {message} (see {self.prog} --help)\n")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line.
+
+    Returns
+    -------
+    argparse.ArgumentParser
+        With one subparser per command.
+    """
+    plain: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter}
+    examples = "".join(f"  {command.examples.splitlines()[0]}\n" for command in COMMANDS)
+    parser = _Parser(prog="igl-spheremap", description=_DESCRIPTION, **plain,
+                     epilog=f"examples:\n{examples}\n{_FILES}\n{HELP}")
+    parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        lines = "".join(f"  {line}\n" for line in command.examples.splitlines())
+        one = subparsers.add_parser(command.name, help=command.help, description=f"{command.help[0].upper()}"
+                                    f"{command.help[1:]}.", epilog=f"examples:\n{lines}\n{HELP}", **plain)
+        command.configure(one)
+        one.set_defaults(run=command.run)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after the command's name; by default those of this process.
+
+    Returns
+    -------
+    int
+        The exit status, see `Exit`.
+
+    Examples
+    --------
+    >>> main(["info", "sample:sphere", "--quiet"])
+    0
+    """
+    try:
+        args = build_parser().parse_args(arguments)
+        return int(args.run(args))
+    except SystemExit as error:  # argparse: --help, --version and its complaints
+        return int(error.code or 0)
+    except KeyboardInterrupt:
+        return _fail(Exit.INTERRUPTED, "interrupted")
+    except BrokenPipeError:  # the reader of our output left, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return int(Exit.FILE)
+    except UsageError as error:
+        return _fail(Exit.USAGE, error)
+    except MeshError as error:
+        return _fail(Exit.NO_MESH, error)
+    except FileError as error:
+        return _fail(Exit.FILE, error)
+    except OSError as error:
+        return _fail(Exit.FILE, error.strerror or error)
+    except MemoryError:
+        return _fail(Exit.FAILED, "out of memory; try a smaller mesh or more memory")
+    except FactorisationFailed as error:
+        return _fail(Exit.FAILED, error)
+
+
+def _fail(status: Exit, message: object) -> int:
+    """One line on stderr, whatever the message holds."""
+    print(f"igl-spheremap: {' '.join(str(message).split())}", file=sys.stderr)
+    return int(status)
