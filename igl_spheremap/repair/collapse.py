@@ -2,9 +2,9 @@
 
 A collapse v -> t removes the two faces that hold both and hands the other faces of v to t. It keeps a
 triangulated sphere one if v and t have exactly two common neighbours (the link condition). Every vertex of a
-triangulated sphere with more than four has such a neighbour: the edges outside the star that join vertices of its link are
-non-crossing chords of a polygon, so two of the link's vertices meet none. Hence any set of vertices can be
-removed, down to a tetrahedron.
+triangulated sphere with more than four has such a neighbour: the edges outside the star that join vertices of its
+link are non-crossing chords of a polygon, so two of the link's vertices meet none. Hence any set of vertices can
+be removed, down to a tetrahedron.
 """
 
 from __future__ import annotations

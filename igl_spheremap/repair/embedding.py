@@ -189,7 +189,7 @@ def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
         placed = centres_beside(x, stars, target)
         for pull in _PULLS:
             x[stars.vertices] = unit_rows(x[target] + pull * (placed - x[target]))
-            failed = np.flatnonzero(~_proper(x, stars))
+            failed = np.flatnonzero(~proper(x, stars))
             stars, target, placed = stars.take(failed), target[failed], placed[failed]
             if not len(target):
                 return
@@ -216,11 +216,11 @@ def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
             move = stars.take(chosen)
             old = x[move.vertices]
             x[move.vertices] = analytic_centres(x, move)
-            rejected = ~_proper(x, move)
+            rejected = ~proper(x, move)
             x[move.vertices[rejected]] = old[rejected]
 
 
-def _proper(x: FloatArray, stars: Stars) -> BoolArray:
+def proper(x: FloatArray, stars: Stars) -> BoolArray:
     """Whether all faces of each star are positively oriented, exactly."""
     signs = orientation_signs(x, np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1))
     return np.asarray(np.minimum.reduceat(signs, stars.start) > 0)
