@@ -42,8 +42,10 @@ class Limb:
 def log_scale(mesh: Mesh, metric: Metric) -> FloatArray:
     """Foretell the logarithm of the map's local scale at each vertex, relative to the body.
 
-    With a puncture at p in the body, ``L u = 4 pi delta_p - K`` makes the surface flat, so that u is the logarithm of
-    the scale of the map to the plane; between the body and a limb it differs from that to the sphere by a constant.
+    With a puncture at p in the body, ``L u = 4 pi delta_p - K`` makes the surface flat: u is the logarithm of
+    the scale of the map to the plane, that to the sphere is about the same away from p.
+    Where two bodies of equal area hang together by a neck, the map halves the difference between them; this
+    foretells the whole of it for one of the two.
 
     Parameters
     ----------

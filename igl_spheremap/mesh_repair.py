@@ -53,8 +53,8 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     """Mend what keeps a surface from being a closed, oriented genus-0 mesh, where that needs no new geometry.
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
-    unreferenced vertices, makes the orientation consistent and outward, and gives sheets that touch at a vertex a
-    vertex each. Coincident vertices away from open edges are left alone: a thin sheet may have them.
+    unreferenced vertices, makes the orientation consistent and outward, and gives each of the sheets that
+    touch at a vertex one of its own. Coincident vertices elsewhere are left alone: thin sheets have them.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     Raises
     ------
     MeshError
-        If it can't be mended so: holes, handles, surplus sheets, several components, positions that are not finite.
+        If it can't be mended so: holes, handles, surplus sheets, several components, NaN.
 
     Examples
     --------
@@ -145,7 +145,9 @@ class _Work:
 
     def weld_open_edges(self) -> None:
         start, stop = self.f.ravel(), self.f[:, [1, 2, 0]].ravel()
-        _, index, count = np.unique(_edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True)
+        _, index, count = np.unique(
+            _edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True
+        )
         open_edges = count[index] == 1
         rim = np.unique(np.concatenate([start[open_edges], stop[open_edges]]))
         v, index = weld(self.v[rim])
@@ -198,7 +200,9 @@ class _Work:
         if not clash.any():
             return
         # Each face has two states, k and k + m; states are linked as each edge asks.
-        _, state = _connected(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
+        _, state = _connected(
+            np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
+        )
         if (state[:m] == state[m:]).any():
             return  # not orientable: the gate says so
         _, label = _connected(i, j, m)

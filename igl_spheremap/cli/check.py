@@ -14,7 +14,16 @@ from ..errors import MeshError
 from ..io import SphereCheck, certify_radius, read_sphere
 from .command import Command
 from .exits import Exit
-from .output import add_output, angle_figures, angle_row, certificate_figures, check_json, energy_row, put_out, row
+from .output import (
+    add_output,
+    angle_figures,
+    angle_row,
+    certificate_figures,
+    check_json,
+    energy_row,
+    put_out,
+    row,
+)
 from .source import Source, add_source, load_source, tell_repairs
 
 
@@ -31,9 +40,13 @@ def configure(parser: ArgumentParser) -> None:
     None
     """
     add_source(parser, "SOURCE")
-    parser.add_argument("sphere", metavar="SPHERE", nargs="?",
-                        help="its map: the same faces, vertices on a sphere of any radius about the origin; may be "
-                             "left out where SOURCE is an .npz that holds the map")
+    parser.add_argument(
+        "sphere",
+        metavar="SPHERE",
+        nargs="?",
+        help="its map: the same faces, vertices on a sphere of any radius about the origin; may be "
+        "left out where SOURCE is an .npz that holds the map",
+    )
     add_output(parser)
 
 
@@ -64,10 +77,14 @@ def run(args: Namespace) -> Exit:
 
 def _check_match(source: Source, name: str, x: NDArray[np.float64], f: NDArray[np.int64]) -> None:
     if len(x) != len(source.v):
-        raise MeshError(f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh")
+        raise MeshError(
+            f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
+        )
     if len(f) != len(source.f) or not np.array_equal(_face_set(f), _face_set(source.f)):
-        raise MeshError(f"{name} has other faces than {source.name}: not the same vertex order; give a map of this "
-                        "mesh in a format that keeps the order (not .stl)")
+        raise MeshError(
+            f"{name} has other faces than {source.name}: not the same vertex order; give a map of this "
+            "mesh in a format that keeps the order (not .stl)"
+        )
 
 
 def _face_set(f: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -76,12 +93,22 @@ def _face_set(f: NDArray[np.int64]) -> NDArray[np.int64]:
     return f[np.lexsort(f.T)]
 
 
-def _tell(source: Source, name: str, x: NDArray[np.float64], found: SphereCheck) -> tuple[dict[str, Any], str]:
+def _tell(
+    source: Source, name: str, x: NDArray[np.float64], found: SphereCheck
+) -> tuple[dict[str, Any], str]:
     figures: dict[str, Any] = {
-        "source": source.name, "repairs": source.repairs, "sphere": name, "vertices": len(x), "faces": len(source.f),
-        "radius": found.radius, "certificate": certificate_figures(found.certificate)}
-    lines = [row("source", f"{source.name}: {len(x)} vertices, {len(source.f)} faces"),
-             row("sphere", f"{name}: radius {found.radius:.6g}")]
+        "source": source.name,
+        "repairs": source.repairs,
+        "sphere": name,
+        "vertices": len(x),
+        "faces": len(source.f),
+        "radius": found.radius,
+        "certificate": certificate_figures(found.certificate),
+    }
+    lines = [
+        row("source", f"{source.name}: {len(x)} vertices, {len(source.f)} faces"),
+        row("sphere", f"{name}: radius {found.radius:.6g}"),
+    ]
     if not len(found.certificate.not_finite) and found.radius > 0:
         unit = x / found.radius
         figures["energy"] = harmonic_energy(source.v, source.f, unit)
@@ -91,7 +118,13 @@ def _tell(source: Source, name: str, x: NDArray[np.float64], found: SphereCheck)
     return figures, "\n".join(lines)
 
 
-COMMAND = Command("check", "certify a map to the sphere, from whatever program it comes", """\
+COMMAND = Command(
+    "check",
+    "certify a map to the sphere, from whatever program it comes",
+    """\
 igl-spheremap check lh.pial lh.sphere
 igl-spheremap check bunny.obj their_sphere.ply --json -
-igl-spheremap check bunny_map.npz""", configure, run)
+igl-spheremap check bunny_map.npz""",
+    configure,
+    run,
+)

@@ -44,5 +44,11 @@ def run(args: Namespace) -> Exit:
     return Exit.OK
 
 
-COMMAND = Command("completion", "print a script that completes command lines in a shell", """\
-igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap""", configure, run)
+COMMAND = Command(
+    "completion",
+    "print a script that completes command lines in a shell",
+    """\
+igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap""",
+    configure,
+    run,
+)

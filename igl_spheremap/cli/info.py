@@ -58,43 +58,81 @@ def run(args: Namespace) -> Exit:
     limbs = deep_limbs(mesh, scale)
     shortest = float(shortest_image_edges(mesh, scale).min())
     figures: dict[str, Any] = {
-        "source": source.name, "repairs": source.repairs, "vertices": len(mesh.v), "edges": len(mesh.f) * 3 // 2,
-        "faces": len(mesh.f), "genus": 0, "components": 1, **asdict(quality), "weights": metric.weights,
-        "notes": metric.notes, "shortest_image_edge": shortest,
-        "deep_limbs": [asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs]}
+        "source": source.name,
+        "repairs": source.repairs,
+        "vertices": len(mesh.v),
+        "edges": len(mesh.f) * 3 // 2,
+        "faces": len(mesh.f),
+        "genus": 0,
+        "components": 1,
+        **asdict(quality),
+        "weights": metric.weights,
+        "notes": metric.notes,
+        "shortest_image_edge": shortest,
+        "deep_limbs": [asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs],
+    }
     put_out(args, figures, _summary(source, mesh, quality, shortest, limbs))
     return Exit.OK
 
 
-def _summary(source: Source, mesh: Mesh, quality: MeshQuality, shortest: float, limbs: tuple[Limb, ...]) -> str:
+def _summary(
+    source: Source, mesh: Mesh, quality: MeshQuality, shortest: float, limbs: tuple[Limb, ...]
+) -> str:
     m = len(mesh.f)
-    return "\n".join([
-        row("mesh", f"{source.name}: {len(mesh.v)} vertices, {m * 3 // 2} edges, {m} faces"),
-        row("topology", "closed, oriented, connected, genus 0: it can be mapped"),
-        row("size", "{:.4g} x {:.4g} x {:.4g}, area {:.4g}, volume {:.4g}{}".format(
-            *quality.extent, quality.area, abs(quality.volume),
-            " (oriented inwards: the map keeps that orientation)" if quality.volume < 0 else "")),
-        row("edges", f"{quality.shortest_edge:.3g} to {quality.longest_edge:.3g}, mean {quality.mean_edge:.3g}; at most "
-                     f"{quality.largest_valence} at a vertex"),
-        row("angles", f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; {quality.slivers} slivers "
-                      f"below 1 degree, {quality.zero_area_faces} faces of zero area, {quality.coincident_vertices} "
-                      "coincident vertices"),
-        row("weights", f"{quality.non_delaunay_edges} of {m * 3 // 2} edges are not Delaunay: negative weights there"),
-        row("limbs", _limbs(mesh, shortest, limbs)),
-    ])
+    return "\n".join(
+        [
+            row("mesh", f"{source.name}: {len(mesh.v)} vertices, {m * 3 // 2} edges, {m} faces"),
+            row("topology", "closed, oriented, connected, genus 0: it can be mapped"),
+            row(
+                "size",
+                f"{' x '.join(f'{side:.4g}' for side in quality.extent)}, area {quality.area:.4g}, "
+                f"volume {abs(quality.volume):.4g}{' (oriented inwards)' * (quality.volume < 0)}",
+            ),
+            row(
+                "edges",
+                f"{quality.shortest_edge:.3g} to {quality.longest_edge:.3g}, mean {quality.mean_edge:.3g}; "
+                f"at most {quality.largest_valence} at a vertex",
+            ),
+            row(
+                "angles",
+                f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; "
+                f"{quality.slivers} slivers below 1 degree, {quality.zero_area_faces} faces of zero area, "
+                f"{quality.coincident_vertices} coincident vertices",
+            ),
+            row(
+                "weights",
+                f"{quality.non_delaunay_edges} of {m * 3 // 2} edges are not Delaunay: "
+                "negative weights there",
+            ),
+            row("limbs", _limbs(mesh, shortest, limbs)),
+        ]
+    )
 
 
 def _limbs(mesh: Mesh, shortest: float, limbs: tuple[Limb, ...]) -> str:
-    foretold = f"shortest image edge foretold: 1e{math.floor(math.log10(shortest))}" if shortest > 0 else "below 1e-308"
+    foretold = (
+        f"shortest image edge foretold: 1e{math.floor(math.log10(shortest))}"
+        if shortest > 0
+        else "below 1e-308"
+    )
     if not limbs:
         return f"none that float64 can't hold; {foretold}"
     where = "; ".join(
-        "{} vertices at vertex {} ({:.4g}, {:.4g}, {:.4g})".format(limb.vertices, limb.tip, *mesh.vertices[limb.tip])
-        for limb in limbs[:_SHOWN])
+        "{} vertices at vertex {} ({:.4g}, {:.4g}, {:.4g})".format(
+            limb.vertices, limb.tip, *mesh.vertices[limb.tip]
+        )
+        for limb in limbs[:_SHOWN]
+    )
     more = f"; and {len(limbs) - _SHOWN} more" if len(limbs) > _SHOWN else ""
     return f"{len(limbs)} shrink below {FLOAT64_LIMIT:g}, where float64 ends: {where}{more}; {foretold}"
 
 
-COMMAND = Command("info", "tell what of a mesh bears on its map", """\
+COMMAND = Command(
+    "info",
+    "tell what of a mesh bears on its map",
+    """\
 igl-spheremap info sample:octopus
-igl-spheremap info lh.pial --json -""", configure, run)
+igl-spheremap info lh.pial --json -""",
+    configure,
+    run,
+)

@@ -42,14 +42,23 @@ def build_parser() -> argparse.ArgumentParser:
     """
     plain: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     examples = "".join(f"  {command.examples.splitlines()[0]}\n" for command in COMMANDS)
-    parser = _Parser(prog="igl-spheremap", description=_DESCRIPTION, **plain,
-                     epilog=f"examples:\n{examples}\n{_FILES}\n{HELP}")
+    parser = _Parser(
+        prog="igl-spheremap",
+        description=_DESCRIPTION,
+        **plain,
+        epilog=f"examples:\n{examples}\n{_FILES}\n{HELP}",
+    )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for command in COMMANDS:
         lines = "".join(f"  {line}\n" for line in command.examples.splitlines())
-        one = subparsers.add_parser(command.name, help=command.help, description=f"{command.help[0].upper()}"
-                                    f"{command.help[1:]}.", epilog=f"examples:\n{lines}\n{HELP}", **plain)
+        one = subparsers.add_parser(
+            command.name,
+            help=command.help,
+            description=f"{command.help[0].upper()}{command.help[1:]}.",
+            epilog=f"examples:\n{lines}\n{HELP}",
+            **plain,
+        )
         command.configure(one)
         one.set_defaults(run=command.run)
     return parser

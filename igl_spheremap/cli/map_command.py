@@ -13,7 +13,16 @@ from ..pipeline import spherical_conformal_map
 from ..sphere_map import SphereMap
 from .command import Command, UsageError
 from .exits import Exit
-from .output import add_output, angle_figures, angle_row, certificate_figures, check_json, energy_row, put_out, row
+from .output import (
+    add_output,
+    angle_figures,
+    angle_row,
+    certificate_figures,
+    check_json,
+    energy_row,
+    put_out,
+    row,
+)
 from .source import Source, add_source, load_source, tell_repairs
 from .status_line import Interrupt, IterationLog, StatusLine
 
@@ -31,13 +40,23 @@ def configure(parser: ArgumentParser) -> None:
     None
     """
     add_source(parser)
-    parser.add_argument("target", metavar="OUT", help="the sphere, same vertex order; .npz holds the whole result")
+    parser.add_argument(
+        "target", metavar="OUT", help="the sphere, same vertex order; .npz holds the whole result"
+    )
     parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
-    parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline")
-    parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
+    parser.add_argument(
+        "--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline"
+    )
+    parser.add_argument(
+        "--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's"
+    )
     parser.add_argument("--max-iterations", type=int, metavar="N", help="default: the method's")
-    parser.add_argument("--radius", type=float, metavar="R",
-                        help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere")
+    parser.add_argument(
+        "--radius",
+        type=float,
+        metavar="R",
+        help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
+    )
     add_output(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
 
@@ -73,8 +92,11 @@ def run(args: Namespace) -> Exit:
 
 def _map(source: Source, args: Namespace) -> tuple[SphereMap, bool]:
     """The map, and whether Ctrl-C ended it early."""
-    options: dict[str, Any] = {key: value for key, value in (
-        ("tolerance", args.tolerance), ("max_iterations", args.max_iterations)) if value is not None}
+    options: dict[str, Any] = {
+        key: value
+        for key, value in (("tolerance", args.tolerance), ("max_iterations", args.max_iterations))
+        if value is not None
+    }
     line = StatusLine(sys.stderr, source.f)
     with Interrupt() as interrupt:
         listeners: list[Listener] = [IterationLog(sys.stderr) if args.verbose else line, interrupt]
@@ -92,15 +114,27 @@ def _map(source: Source, args: Namespace) -> tuple[SphereMap, bool]:
 
 def _figures(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> dict[str, Any]:
     return {
-        "source": source.name, "repairs": source.repairs, "target": args.target,
-        "vertices": len(result.vertices), "faces": len(result.faces),
-        "method": result.method, "backend": result.backend, "settings": result.settings, "notes": result.notes,
-        "status": result.status.name, "iterations": result.iterations, "seconds": result.seconds,
-        "energy": result.energy, "angle_differences": angle_figures(result.angle_differences()),
+        "source": source.name,
+        "repairs": source.repairs,
+        "target": args.target,
+        "vertices": len(result.vertices),
+        "faces": len(result.faces),
+        "method": result.method,
+        "backend": result.backend,
+        "settings": result.settings,
+        "notes": result.notes,
+        "status": result.status.name,
+        "iterations": result.iterations,
+        "seconds": result.seconds,
+        "energy": result.energy,
+        "angle_differences": angle_figures(result.angle_differences()),
         "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
         "certificate": certificate_figures(result.certificate),
-        "file": {"format": format_of(args.target).name, "radius": written.radius,
-                 "certificate": certificate_figures(written.certificate)},
+        "file": {
+            "format": format_of(args.target).name,
+            "radius": written.radius,
+            "certificate": certificate_figures(written.certificate),
+        },
     }
 
 
@@ -108,15 +142,21 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
     backend = f", {result.backend}" if result.backend else ""
     lines = [
         row("source", f"{source.name}: {len(result.vertices)} vertices, {len(result.faces)} faces"),
-        row("method", f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; "
-                      f"{result.status.value}"),
+        row(
+            "method",
+            f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; "
+            f"{result.status.value}",
+        ),
         *(row("note", note) for note in result.notes),
         *_rounds(result),
         energy_row(result.energy),
         angle_row(angle_figures(result.angle_differences())),
         row("certificate", str(result.certificate)),
-        row("written", f"{args.target} ({format_of(args.target).name}, radius {written.radius:.6g}), "
-                       f"{_as_written(result, written)}"),
+        row(
+            "written",
+            f"{args.target} ({format_of(args.target).name}, radius {written.radius:.6g}), "
+            f"{_as_written(result, written)}",
+        ),
     ]
     return "\n".join(lines)
 
@@ -128,8 +168,10 @@ def _rounds(result: SphereMap) -> list[str]:
     lines = ["", f"  {'round':<24}{'foldings':>18}{'iterations':>12}{'energy':>12}{'mean angle':>12}"]
     for entry in result.rounds:
         foldings = f"{entry.foldings_before} -> {entry.foldings_after}"
-        lines.append(f"  {entry.round:>2} {entry.start[:20]:<21}{foldings:>18}{entry.iterations:>12}"
-                     f"{entry.energy:>12.6f}{entry.mean_angle_difference:>12.3f}")
+        lines.append(
+            f"  {entry.round:>2} {entry.start[:20]:<21}{foldings:>18}{entry.iterations:>12}"
+            f"{entry.energy:>12.6f}{entry.mean_angle_difference:>12.3f}"
+        )
     return [*lines, ""]
 
 
@@ -137,13 +179,21 @@ def _as_written(result: SphereMap, written: SphereCheck) -> str:
     if written.certificate.folding_free:
         return "certified as written"
     if result.certificate.folding_free:
-        return (f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "
-                "which keep every digit")
+        return (
+            f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "
+            "which keep every digit"
+        )
     return "not certified"
 
 
-COMMAND = Command("map", "map a closed genus-0 mesh to the unit sphere and certify the map", """\
+COMMAND = Command(
+    "map",
+    "map a closed genus-0 mesh to the unit sphere and certify the map",
+    """\
 igl-spheremap map sample:dino dino_sphere.obj
 igl-spheremap map lh.pial lh.sphere
 igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
-igl-spheremap map scan.stl sphere.ply --repair --keep-largest""", configure, run)
+igl-spheremap map scan.stl sphere.ply --repair --keep-largest""",
+    configure,
+    run,
+)

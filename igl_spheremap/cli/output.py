@@ -33,7 +33,9 @@ def add_output(parser: ArgumentParser) -> None:
     -------
     None
     """
-    parser.add_argument("--json", metavar="FILE", help="write the figures as JSON; '-' is stdout, instead of the summary")
+    parser.add_argument(
+        "--json", metavar="FILE", help="write the figures as JSON; '-' is stdout, instead of the summary"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="print no summary")
 
 
@@ -101,8 +103,14 @@ def row(label: str, text: str) -> str:
     >>> row("energy", "12.57")
     'energy       12.57'
     """
-    return textwrap.fill(text, WIDTH, initial_indent=label.ljust(_LABEL), subsequent_indent=" " * _LABEL,
-                         break_long_words=False, break_on_hyphens=False)
+    return textwrap.fill(
+        text,
+        WIDTH,
+        initial_indent=label.ljust(_LABEL),
+        subsequent_indent=" " * _LABEL,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def certificate_figures(certificate: Certificate) -> dict[str, Any]:
@@ -156,8 +164,11 @@ def angle_row(angles: Mapping[str, float]) -> str:
     str
         One line.
     """
-    return row("angles", "differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, "
-                         "99% below {p99:.3g}, at most {max:.3g})".format(**angles))
+    return row(
+        "angles",
+        "differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, "
+        "99% below {p99:.3g}, at most {max:.3g})".format(**angles),
+    )
 
 
 def energy_row(energy: float) -> str:
@@ -173,7 +184,9 @@ def energy_row(energy: float) -> str:
     str
         One line.
     """
-    return row("energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)")
+    return row(
+        "energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
+    )
 
 
 def _plain(value: Any) -> Any:

@@ -78,9 +78,14 @@ def add_repair(parser: ArgumentParser) -> None:
     -------
     None
     """
-    parser.add_argument("--repair", action="store_true",
-                        help="mend what needs no new geometry: weld open edges, triangulate, reorient, drop surplus")
-    parser.add_argument("--keep-largest", action="store_true", help="with --repair: keep the largest component only")
+    parser.add_argument(
+        "--repair",
+        action="store_true",
+        help="mend what needs no new geometry: weld open edges, triangulate, reorient, drop surplus",
+    )
+    parser.add_argument(
+        "--keep-largest", action="store_true", help="with --repair: keep the largest component only"
+    )
 
 
 def load_source(args: Namespace) -> Source:

@@ -1,4 +1,4 @@
-"""Listeners for a terminal: a line that tells how far a run is, a log of its iterates, and the way to stop it."""
+"""Listeners for a terminal: how far a run is, a log of its iterates, and the way to stop it."""
 
 from __future__ import annotations
 
@@ -116,5 +116,6 @@ def describe(iterate: Iterate) -> str:
     str
         Stage, round and iteration, energy beyond 4 pi, and residual.
     """
-    words = f"{iterate.stage} {iterate.round}.{iterate.iteration}  energy 4 pi {iterate.energy - 4 * math.pi:+.2e}"
+    gap = iterate.energy - 4 * math.pi
+    words = f"{iterate.stage} {iterate.round}.{iterate.iteration}  energy 4 pi {gap:+.2e}"
     return words if math.isnan(iterate.residual) else f"{words}  residual {iterate.residual:.1e}"

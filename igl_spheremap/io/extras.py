@@ -33,5 +33,7 @@ def need(module: str, what: str, extra: str = "io") -> Any:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise FileError(f"{what} needs {module.partition('.')[0]}, which is not installed; "
-                        f"pip install 'igl_spheremap[{extra}]'") from None
+        raise FileError(
+            f"{what} needs {module.partition('.')[0]}, which is not installed; "
+            f"pip install 'igl_spheremap[{extra}]'"
+        ) from None

@@ -54,8 +54,9 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     """
     raw = _read_raw(Path(path))
     try:
-        return LoadedMesh(raw.v, raw.faces.triangles(triangulate), raw.metadata,
-                          int(np.count_nonzero(raw.faces.sizes > 3)))
+        return LoadedMesh(
+            raw.v, raw.faces.triangles(triangulate), raw.metadata, int(np.count_nonzero(raw.faces.sizes > 3))
+        )
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
@@ -86,12 +87,13 @@ def read_sphere(path: PathLike) -> LoadedMesh:
     return mesh
 
 
-def write_mesh(path: PathLike, v: ArrayLike, f: ArrayLike, *, force: bool = False,
-               metadata: Metadata | None = None) -> None:
+def write_mesh(
+    path: PathLike, v: ArrayLike, f: ArrayLike, *, force: bool = False, metadata: Metadata | None = None
+) -> None:
     """Write a triangle mesh; the end of the file's name tells the format.
 
-    The file is written under a temporary name and renamed. Text formats, PLY and NPZ are exact; STL, glTF, GIFTI and
-    FreeSurfer files hold float32.
+    The file is written under a temporary name and renamed. OBJ, OFF, PLY and NPZ are exact; STL, glTF, GIFTI
+    and FreeSurfer files hold float32.
 
     Parameters
     ----------

@@ -11,11 +11,12 @@ from .records import Format
 
 #: All formats. A further one is a module with a FORMAT, and a word here.
 FORMATS: tuple[Format, ...] = tuple(
-    module.FORMAT for module in (obj, off, ply, stl, gltf, gifti, freesurfer, npz))
+    module.FORMAT for module in (obj, off, ply, stl, gltf, gifti, freesurfer, npz)
+)
 
 
 def format_of(path: str | os.PathLike[str]) -> Format:
-    """The format that a file's name stands for; where the name says nothing, the one that its first bytes show.
+    """The format that a file's name stands for, or where the name says nothing, its first bytes.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""FreeSurfer geometry (lh.pial, lh.sphere, ...) and its scalar maps (lh.curv), by nibabel; big-endian float32."""
+"""FreeSurfer geometry (lh.pial, lh.sphere, ...) and its scalar maps (lh.curv), by nibabel; float32."""
 
 from __future__ import annotations
 
@@ -12,7 +12,19 @@ from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
 #: Kinds of surfaces, as FreeSurfer names them: lh.pial, rh.white, ...
-_KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg", "surf")
+_KINDS = (
+    "pial",
+    "white",
+    "sphere",
+    "inflated",
+    "smoothwm",
+    "orig",
+    "midthickness",
+    "graymid",
+    "qsphere",
+    "reg",
+    "surf",
+)
 
 
 def read(path: Path) -> RawMesh:
@@ -60,7 +72,9 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     None
     """
     freesurfer = need("nibabel.freesurfer", "FreeSurfer geometry")
-    freesurfer.write_geometry(path, v, f, create_stamp="created by igl_spheremap", volume_info=metadata.get("volume"))
+    freesurfer.write_geometry(
+        path, v, f, create_stamp="created by igl_spheremap", volume_info=metadata.get("volume")
+    )
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
@@ -83,5 +97,11 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     need("nibabel.freesurfer", "FreeSurfer data").write_morph_data(path, values)
 
 
-FORMAT = Format("FreeSurfer", tuple(f".{kind}" for kind in _KINDS), read, write,
-                magic=(b"\xff\xff\xfe", b"\xff\xff\xff"), radius=100.0)
+FORMAT = Format(
+    "FreeSurfer",
+    tuple(f".{kind}" for kind in _KINDS),
+    read,
+    write,
+    magic=(b"\xff\xff\xfe", b"\xff\xff\xff"),
+    radius=100.0,
+)

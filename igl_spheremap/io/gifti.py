@@ -40,8 +40,10 @@ def read(path: Path) -> RawMesh:
     points = image.get_arrays_from_intent("NIFTI_INTENT_POINTSET")
     triangles = image.get_arrays_from_intent("NIFTI_INTENT_TRIANGLE")
     if not points or not triangles:
-        raise MeshError("no surface in the GIFTI file: it holds no points and triangles (a scalar map or a label "
-                        "file?); give a .surf.gii")
+        raise MeshError(
+            "no surface in the GIFTI file: it holds no points and triangles (a scalar map or a label "
+            "file?); give a .surf.gii"
+        )
     metadata: dict[str, Any] = {}
     structure = dict(points[0].meta).get(_STRUCTURE) or dict(image.meta).get(_STRUCTURE)
     if structure:
@@ -63,7 +65,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     f : (m, 3) int64 array
         Faces.
     metadata : dict
-        ``structure`` and ``coordinate_system`` are kept; ``geometric_type``, such as ``"Spherical"``, is stated.
+        ``structure`` and ``coordinate_system`` are kept; ``geometric_type`` (``"Spherical"``) is stated.
 
     Returns
     -------
@@ -72,10 +74,19 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     gifti = need("nibabel.gifti", "GIFTI")
     meta = _meta(gifti, metadata, GeometricType=metadata.get("geometric_type", "Anatomical"))
     arrays = [
-        gifti.GiftiDataArray(v.astype(np.float32), "NIFTI_INTENT_POINTSET", "NIFTI_TYPE_FLOAT32", meta=meta,
-                             coordsys=metadata.get("coordinate_system")),
-        gifti.GiftiDataArray(f.astype(np.int32), "NIFTI_INTENT_TRIANGLE", "NIFTI_TYPE_INT32",
-                             meta=gifti.GiftiMetaData(TopologicalType="Closed")),
+        gifti.GiftiDataArray(
+            v.astype(np.float32),
+            "NIFTI_INTENT_POINTSET",
+            "NIFTI_TYPE_FLOAT32",
+            meta=meta,
+            coordsys=metadata.get("coordinate_system"),
+        ),
+        gifti.GiftiDataArray(
+            f.astype(np.int32),
+            "NIFTI_INTENT_TRIANGLE",
+            "NIFTI_TYPE_INT32",
+            meta=gifti.GiftiMetaData(TopologicalType="Closed"),
+        ),
     ]
     _save(gifti, path, arrays, metadata)
 
@@ -97,8 +108,15 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     None
     """
     gifti = need("nibabel.gifti", "GIFTI")
-    arrays = [gifti.GiftiDataArray(values.astype(np.float32), "NIFTI_INTENT_SHAPE", "NIFTI_TYPE_FLOAT32",
-                                   meta=gifti.GiftiMetaData(Name=name)) for name, values in maps.items()]
+    arrays = [
+        gifti.GiftiDataArray(
+            values.astype(np.float32),
+            "NIFTI_INTENT_SHAPE",
+            "NIFTI_TYPE_FLOAT32",
+            meta=gifti.GiftiMetaData(Name=name),
+        )
+        for name, values in maps.items()
+    ]
     _save(gifti, path, arrays, metadata)
 
 

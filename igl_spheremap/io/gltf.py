@@ -39,8 +39,12 @@ def read(path: Path) -> RawMesh:
         raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
     offset = np.cumsum([0] + [len(part.vertices) for part in meshes])
     v = np.concatenate([np.asarray(part.vertices, dtype=np.float64) for part in meshes])
-    f = np.concatenate([np.asarray(part.faces, dtype=np.int64) + start
-                        for part, start in zip(meshes, offset[:-1], strict=True)])
+    f = np.concatenate(
+        [
+            np.asarray(part.faces, dtype=np.int64) + start
+            for part, start in zip(meshes, offset[:-1], strict=True)
+        ]
+    )
     return RawMesh(v, of_triangles(f))
 
 

@@ -43,8 +43,10 @@ def read(path: Path) -> RawMesh:
     """
     data = _load(path)
     if not {"vertices", "faces"} <= data.keys():
-        raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(data) or 'nothing'}; "
-                        "save them under these names")
+        raise MeshError(
+            f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(data) or 'nothing'}; "
+            "save them under these names"
+        )
     return RawMesh(np.asarray(data["vertices"], dtype=np.float64), of_triangles(data["faces"]))
 
 
@@ -88,14 +90,24 @@ def write_map(path: Path, result: SphereMap) -> None:
     plain = {name: getattr(result, name) for name in _PLAIN} | {
         "status": result.status.name,
         "rounds": [asdict(entry) | {"status": entry.status.name} for entry in result.rounds],
-        "versions": {"igl_spheremap": __version__, "libigl": getattr(igl, "__version__", ""),
-                     "numpy": np.__version__, "scipy": scipy.__version__},
+        "versions": {
+            "igl_spheremap": __version__,
+            "libigl": getattr(igl, "__version__", ""),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
     }
-    arrays: dict[str, Any] = {"vertices": result.vertices, "faces": result.faces, "sphere": result.sphere,
-                              "conformal_factor": result.conformal_factor()}
+    arrays: dict[str, Any] = {
+        "vertices": result.vertices,
+        "faces": result.faces,
+        "sphere": result.sphere,
+        "conformal_factor": result.conformal_factor(),
+    }
     arrays |= {f"certificate_{name}": getattr(result.certificate, name) for name in _CERTIFICATE}
     columns = zip(*result.history, strict=True) if result.history else [()] * len(Step._fields)
-    arrays |= {f"history_{name}": np.array(column) for name, column in zip(Step._fields, columns, strict=True)}
+    arrays |= {
+        f"history_{name}": np.array(column) for name, column in zip(Step._fields, columns, strict=True)
+    }
     _save(path, arrays | {"json": json.dumps(plain, default=str)})
 
 
@@ -119,16 +131,23 @@ def read_map(path: Path) -> SphereMap:
     """
     data = _load(path)
     if not {"sphere", "json"} <= data.keys():
-        raise MeshError("the archive holds no map; give a file that was written by save_map or `igl-spheremap map`")
+        raise MeshError(
+            "the archive holds no map; give a file that was written by save_map or `igl-spheremap map`"
+        )
     plain = json.loads(str(data["json"]))
     certificate = {name: data[f"certificate_{name}"] for name in _CERTIFICATE}
     certificate["degree"] = int(certificate["degree"])
     history = zip(*(data[f"history_{name}"].tolist() for name in Step._fields), strict=True)
     return SphereMap(
-        vertices=data["vertices"], faces=data["faces"], sphere=data["sphere"], certificate=Certificate(**certificate),
-        status=Status[plain["status"]], history=tuple(Step(*row) for row in history),
+        vertices=data["vertices"],
+        faces=data["faces"],
+        sphere=data["sphere"],
+        certificate=Certificate(**certificate),
+        status=Status[plain["status"]],
+        history=tuple(Step(*row) for row in history),
         rounds=tuple(Round(**(entry | {"status": Status[entry["status"]]})) for entry in plain["rounds"]),
-        **{name: plain[name] for name in _PLAIN} | {"notes": tuple(plain["notes"])})
+        **{name: plain[name] for name in _PLAIN} | {"notes": tuple(plain["notes"])},
+    )
 
 
 def _load(path: Path) -> dict[str, Any]:

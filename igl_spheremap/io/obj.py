@@ -1,6 +1,6 @@
 """Wavefront OBJ. Positions and faces are read; texture coordinates, normals and groups are passed over.
 
-libigl's reader gives up on a ``nan``, cuts polygons into triangles unasked and takes indices out of range, and its
+libigl's reader gives up on a ``nan``, cuts polygons into triangles unasked and takes any index, and its
 writers report success on a full disk: text files are therefore read and written here.
 """
 

@@ -33,14 +33,18 @@ def read(path: Path) -> RawMesh:
         data = re.sub(rb"#[^\r\n]*", b"", data)
     head = re.match(rb"\s*(?:(?:ST)?C?N?OFF\b)?\s*(\d+)[ \t]+(\d+)(?:[ \t]+\d+)?[ \t]*(?:\r?\n|$)", data)
     if head is None:
-        raise MeshError("damaged: no OFF header with the numbers of vertices and faces (binary and "
-                        "four-dimensional OFF are not read); check that the file is what its name says")
+        raise MeshError(
+            "damaged: no OFF header with the numbers of vertices and faces (binary and "
+            "four-dimensional OFF are not read); check that the file is what its name says"
+        )
     n, m = int(head[1]), int(head[2])
-    rows = [row for line in data[head.end():].splitlines() if (row := line.split())]
+    rows = [row for line in data[head.end() :].splitlines() if (row := line.split())]
     if len(rows) < n + m:
-        raise MeshError(f"damaged: {len(rows)} lines follow where {n} vertices and {m} faces are announced; "
-                        "the file seems cut off, write it anew")
-    return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n:n + m]))
+        raise MeshError(
+            f"damaged: {len(rows)} lines follow where {n} vertices and {m} faces are announced; "
+            "the file seems cut off, write it anew"
+        )
+    return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -1,7 +1,7 @@
 """PLY, text and binary of either byte order; written as binary doubles, which are exact.
 
-libigl's reader aborts the process on polygons in a text file, returns memory that it never filled for a file that
-is cut off, and hangs on a large vertex count: sizes are therefore checked against the file before anything is read.
+libigl's reader aborts the process on polygons in a text file, returns memory that it never filled for a file
+that is cut off, and hangs on a large vertex count: here sizes are checked against the file before it is read.
 """
 
 from __future__ import annotations
@@ -46,7 +46,9 @@ def read(path: Path) -> RawMesh:
     if not {"x", "y", "z"} <= set(names):
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
     if not any(p.count is not None and p.name in _CORNERS for p in face.properties):
-        raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} for faces; write the file anew")
+        raise MeshError(
+            f"damaged: the PLY header announces no list {_CORNERS[0]} for faces; write the file anew"
+        )
     return _read_ascii(data, header) if header.ascii else _read_binary(data, header)
 
 
@@ -54,31 +56,43 @@ def _element(header: Header, name: str) -> Element:
     for element in header.elements:
         if element.name == name:
             return element
-    raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
-                    "triangle mesh")
+    raise MeshError(
+        f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
+        "triangle mesh"
+    )
 
 
 def _read_ascii(data: bytes, header: Header) -> RawMesh:
-    rows = [row for line in data[header.end:].splitlines() if (row := line.split())]
+    rows = [row for line in data[header.end :].splitlines() if (row := line.split())]
     announced = sum(element.size for element in header.elements)
     if len(rows) < announced:
         raise _cut_off(f"{len(rows)} lines follow where {announced} are announced")
     v, faces, at = np.empty((0, 3)), Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), 0
     for element in header.elements:
-        own, at = rows[at:at + element.size], at + element.size
+        own, at = rows[at : at + element.size], at + element.size
         names = [p.name for p in element.properties]
         if element.name == "vertex":
-            v = np.ascontiguousarray(numbers(own, len(names), "vertex")[:, [names.index(axis) for axis in "xyz"]])
+            v = np.ascontiguousarray(
+                numbers(own, len(names), "vertex")[:, [names.index(axis) for axis in "xyz"]]
+            )
         elif element.name == "face":
-            lead = next(i for i, p in enumerate(element.properties) if p.count is not None and p.name in _CORNERS)
+            lead = next(
+                i for i, p in enumerate(element.properties) if p.count is not None and p.name in _CORNERS
+            )
             if any(p.count is not None for p in element.properties[:lead]):
-                raise MeshError(f"the PLY file has lists before {_CORNERS[0]}, which are not read; write it anew")
+                raise MeshError(
+                    f"the PLY file has lists before {_CORNERS[0]}, which are not read; write it anew"
+                )
             faces = counted_indices(own, lead)
     return RawMesh(v, faces)
 
 
 def _read_binary(data: bytes, header: Header) -> RawMesh:
-    v, faces, at = np.empty((0, 3)), Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), header.end
+    v, faces, at = (
+        np.empty((0, 3)),
+        Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)),
+        header.end,
+    )
     for element in header.elements:
         if element.name == "face":
             faces, at = _binary_faces(data, at, element)
@@ -98,11 +112,15 @@ def _records(data: bytes, at: int, element: Element, lengths: dict[str, int]) ->
         elif p.name in lengths:
             fields += [(f"{p.name} length", p.count), (p.name, p.type, (lengths[p.name],))]
         else:
-            raise MeshError(f"the PLY file has lists for element {element.name}, which are not read; write it anew")
+            raise MeshError(
+                f"the PLY file has lists for element {element.name}, which are not read; write it anew"
+            )
     dtype = np.dtype(fields)
     end = at + element.size * dtype.itemsize
     if end > len(data):
-        raise _cut_off(f"{len(data) - at} bytes are left where {element.size} rows of {element.name} are announced")
+        raise _cut_off(
+            f"{len(data) - at} bytes are left where {element.size} rows of {element.name} are announced"
+        )
     return np.frombuffer(data, dtype, element.size, at), end
 
 
@@ -175,10 +193,19 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     faces["size"], faces["corners"] = 3, f
     words = {"u1": "uchar", "f4": "float", "f8": "double"}
     with path.open("wb") as file:
-        file.write("\n".join([
-            "ply", "format binary_little_endian 1.0", f"element vertex {len(v)}",
-            *(f"property {words[kind.str[1:]]} {key}" for key, kind in kinds.items()),
-            f"element face {len(f)}", "property list uchar int vertex_indices", "end_header\n"]).encode())
+        file.write(
+            "\n".join(
+                [
+                    "ply",
+                    "format binary_little_endian 1.0",
+                    f"element vertex {len(v)}",
+                    *(f"property {words[kind.str[1:]]} {key}" for key, kind in kinds.items()),
+                    f"element face {len(f)}",
+                    "property list uchar int vertex_indices",
+                    "end_header\n",
+                ]
+            ).encode()
+        )
         file.write(vertices.tobytes())
         file.write(faces.tobytes())
 

@@ -10,9 +10,24 @@ import numpy as np
 from ..errors import MeshError
 
 _TYPES = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
-    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
-    "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "double": "f8",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
 }
 
 
@@ -73,14 +88,15 @@ def parse_header(data: bytes) -> Header:
 
     Examples
     --------
-    >>> parse_header(b"ply\\nformat ascii 1.0\\nelement vertex 3\\nproperty float x\\nend_header\\n").elements[0].size
+    >>> header = parse_header(b"ply\\nformat ascii 1.0\\nelement vertex 3\\nproperty float x\\nend_header\\n")
+    >>> header.elements[0].size
     3
     """
-    end = re.search(rb"^end_header[ \t]*\r?\n", data[:1 << 20], re.MULTILINE)
+    end = re.search(rb"^end_header[ \t]*\r?\n", data[: 1 << 20], re.MULTILINE)
     if not data.startswith(b"ply") or end is None:
         raise MeshError("damaged: no PLY header; check that the file is what its name says")
     encoding, order, elements = "", "<", list[tuple[str, int, list[Property]]]()
-    for line in data[:end.start()].decode("ascii", "replace").splitlines()[1:]:
+    for line in data[: end.start()].decode("ascii", "replace").splitlines()[1:]:
         words = line.split()
         try:
             if words[:1] == ["format"]:
@@ -90,7 +106,9 @@ def parse_header(data: bytes) -> Header:
             elif words[:1] == ["property"]:
                 elements[-1][2].append(_property(words[1:], order))
         except (IndexError, KeyError, ValueError):
-            raise MeshError(f"damaged: PLY header line {line[:60]!r} makes no sense; write the file anew") from None
+            raise MeshError(
+                f"damaged: PLY header line {line[:60]!r} makes no sense; write the file anew"
+            ) from None
     if encoding not in ("ascii", "binary_little_endian", "binary_big_endian"):
         raise MeshError(f"damaged: unknown PLY encoding {encoding!r}; write the file anew")
     return Header(encoding == "ascii", tuple(Element(n, k, tuple(p)) for n, k, p in elements), end.end())

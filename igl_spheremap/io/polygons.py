@@ -58,13 +58,17 @@ class Polygons:
         fans = self.sizes - 2
         first = np.repeat(np.cumsum(self.sizes) - self.sizes, fans)
         step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
-        return np.column_stack([self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]])
+        return np.column_stack(
+            [self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]]
+        )
 
     def _refuse(self, bad: IntArray, mend: str) -> None:
         if len(bad):
             which = ", ".join(map(str, bad[:3].tolist()))
-            raise MeshError(f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
-                            f"e.g. face {which} with {self.sizes[bad[0]]}; {mend}")
+            raise MeshError(
+                f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
+                f"e.g. face {which} with {self.sizes[bad[0]]}; {mend}"
+            )
 
 
 def of_triangles(f: IntArray) -> Polygons:

@@ -31,7 +31,7 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     Raises
     ------
     FileError
-        If a file is there and `force` is not set, or the folder is missing, or writing fails; the message is one line.
+        If a file is there and `force` is not set, or the folder is missing, or writing fails.
     """
     check_writable(path, force)
     final = Path(os.path.realpath(path))

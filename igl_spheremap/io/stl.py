@@ -1,4 +1,4 @@
-"""STL, text and binary: triangles without shared vertices, welded where their corners have equal coordinates."""
+"""STL, text and binary: triangles without shared vertices, welded where corners have equal coordinates."""
 
 from __future__ import annotations
 
@@ -38,17 +38,23 @@ def read(path: Path) -> RawMesh:
     """
     data = path.read_bytes()
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
-    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too
+    if (
+        count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize
+    ):  # binary ones may say "solid" too
         soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
     elif re.match(rb"\s*solid\b", data) and b"\0" not in data:
         rows = re.findall(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", read_text(path))
         if len(rows) % 3 or not re.search(rb"\bendsolid\b", data):
-            raise MeshError(f"damaged: text STL with {len(rows)} corners and no proper end; the file seems cut off, "
-                            "write it anew")
+            raise MeshError(
+                f"damaged: text STL with {len(rows)} corners and no proper end; the file seems cut off, "
+                "write it anew"
+            )
         soup = numbers(rows, 3, "corner")
     else:
-        raise MeshError(f"damaged: neither text STL nor binary STL, whose size would be {_HEADER} bytes and "
-                        f"{_TRIANGLE.itemsize} for each triangle; the file seems cut off, write it anew")
+        raise MeshError(
+            f"damaged: neither text STL nor binary STL, whose size would be {_HEADER} bytes and "
+            f"{_TRIANGLE.itemsize} for each triangle; the file seems cut off, write it anew"
+        )
     v, index = weld(soup)
     return RawMesh(v, of_triangles(index))
 

@@ -37,8 +37,10 @@ def read_text(path: Path) -> bytes:
     """
     data = path.read_bytes()
     if b"\0" in data:
-        raise MeshError(f"damaged: binary data where text is expected, at byte {data.index(0)}; "
-                        "check that the file is what its name says")
+        raise MeshError(
+            f"damaged: binary data where text is expected, at byte {data.index(0)}; "
+            "check that the file is what its name says"
+        )
     return data
 
 
@@ -64,7 +66,9 @@ def numbers(rows: Sequence[Row], width: int, what: str) -> NDArray[np.float64]:
     MeshError
         If a row is short or holds no number; it says which.
     """
-    return _table(rows, width, float, np.float64, f"{what} {{}} reads {{!r}} where {width} numbers are expected")
+    return _table(
+        rows, width, float, np.float64, f"{what} {{}} reads {{!r}} where {width} numbers are expected"
+    )
 
 
 def indices(rows: Sequence[Row], what: str = "face") -> Polygons:
@@ -112,10 +116,15 @@ def counted_indices(rows: Sequence[Row], lead: int = 0) -> Polygons:
     MeshError
         If a row is short or holds anything else; it says which.
     """
-    size = _table([row[lead:] for row in rows] if lead else rows, 1, int, np.int64,
-                  "face {} reads {!r} where a number of corners is expected").ravel()
+    size = _table(
+        [row[lead:] for row in rows] if lead else rows,
+        1,
+        int,
+        np.int64,
+        "face {} reads {!r} where a number of corners is expected",
+    ).ravel()
     start = lead + 1
-    cut = [row[start:start + k] for row, k in zip(rows, size.tolist(), strict=True)]
+    cut = [row[start : start + k] for row, k in zip(rows, size.tolist(), strict=True)]
     short = np.flatnonzero(size != np.fromiter(map(len, cut), dtype=np.int64, count=len(cut)))
     if len(short):
         raise _damaged("face {} reads {!r} where more corners are announced", int(short[0]), rows[short[0]])
@@ -139,11 +148,13 @@ def write_rows(file: BinaryIO, template: str, rows: NDArray[Any]) -> None:
     None
     """
     for start in range(0, len(rows), _BLOCK):
-        block = rows[start:start + _BLOCK]
+        block = rows[start : start + _BLOCK]
         file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
-def _table(rows: Sequence[Row], width: int, kind: Callable[[bytes], Any], dtype: type, message: str) -> NDArray[Any]:
+def _table(
+    rows: Sequence[Row], width: int, kind: Callable[[bytes], Any], dtype: type, message: str
+) -> NDArray[Any]:
     short = next((i for i, row in enumerate(rows) if len(row) < width), None)
     if short is not None:
         raise _damaged(message, short, rows[short])
@@ -151,7 +162,9 @@ def _table(rows: Sequence[Row], width: int, kind: Callable[[bytes], Any], dtype:
     return _flat(cut, width * len(rows), kind, dtype, message).reshape(-1, width)
 
 
-def _flat(rows: Sequence[Row], count: int, kind: Callable[[bytes], Any], dtype: type, message: str) -> NDArray[Any]:
+def _flat(
+    rows: Sequence[Row], count: int, kind: Callable[[bytes], Any], dtype: type, message: str
+) -> NDArray[Any]:
     try:
         return np.fromiter(map(kind, chain.from_iterable(rows)), dtype=dtype, count=count)
     except (ValueError, OverflowError):

@@ -75,8 +75,14 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     return SphereCheck(replace(certificate, off_sphere=off[~np.isin(off, certificate.not_finite)]), radius)
 
 
-def write_map(path: PathLike, result: SphereMap, *, force: bool = False, radius: float | None = None,
-              metadata: Metadata | None = None) -> SphereCheck:
+def write_map(
+    path: PathLike,
+    result: SphereMap,
+    *,
+    force: bool = False,
+    radius: float | None = None,
+    metadata: Metadata | None = None,
+) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
 
     Parameters
@@ -88,15 +94,15 @@ def write_map(path: PathLike, result: SphereMap, *, force: bool = False, radius:
     force : bool
         Replace an existing file.
     radius : float, optional
-        Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and FreeSurfer,
-        1 elsewhere. NPZ files hold the unit sphere.
+        Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and
+        FreeSurfer, 1 elsewhere. NPZ files hold the unit sphere.
     metadata : dict, optional
         As `read_mesh` gave it for the source; nothing by default.
 
     Returns
     -------
     SphereCheck
-        The certificate of the file. Formats in float32 may fold what was not folded: the file is kept all the same.
+        The certificate of the file. Formats in float32 may fold what was not folded: the file is kept.
 
     Raises
     ------
@@ -147,6 +153,7 @@ def _check_written(partial: Path, path: PathLike) -> SphereCheck:
     try:
         return certify_radius(*read_sphere(partial))
     except MeshError as error:
-        # STL files hold no indices: where float32 makes vertices coincide, the welded surface is none any more.
-        raise FileError(f"can't write {path}: its numbers are too coarse for this map ({error}); "
-                        "write .obj, .ply or .npz") from error
+        # STL holds no indices: where float32 makes vertices coincide, what is welded is no sphere any more.
+        raise FileError(
+            f"can't write {path}: its numbers are too coarse for this map ({error}); write .obj, .ply or .npz"
+        ) from error

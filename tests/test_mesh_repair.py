@@ -1,0 +1,203 @@
+"""Repair mends planted faults, leaves sound meshes alone, and says what it can't mend."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from igl_spheremap import MeshError, check_mesh, samples
+from igl_spheremap.io import read_mesh
+from igl_spheremap.mesh_repair import repair_mesh, weld
+
+CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
+
+
+@pytest.fixture
+def ball() -> tuple[np.ndarray, np.ndarray]:
+    return samples.sphere(162)
+
+
+def oriented(f: np.ndarray) -> set[tuple[int, ...]]:
+    """Faces up to the choice of their first corner."""
+    return {tuple(np.roll(face, -int(np.argmin(face))).tolist()) for face in f}
+
+
+def assert_consistent(repaired, v, f) -> None:
+    """The index maps lead back to the input."""
+    check_mesh(repaired.v, repaired.f)
+    assert np.array_equal(repaired.v, np.asarray(v)[repaired.vertex_source])
+    source = np.sort(repaired.vertex_image[np.asarray(f)[repaired.face_source]], axis=1)
+    if not any("split" in action for action in repaired.actions):
+        assert np.array_equal(source, np.sort(repaired.f, axis=1))
+        kept = repaired.vertex_image >= 0
+        assert np.array_equal(repaired.v[repaired.vertex_image[kept]], np.asarray(v)[kept])
+
+
+def test_a_sound_mesh_is_left_alone(ball):
+    v, f = ball
+    repaired = repair_mesh(v, f)
+    assert repaired.actions == ()
+    assert np.array_equal(repaired.v, v)
+    assert np.array_equal(repaired.f, f)
+    assert_consistent(repaired, v, f)
+
+
+def test_coincident_vertices_of_a_closed_surface_are_its_own_business(ball):
+    """A flattened sphere has pairs of vertices at one place, and is closed all the same."""
+    v, f = ball
+    flat = v * [1, 1, 0]
+    assert len(weld(flat)[0]) < len(v)
+    assert repair_mesh(flat, f).actions == ()
+
+
+def plant_soup(v, f):
+    return v[f].reshape(-1, 3), np.arange(3 * len(f)).reshape(-1, 3)
+
+
+def plant_unreferenced(v, f):
+    return np.insert(v, [0, 50], [[9, 9, 9], [np.nan, 9, 9]], axis=0), f + 1 + (f >= 50)
+
+
+def plant_repeated_index(v, f):
+    return v, np.insert(f, 7, [3, 3, 9], axis=0)
+
+
+def plant_copy(v, f):
+    return v, np.vstack([f, f[[4, 9]], f[[4, 20]][:, ::-1]])
+
+
+def plant_flips(v, f):
+    flipped = f.copy()
+    flipped[::3] = flipped[::3, ::-1]
+    return v, flipped
+
+
+def plant_inside_out(v, f):
+    return v, f[:, ::-1]
+
+
+@pytest.mark.parametrize(
+    ("plant", "words"),
+    [
+        (plant_soup, "welded 798 coincident vertices"),
+        (plant_unreferenced, "dropped 2 unreferenced"),
+        (plant_repeated_index, "dropped 1 face with a repeated"),
+        (plant_copy, "dropped 4 surplus copies"),
+        (plant_flips, "reversed 107 faces"),
+        (plant_inside_out, "turned the surface outward"),
+    ],
+)
+def test_planted_faults_are_mended(plant, words, ball):
+    v, f = plant(*ball)
+    repaired = repair_mesh(v, f)
+    assert words in "; ".join(repaired.actions)
+    assert len(repaired.actions) == 1
+    assert_consistent(repaired, v, f)
+    corners = {tuple(map(tuple, ball[0][face])) for face in ball[1]}
+    assert {
+        tuple(map(tuple, np.roll(repaired.v[face], k, axis=0))) for face in repaired.f for k in range(3)
+    } >= corners
+
+
+def test_all_faults_at_once(ball):
+    v, f = ball
+    for plant in (plant_unreferenced, plant_flips, plant_repeated_index, plant_copy):
+        v, f = plant(v, f)
+    repaired = repair_mesh(v, f)
+    assert_consistent(repaired, v, f)
+    assert repaired.v.shape == ball[0].shape
+    assert repair_mesh(repaired.v, repaired.f).actions == ()
+
+
+def test_components(ball):
+    v, f = ball
+    w, g = samples.sphere(42)
+    both = np.vstack([w + 5, v]), np.vstack([g, f + len(w)])
+    with pytest.raises(MeshError, match="2 components"):
+        repair_mesh(*both)
+    repaired = repair_mesh(*both, keep_largest=True)
+    assert np.array_equal(repaired.v, v)
+    assert_consistent(repaired, *both)
+
+
+def test_each_component_is_oriented_before_one_is_chosen(ball):
+    v, f = ball
+    w, g = samples.sphere(42)
+    repaired = repair_mesh(np.vstack([w + 5, v]), np.vstack([g, f[:, ::-1] + len(w)]), keep_largest=True)
+    assert oriented(repaired.f) == oriented(f)
+
+
+def test_a_pinched_vertex_is_split(ball):
+    v, f = ball
+    far = int(np.argmin(v @ v[0]))
+    pinched = np.where(f == far, 0, f)
+    pinched[pinched > far] -= 1
+    w = np.delete(v, far, axis=0)
+    with pytest.raises(MeshError, match="non-manifold vertex"):
+        check_mesh(w, pinched)
+    repaired = repair_mesh(w, pinched)
+    assert repaired.actions == ("split 1 vertex where sheets touch",)
+    assert len(repaired.v) == len(v)
+    assert repaired.vertex_source[-1] == 0
+    assert_consistent(repaired, w, pinched)
+
+
+def test_what_cannot_be_mended_is_said(ball):
+    v, f = ball
+    for w, g, words in (
+        (v, f[1:], "3 boundary edges"),
+        (v, np.vstack([f, [[0, 1, 500]]]), "out of range"),
+        (np.where(np.arange(len(v))[:, None] == 5, np.nan, v), f, "not finite"),
+        (v, f[:0], "no faces"),
+    ):
+        with pytest.raises(MeshError, match=words) as caught:
+            repair_mesh(w, g)
+        assert "\n" not in str(caught.value)
+
+
+def test_weld_against_a_slow_one():
+    points = np.random.default_rng(0).integers(0, 4, (300, 3)).astype(float)
+    points[points == 0] *= np.random.default_rng(1).choice([-1, 1], (points == 0).sum())  # 0 equals -0
+    v, index = weld(points)
+    seen: list[tuple[float, ...]] = []
+    for point in map(tuple, points.tolist()):
+        if point not in seen:
+            seen.append(point)
+    assert [tuple(row) for row in v.tolist()] == seen
+    assert np.array_equal(v[index], points)
+
+
+MENDABLE = (
+    "degenerate_index_face",
+    "dup_face",
+    "dup_face_flipped",
+    "half_faces_flipped",
+    "misoriented_bunny_real",
+    "nonmanifold_vertex_pinched",
+    "nonmanifold_vertex_two_heads",
+    "one_face_flipped",
+    "quad_faces",
+    "triangle_soup_stl",
+    "two_components_cortex",
+    "two_components_same",
+    "unreferenced_3",
+    "unreferenced_hand_tetmesh",
+    "unreferenced_mid",
+)
+
+
+@pytest.mark.corpus
+@pytest.mark.parametrize("path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem)
+def test_the_invalid_meshes(path):
+    if path is None:
+        pytest.skip("no meshes")
+    mesh = read_mesh(path, triangulate=True)
+    if path.stem not in MENDABLE:
+        with pytest.raises(MeshError):
+            repair_mesh(mesh.v, mesh.f, keep_largest=True)
+        return
+    repaired = repair_mesh(mesh.v, mesh.f, keep_largest=True)
+    assert_consistent(repaired, mesh.v, mesh.f)
