@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 
+import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
@@ -16,6 +17,10 @@ __all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize"]
 # Backend name: the module that it needs, the file here that drives it. The fastest measured comes first.
 _BACKENDS = {
     "scikit-sparse": ("sksparse.cholmod", "scikit_sparse"),
+    "cvxopt": ("cvxopt.cholmod", "cvxopt_cholmod"),
+    "multifrontal": ("scipy.linalg", "multifrontal"),
+    "cholespy": ("cholespy", "cholespy_cholmod"),
+    "pypardiso": ("pypardiso", "pardiso"),
     "scipy": ("scipy.sparse.linalg", "scipy_superlu"),
 }
 
@@ -60,11 +65,11 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
 
     Examples
     --------
-    >>> import numpy as np
     >>> factor = factorize(sp.diags_array([2.0, 4.0]), backend="scipy")
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
     """
+    P = sp.csc_matrix(P)
     available = available_backends()
     if backend == "auto":
         backend = available[0]
@@ -72,8 +77,10 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
         raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_BACKENDS)}")
     elif backend not in available:
         raise ValueError(f"backend {backend!r} needs {_BACKENDS[backend][0]}, which is not installed")
+    if not np.isfinite(P.data).all():
+        raise FactorisationFailed("the matrix has entries that are not finite")
     build: Callable[[sp.csc_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
-    return build(sp.csc_matrix(P))
+    return build(P)
 
 
 def _installed(module: str) -> bool:

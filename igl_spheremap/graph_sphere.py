@@ -1,0 +1,90 @@
+"""A quick, rough harmonic map of a planar graph to the sphere, from the graph alone.
+
+It needs no accuracy: it only has to be smooth and to keep neighbours together, so that planes cut it into parts with
+short common borders.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from .aggregation import aggregate
+
+_COARSEST = 300
+_SWEEPS = 10
+_FINEST_SWEEPS = 3
+_SELF_WEIGHT = 0.1  # damps the sweep's oscillating modes
+_PROJECTIONS = 30
+
+
+def graph_sphere(graph: sp.csr_matrix) -> np.ndarray:
+    """Place the vertices of a connected planar graph on the sphere, near the centroids of their neighbours.
+
+    Parameters
+    ----------
+    graph : (n, n) scipy.sparse.csr_matrix of float64
+        Symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
+
+    Returns
+    -------
+    (n, 3) float64 ndarray
+        Unit vectors.
+
+    Examples
+    --------
+    >>> cycle = sp.csr_matrix(np.eye(6) + np.roll(np.eye(6), 1, axis=1) + np.roll(np.eye(6), -1, axis=1))
+    >>> np.linalg.norm(graph_sphere(cycle), axis=1).round(6).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    """
+    return _multilevel(graph, _FINEST_SWEEPS)
+
+
+def _multilevel(graph: sp.csr_matrix, sweeps: int) -> np.ndarray:
+    """Place the aggregates first, then let each vertex move to the centroid of its neighbours a few times."""
+    n = graph.shape[0]
+    if n <= _COARSEST:
+        return _coarsest(graph.toarray())
+    labels, count = aggregate(graph)
+    spread = sp.csr_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(n, count))
+    x = _multilevel((spread.T @ graph @ spread).tocsr(), _SWEEPS)[labels]
+    average = _averaging(graph)
+    for _ in range(sweeps):
+        x = average @ x
+    return _normalise(x)
+
+
+def _averaging(graph: sp.csr_matrix) -> sp.csr_matrix:
+    """Matrix that takes each vertex to the weighted mean of its neighbours, damped."""
+    n = graph.shape[0]
+    rows = np.repeat(np.arange(n, dtype=np.int32), np.diff(graph.indptr))
+    on_diagonal = np.flatnonzero(rows == graph.indices)
+    average = graph.copy()
+    average.data[on_diagonal] = 0.0
+    degree = np.maximum(np.add.reduceat(average.data, average.indptr[:-1]), np.finfo(float).tiny)
+    average.data[on_diagonal] = _SELF_WEIGHT * degree
+    average.data /= np.repeat((1.0 + _SELF_WEIGHT) * degree, np.diff(graph.indptr))
+    return average
+
+
+def _coarsest(weights: np.ndarray) -> np.ndarray:
+    """Harmonic map of a small graph, by the self-consistent projection x <- normalise(L^+ Lambda x)."""
+    np.fill_diagonal(weights, 0.0)
+    L = np.diag(weights.sum(axis=1)) - weights
+    eigenvalues, modes = np.linalg.eigh(L)
+    if len(L) < 5 or eigenvalues[3] < 1e-12 * eigenvalues[-1]:  # too small, or not connected: any place will do
+        return _normalise(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
+    inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T
+    x = _normalise(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))
+    for _ in range(_PROJECTIONS):
+        area = np.maximum(np.einsum("ij,ij->i", x, L @ x), 0.0)
+        area += 1e-12 * area.max()
+        y = inverse @ (area[:, None] * (x - area @ x / area.sum()))
+        y -= area @ y / area.sum()
+        spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))
+        x = _normalise(y @ (axes / np.sqrt(np.maximum(spread, 1e-300))) @ axes.T)
+    return x
+
+
+def _normalise(x: np.ndarray) -> np.ndarray:
+    return x / np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
