@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import breadth_first_order
 def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
     """Group the vertices of a graph into connected aggregates of about seven.
 
-    Each vertex whose hash is the largest among its neighbours is a seed, and every vertex joins a nearest seed: a
-    Voronoi diagram of the graph, by one breadth-first search from all seeds at once.
+    Each vertex whose hash is the largest among its neighbours is a seed, and every vertex joins a nearest
+    seed: a Voronoi diagram of the graph, by one breadth-first search from all seeds at once.
 
     Parameters
     ----------
@@ -23,7 +23,8 @@ def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
     labels : (n,) int32 ndarray
         Aggregate of each vertex.
     count : int
-        Number of aggregates. Their seeds are no neighbours, so that it is at most half of n in a connected graph.
+        Number of aggregates. Their seeds are no neighbours, so that it is at most half of n in a connected
+        graph.
 
     Examples
     --------
@@ -34,7 +35,8 @@ def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
     """
     n = graph.shape[0]
     rank = _scramble(n)
-    seeds = np.flatnonzero(rank == np.maximum.reduceat(rank[graph.indices], graph.indptr[:-1])).astype(np.int32)
+    largest = np.maximum.reduceat(rank[graph.indices], graph.indptr[:-1])
+    seeds = np.flatnonzero(rank == largest).astype(np.int32)
     labels = np.empty(n, np.int32)
     labels[seeds] = np.arange(len(seeds), dtype=np.int32)
     return labels[_nearest_seed(graph, seeds)], len(seeds)

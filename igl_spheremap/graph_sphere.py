@@ -1,7 +1,7 @@
 """A quick, rough harmonic map of a planar graph to the sphere, from the graph alone.
 
-It needs no accuracy: it only has to be smooth and to keep neighbours together, so that planes cut it into parts with
-short common borders.
+It needs no accuracy: it only has to be smooth and to keep neighbours together, so that planes cut it into
+parts with short common borders.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
     np.fill_diagonal(weights, 0.0)
     L = np.diag(weights.sum(axis=1)) - weights
     eigenvalues, modes = np.linalg.eigh(L)
-    if len(L) < 5 or eigenvalues[3] < 1e-12 * eigenvalues[-1]:  # too small, or not connected: any place will do
+    if len(L) < 5 or eigenvalues[3] < 1e-12 * eigenvalues[-1]:
+        # Too small, or not connected: any place will do.
         return _normalise(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
     inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T
     x = _normalise(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))

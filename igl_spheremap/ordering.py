@@ -1,4 +1,4 @@
-"""Fill-reducing orders for the factorisation of a sparse symmetric matrix with the pattern of a sphere-like mesh."""
+"""Fill-reducing orders for sparse symmetric matrices with the pattern of a mesh of genus 0."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ _SAMPLE = 4
 class Dissection:
     """A nested dissection: an elimination order and the binary tree of parts behind it.
 
-    Parts are numbered by paths: at height h (0 for the leaves, `depth` for the whole graph) a vertex belongs to the part
-    ``path >> h``. Vertices that separate the two halves of a part have that part's height; vertices of a leaf have 0.
+    Parts are numbered by paths: at height h (0 for the leaves, `depth` for the whole graph) a vertex
+    belongs to the part ``path >> h``. Vertices that separate the two halves of a part have that part's
+    height; vertices of a leaf have 0.
 
     Attributes
     ----------
@@ -63,14 +64,15 @@ def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
 def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     """Dissect the graph of a matrix by planes through its rough map to the sphere.
 
-    A conformal sphere is where planes cut a mesh of genus 0 well: each half of a part has half of its vertices, and a
-    separator of about the square root of their number. Only the graph is used, so that the order depends neither on how
-    the surface is folded nor (but for ties) on how its vertices were numbered.
+    A conformal sphere is where planes cut a mesh of genus 0 well: each half of a part has half of its
+    vertices, and a separator of about the square root of their number. Only the graph is used, so that the
+    order depends neither on how the surface is folded nor (but for ties) on how its vertices were numbered.
 
     Parameters
     ----------
     P : (n, n) scipy.sparse.csr_matrix
-        Symmetric pattern of a planar graph, with a full diagonal. Other graphs are ordered correctly, but not well.
+        Symmetric pattern of a planar graph, with a full diagonal. Other graphs are ordered correctly, but
+        not well.
     leaf : int
         Vertices in a part that is dissected no further, about.
 
@@ -81,12 +83,13 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
 
     References
     ----------
-    George (1973), *Nested Dissection of a Regular Finite Element Mesh*. Miller, Teng, Thurston, Vavasis (1997),
-    *Separators for Sphere-Packings and Nearest Neighbor Graphs*.
+    George (1973), *Nested Dissection of a Regular Finite Element Mesh*. Miller, Teng, Thurston, Vavasis
+    (1997), *Separators for Sphere-Packings and Nearest Neighbor Graphs*.
 
     Examples
     --------
-    >>> grid = sp.kronsum(*2 * [sp.diags_array([np.ones(19)] * 2, offsets=[-1, 1], shape=(20, 20))]) + sp.eye_array(400)
+    >>> line = sp.diags_array([np.ones(19)] * 2, offsets=[-1, 1])
+    >>> grid = sp.kronsum(line, line) + sp.eye_array(400)
     >>> dissection = nested_dissection(grid.tocsr(), leaf=25)
     >>> sorted(dissection.order.tolist()) == list(range(400)), dissection.depth
     (True, 4)
@@ -136,8 +139,8 @@ def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.nd
 def _separator_heights(graph: sp.csr_matrix, path: np.ndarray, depth: int) -> np.ndarray:
     """Height of the part that each vertex separates: 0 for none.
 
-    An edge is cut at the highest bit in which its ends' paths differ. Its end in the upper half goes to the separator,
-    unless one of its ends went to a higher one already.
+    An edge is cut at the highest bit in which its ends' paths differ. Its end in the upper half goes to
+    the separator, unless one of its ends went to a higher one already.
     """
     rows = np.repeat(np.arange(graph.shape[0], dtype=np.int32), np.diff(graph.indptr))
     upper = np.flatnonzero(path[rows] > path[graph.indices])

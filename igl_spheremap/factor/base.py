@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+Solver = Callable[[np.ndarray], np.ndarray]
+
 
 @dataclass(frozen=True)
 class Factor:
@@ -28,7 +30,7 @@ class Factor:
 
     backend: str
     n: int
-    apply: Callable[[np.ndarray], np.ndarray]
+    apply: Solver
     exact: bool = True
     nnz: int | None = None
 
@@ -56,7 +58,7 @@ class Factor:
         return self.apply(b)
 
 
-def reordered(order: np.ndarray, solve: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+def reordered(order: np.ndarray, solve: Solver) -> Solver:
     """Undo a permutation around a solver.
 
     Parameters

@@ -14,7 +14,8 @@ def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
     n = P.shape[0]
     try:
-        solver = CholeskySolverD(n, P.indptr.astype(np.int32), P.indices.astype(np.int32), P.data, MatrixType.CSC)
+        indptr, indices = P.indptr.astype(np.int32), P.indices.astype(np.int32)
+        solver = CholeskySolverD(n, indptr, indices, P.data, MatrixType.CSC)
     except (RuntimeError, ValueError) as error:
         raise FactorisationFailed(f"cholespy: {error}") from error
 

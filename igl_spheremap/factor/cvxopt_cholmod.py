@@ -15,7 +15,8 @@ def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
     order = bandwidth_order(P.T)
     lower = sp.tril(P[order][:, order]).tocoo()
-    A = spmatrix(matrix(lower.data), matrix(lower.row.astype(np.int64)), matrix(lower.col.astype(np.int64)), P.shape)
+    rows, columns = lower.row.astype(np.int64), lower.col.astype(np.int64)
+    A = spmatrix(matrix(lower.data), matrix(rows), matrix(columns), P.shape)
     cholmod.options["supernodal"] = 2
     try:
         symbolic = cholmod.symbolic(A)

@@ -1,12 +1,13 @@
 """A multifrontal Cholesky factorisation in numpy, along the tree of a nested dissection.
 
-Each part of the dissection is a front: a small dense matrix of the part's own unknowns (its pivots) and of those later
-ones that they touch (its border). Eliminating the pivots leaves an update of the border, which is added to the front of
-the parent. All fronts of a height are independent: those of similar size are stacked, padded and eliminated together by
-LAPACK, so that Python's cost is that of some hundred stacks and not of the unknowns.
+Each part of the dissection is a front: a small dense matrix of the part's own unknowns (its pivots) and of
+those later ones that they touch (its border). Eliminating the pivots leaves an update of the border, which
+is added to the front of the parent. All fronts of a height are independent: those of similar size are
+stacked, padded and eliminated together by LAPACK, so that Python's cost is that of some hundred stacks and
+not of the unknowns.
 
-References: Duff and Reid (1983), *The Multifrontal Solution of Indefinite Sparse Symmetric Linear Equations*; Liu (1992),
-*The Multifrontal Method for Sparse Matrix Solution: Theory and Practice*.
+References: Duff and Reid (1983), *The Multifrontal Solution of Indefinite Sparse Symmetric Linear
+Equations*; Liu (1992), *The Multifrontal Method for Sparse Matrix Solution: Theory and Practice*.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg.lapack import dpotrf, dtrtri
+from threadpoolctl import ThreadpoolController
 
 from ..errors import FactorisationFailed
 from ..ordering import Dissection, nested_dissection
@@ -39,7 +41,7 @@ class _Stack:
 
 
 class _Level:
-    """All fronts of one height: their rows, their sizes, and where each lies in a buffer of stacked square matrices."""
+    """All fronts of one height: rows, sizes, and where each lies in a buffer of stacked squares."""
 
     def __init__(self, start: np.ndarray, pivots: np.ndarray, keys: np.ndarray, n: int) -> None:
         self.n, self.start, self.pivots, self.keys = n, start, pivots, keys
@@ -80,7 +82,8 @@ class _Level:
         index = row - self.start[front]
         outside = ~is_pivot
         at = front[outside]
-        index[outside] = np.searchsorted(self.keys, at * self.n + row[outside]) - self.first[at] + self.padded[at]
+        rank = np.searchsorted(self.keys, at * self.n + row[outside])
+        index[outside] = rank - self.first[at] + self.padded[at]
         return index
 
 
@@ -102,12 +105,15 @@ def build(P: sp.csc_matrix) -> Factor:
     tree = nested_dissection(rows, _LEAF)
     entries = _entries_by_height(rows[tree.order][:, tree.order].tocsr(), tree)
     levels = _symbolic(entries, tree, n)
-    stacks = _eliminate(levels, entries, tree)
+    blas = ThreadpoolController().select(user_api="blas")
+    with blas.limit(limits=1):  # its threads would burn five times the CPU time waiting for each other
+        stacks = _eliminate(levels, entries, tree)
 
     def apply(b: np.ndarray) -> np.ndarray:
         permuted = np.zeros((b.size // n, n + 1))
         permuted[:, :n] = b.reshape(n, -1)[tree.order].T
-        _substitute(stacks, permuted)
+        with blas.limit(limits=1):
+            _substitute(stacks, permuted)
         x = np.empty((n, len(permuted)))
         x[tree.order] = permuted[:, :n].T
         return x.reshape(b.shape)
@@ -151,7 +157,7 @@ def _eliminate(levels: list[_Level], entries: list[_Entries], tree: Dissection) 
     """Eliminate level by level, from the leaves up."""
     result = []
     fronts = np.empty(0)
-    for h, (level, e) in enumerate(zip(levels, entries)):
+    for h, (level, e) in enumerate(zip(levels, entries, strict=True)):
         target = level.offset[e.front] + level.local(e.front, e.row, e.is_pivot) * level.stride[e.front]
         target += e.column - level.start[e.front]
         is_root = h == tree.depth
@@ -161,10 +167,10 @@ def _eliminate(levels: list[_Level], entries: list[_Entries], tree: Dissection) 
                                                                tree.height[level.rows] == h + 1)
         if h > 0:
             fronts[target] += e.value
-            stacked = (fronts[i:i + size] for i, size in _extents(level))
+            stacked: Iterator[np.ndarray] = (fronts[i:i + size] for i, size in _extents(level))
         else:
             stacked = _assemble_leaves(level, e, target)
-        for members, front in zip(level.stacks, stacked):
+        for members, front in zip(level.stacks, stacked, strict=True):
             stack, update, to_parent = _eliminate_stack(level, members, front, index)
             result.append(stack)
             if parent is not None and update.shape[1]:
@@ -175,7 +181,7 @@ def _eliminate(levels: list[_Level], entries: list[_Entries], tree: Dissection) 
 
 def _extents(level: _Level) -> Iterator[tuple[int, int]]:
     """Offset and number of entries of each stack."""
-    return zip(level.stack_offset, np.diff([*level.stack_offset, level.entries]).tolist())
+    return zip(level.stack_offset, np.diff([*level.stack_offset, level.entries]).tolist(), strict=True)
 
 
 def _assemble_leaves(level: _Level, e: _Entries, target: np.ndarray) -> Iterator[np.ndarray]:
@@ -195,7 +201,7 @@ def _assemble_leaves(level: _Level, e: _Entries, target: np.ndarray) -> Iterator
 def _eliminate_stack(
     level: _Level, members: np.ndarray, flat: np.ndarray, index: np.ndarray
 ) -> tuple[_Stack, np.ndarray, np.ndarray]:
-    """Eliminate the pivots of a stack of fronts; return it, the updates, and the borders' places in the parents."""
+    """Eliminate the pivots of a stack; return it, the updates, and the borders' places in the parents."""
     k, stride = level._padded_sizes(members)
     front = flat.reshape(len(members), stride, stride)
     is_padding = np.arange(k) >= level.pivots[members, None]
@@ -223,7 +229,7 @@ def _eliminate_stack(
 def _extend_add(
     parent: _Level, members: np.ndarray, update: np.ndarray, to_parent: np.ndarray, fronts: np.ndarray
 ) -> None:
-    """Add the stack's updates to the parents' fronts; left children before right ones, which may share a target."""
+    """Add the updates to the parents' fronts; left children first, for siblings may share a target."""
     above, m = members >> 1, update.shape[1]
     offset, stride = parent.offset[above], parent.stride[above]
     to_parent = np.where(to_parent < 0, stride[:, None] - 1, to_parent)
@@ -234,7 +240,7 @@ def _extend_add(
             fronts[(rows[:, :, None] + to_parent[side, None, :]).reshape(-1)] += update[side].reshape(-1)
         return
     padded = np.zeros((m + 1, m + 1))  # its last row and column are what the other rows of the parent receive
-    for i, (begin, size) in enumerate(zip(offset.tolist(), stride.tolist())):
+    for i, (begin, size) in enumerate(zip(offset.tolist(), stride.tolist(), strict=True)):
         source = np.full(size, m)
         source[to_parent[i]] = np.arange(m)
         source[-1] = m
@@ -254,7 +260,7 @@ def _substitute(stacks: list[_Stack], b: np.ndarray) -> None:
             for i in range(len(b)):
                 np.subtract.at(b[i], s.border.reshape(-1), spill[:, i].reshape(-1))
     b[:, -1] = 0.0
-    for s, y in zip(reversed(stacks), reversed(halfway)):
+    for s, y in zip(reversed(stacks), reversed(halfway), strict=True):
         if s.border.size:
             y -= np.matmul(s.below.transpose(0, 2, 1)[:, None], _gather(b, s.border))
         x = np.matmul(s.inverse.transpose(0, 2, 1)[:, None], y)[..., 0]
@@ -263,5 +269,5 @@ def _substitute(stacks: list[_Stack], b: np.ndarray) -> None:
 
 
 def _gather(b: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Columns of `b` as stacked vectors, (c, r, k, 1): BLAS's matrix-vector product is best at few right-hand sides."""
+    """Columns of `b` as stacked vectors, (c, r, k, 1): BLAS is best at matrix times vector here."""
     return np.ascontiguousarray(b[:, rows].transpose(1, 0, 2))[..., None]

@@ -12,7 +12,7 @@ from .base import Factor, reordered
 
 def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
-    order = bandwidth_order(P.T)  # halves the cost on subdivided meshes, whose own order misleads minimum degree
+    order = bandwidth_order(P.T)  # a subdivided mesh's own order misleads minimum degree
     try:
         factor = cholesky(P[order][:, order], mode="supernodal", ordering_method="amd")
     except CholmodError as error:

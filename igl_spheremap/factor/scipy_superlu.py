@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from ..errors import FactorisationFailed
 from ..ordering import bandwidth_order, nested_dissection
-from .base import Factor, reordered
+from .base import Factor, Solver, reordered
 
-# Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the factorisation.
+# Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the
+# factorisation.
 _DISSECT_FROM = 50_000
 
 _LARGEST_BACKWARD_ERROR = 1e-8
 
 
 def build(P: sp.csc_matrix) -> Factor:
-    """Factorise `P`; raise FactorisationFailed where a pivot is zero or the factors don't behave as those of an SPD one.
+    """Factorise `P`; raise FactorisationFailed where its factors aren't those of a positive definite matrix.
 
     Minimum degree in a mesh's own order can fill in twenty times as much (spikes): it breaks ties by index.
     """
@@ -29,7 +28,10 @@ def build(P: sp.csc_matrix) -> Factor:
         order, rule = nested_dissection(P.T).order, "NATURAL"
     try:
         lu = splu(
-            P[order][:, order], permc_spec=rule, diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False}
+            P[order][:, order],
+            permc_spec=rule,
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True, "Equil": False},
         )
     except RuntimeError as error:
         raise FactorisationFailed(f"SuperLU: {error}") from error
@@ -38,7 +40,7 @@ def build(P: sp.csc_matrix) -> Factor:
     return Factor("scipy", P.shape[0], solve, nnz=lu.nnz)
 
 
-def _probe(P: sp.csc_matrix, solve: Callable[[np.ndarray], np.ndarray]) -> None:
+def _probe(P: sp.csc_matrix, solve: Solver) -> None:
     """SuperLU takes indefinite matrices without a word: try the inverse on a few right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
     b = np.stack([np.ones_like(i), np.cos(i), np.cos(i * i % 1009.0)], axis=1)
