@@ -14,6 +14,10 @@ from .iterate import Iterate, Listener, Status
 FloatArray = NDArray[np.float64]
 
 
+#: Steps over which a plateau is judged: Barzilai-Borwein energies go up and down over some tens.
+_WINDOW = 100
+
+
 @dataclass(frozen=True, eq=False)
 class Minimum:
     """Where a minimisation ended.
@@ -41,6 +45,7 @@ def minimize(
     *,
     tolerance: float,
     max_iterations: int,
+    plateau: float = 0.0,
     listener: Listener | None = None,
     round: int = 0,
 ) -> Minimum:
@@ -55,6 +60,9 @@ def minimize(
         residual is.
     max_iterations : int
         The run ends after so many steps.
+    plateau : float
+        The run has also converged when the lowest energy fell by less than this share of it over the last 100 steps.
+        0 switches this rule off.
     listener : callable, optional
         Called with every iterate; may raise StopIteration.
     round : int
@@ -82,10 +90,18 @@ def minimize(
         except StopIteration:
             status = Status.STOPPED
             break
-        if last.residual <= tolerance:  # Algorithm 1, step 2
+        if last.residual <= tolerance or _flat(energies, plateau):  # Algorithm 1, step 2
             status = Status.CONVERGED
             break
         if k == max_iterations:
             status = Status.MAX_ITERATIONS
             break
     return Minimum(last, status, np.array(energies), np.array(residuals))
+
+
+def _flat(energies: list[float], plateau: float) -> bool:
+    """True if the lowest energy has hardly changed over the last steps."""
+    if plateau == 0 or len(energies) % _WINDOW or len(energies) <= _WINDOW:
+        return False
+    lowest = min(energies)
+    return min(energies[:-_WINDOW]) - lowest < plateau * lowest

@@ -51,6 +51,7 @@ def unfold(
     solver: CayleyBB,
     tolerance: float,
     max_iterations: int,
+    plateau: float,
     rounds: int,
     listener: Listener | None = None,
 ) -> Unfolded:
@@ -66,8 +67,8 @@ def unfold(
         The first map, such as the Gauss map.
     solver : CayleyBB
         Algorithm 1.
-    tolerance, max_iterations
-        Of Algorithm 1, for each round.
+    tolerance, max_iterations, plateau
+        Of Algorithm 1, for each round, see `minimize`.
     rounds : int
         Eigen-projections at the most.
     listener : callable, optional
@@ -83,7 +84,9 @@ def unfold(
     start = Iterate("gauss map", 0, 0, x, problem.energy.evaluate(x)[0])
     for k in range(rounds + 1):
         began = time.perf_counter()
-        minimum = _one_round(problem, start, solver, tolerance, max_iterations, listener)  # Algorithm 2, steps 1, 4
+        minimum = _told(start, listener) or minimize(  # Algorithm 2, steps 1 and 4
+            solver.iterates(problem, start.x), tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
+            listener=listener, round=start.round)
         record = _record(mesh, start, minimum, time.perf_counter() - began)
         done.append(record)
         if best is None or record.foldings_after <= best[0]:
@@ -122,17 +125,14 @@ def star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate
     return Iterate("star map", round, 0, projection.star_map, energy, details=details)
 
 
-def _one_round(problem: Problem, start: Iterate, solver: CayleyBB, tolerance: float, max_iterations: int,
-               listener: Listener | None) -> Minimum:
+def _told(start: Iterate, listener: Listener | None) -> Minimum | None:
+    """Tell the listener of a start; if it asks to stop, the start is where the round ends."""
     try:
         if listener is not None:
             listener(start)
     except StopIteration:
-        nothing = np.array([start.energy]), np.array([start.residual])
-        return Minimum(start, Status.STOPPED, *nothing)
-    iterates = solver.iterates(problem, start.x)
-    return minimize(iterates, tolerance=tolerance, max_iterations=max_iterations, listener=listener,
-                    round=start.round)
+        return Minimum(start, Status.STOPPED, np.array([start.energy]), np.array([start.residual]))
+    return None
 
 
 def _record(mesh: Mesh, start: Iterate, minimum: Minimum, seconds: float) -> Round:

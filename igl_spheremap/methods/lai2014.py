@@ -25,6 +25,7 @@ def lai2014(
     x0: FloatArray | None = None,
     tolerance: float = 1e-3,
     max_iterations: int = 5000,
+    plateau: float = 5e-7,
     rounds: int = 3,
     rho: float = 1e-4,
     delta: float = 0.1,
@@ -46,6 +47,9 @@ def lai2014(
         having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
     max_iterations : int
         Iterations of each minimisation at the most.
+    plateau : float
+        Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
+        limbs creep for thousands of iterations after all else has settled.
     rounds : int
         Eigen-projections at the most; 0 is Algorithm 1 alone.
     rho, delta, xi : float
@@ -59,8 +63,8 @@ def lai2014(
         The map of the round with the fewest foldings.
     """
     problem = harmonic_problem(mesh)
-    solver = CayleyBB(rho=rho, delta=delta, xi=xi, bb=bb)
+    solver = CayleyBB(rho=rho, delta=delta, xi=xi, bb=bb, confine_to=mesh.f)
     start = mesh_gauss_map(mesh) if x0 is None else x0
     found = unfold(mesh, problem, start, solver=solver, tolerance=tolerance, max_iterations=max_iterations,
-                   rounds=rounds, listener=listener)
+                   plateau=plateau, rounds=rounds, listener=listener)
     return Draft(found.x, found.energy, found.status, found.rounds)

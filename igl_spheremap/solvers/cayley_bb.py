@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..certify import orientation_signs
 from ..energy import Problem
 from ..iterate import Iterate
 from ..line_search import NonmonotoneSearch
@@ -26,9 +27,11 @@ _TAU_BOUNDS = (1e-12, 1e12)
 class CayleyBB:
     """The paper's Algorithm 1.
 
-    Two things are added to the paper's, because a mesh is not smooth. Moebius boosts are kept out of the gradient and
-    the map is re-centred when it has drifted (`Problem.gauge`): the discrete energy falls for ever along them. And the
-    search gives up, visibly, when no step above rounding lowers the energy.
+    Three things are added to the paper's, because a mesh is not smooth. Moebius boosts are kept out of the gradient and
+    the map is re-centred when it has drifted (`Problem.gauge`): the discrete energy falls for ever along them. A start
+    that has no foldings is kept so: a step that would fold counts as one of infinite energy, for "the minimization must
+    be confined to the set of diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy.
+    And the search gives up, visibly, when no step above rounding lowers the energy.
 
     Parameters
     ----------
@@ -43,6 +46,8 @@ class CayleyBB:
         iterations and tau_2 at even ones.
     tau_0 : float
         First step tried, in units of the source's area; the paper suggests 1.
+    confine_to : (m, 3) int64 array, optional
+        Faces that may not fold if none of them does at the start; without it maps fold as they will.
 
     References
     ----------
@@ -54,6 +59,7 @@ class CayleyBB:
     xi: float = 0.85
     bb: Literal["alternating", "tau_1", "tau_2"] = "alternating"
     tau_0: float = 1.0
+    confine_to: NDArray[np.int64] | None = None
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
@@ -73,15 +79,15 @@ class CayleyBB:
         x = center(x, problem.A) if problem.gauge else x
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        tau, k = self.tau_0, 0
+        tau, k, free = self.tau_0, 0, self._free(x)
         while True:
             square = problem.inner(gradient, gradient)
             yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), tau if k else 0.0)
 
-            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient) -> tuple[float, tuple]:
+            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient, free: bool = free) -> tuple[float, tuple]:
                 y = cayley_update(x, gradient, step)  # Theorem 1
                 value, slope = problem.evaluate(y)
-                return value, (y, slope)
+                return np.inf if free and not self._free(y) else value, (y, slope)
 
             step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
             if step is None:
@@ -95,6 +101,10 @@ class CayleyBB:
             search.record(energy)  # Algorithm 1, step 5
             x, gradient, k = y, new_gradient, k + 1  # Algorithm 1, step 6
             tau = self._barzilai_borwein(problem, D, W, k, step.tau)
+
+    def _free(self, x: FloatArray) -> bool:
+        """True if the map may not fold and does not."""
+        return self.confine_to is not None and bool((orientation_signs(x, self.confine_to) > 0).all())
 
     def _barzilai_borwein(self, problem: Problem, D: FloatArray, W: FloatArray, k: int, last: float) -> float:
         """First step to try at iteration k, eq. (12)."""
