@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Rings around the foldings that are removed whatever their signs, attempt by attempt; then everything.
-_RINGS = (0, 2, 6, 18, 54)
+#: Rings around the places where float64 was too coarse that are removed too in the next attempt; then everything.
+_RINGS = (4, 8, 16, 32, 64)
 #: Rings beyond those within which collapses may go on; doubled when they do not suffice.
 _MARGIN = 4
+#: Batches of collapses after which foldings that are left have a further ring around them removed as well.
+_PATIENCE = 8
 #: A vertex is tried at the centre of its kernel, then pulled towards the target of its collapse.
 _PULLS = (1.0, 0.3, 0.1, 0.01, 1e-3)
 _INSERTION_ATTEMPTS = 3
@@ -43,7 +46,11 @@ class _RegionTooSmall(Exception):
 
 
 class _TooCoarse(Exception):
-    """Float64 has no position for a vertex inside the kernel of its star."""
+    """Float64 has no position for some vertices inside the kernels of their stars."""
+
+    def __init__(self, vertices: IntArray) -> None:
+        super().__init__()
+        self.vertices = vertices
 
 
 def progressive_embedding(x: FloatArray, f: IntArray) -> FloatArray:
@@ -82,12 +89,14 @@ def _attempts(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     yield x
     bad = orientation_signs(x, f) <= 0
     if 0 < bad.sum() < len(f) / 2:
+        forced = np.zeros(len(x), dtype=bool)
         for rings in _RINGS:
-            with suppress(_TooCoarse):
-                y = _mend_locally(x, f, bad, rings)
-                yield y
-                if (orientation_signs(y, f) > 0).all():
-                    break  # it is the degree that is wrong, and no local change mends that
+            try:
+                yield _mend_locally(x, f, bad, forced)
+                break  # without folding: if that was not enough, no local change mends the degree
+            except _TooCoarse as failure:
+                forced[failure.vertices] = True
+                forced = dilate(f, forced, rings)
     with suppress(_TooCoarse):
         everywhere = np.ones(len(x), dtype=bool)
         y = x.copy()
@@ -98,7 +107,7 @@ def _attempts(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
 def unit_rows(x: FloatArray) -> FloatArray:
     """Rows scaled to length 1 without over- or underflow; bit for bit as they are if all have it already."""
     square = np.einsum("ij,ij->i", x, x)
-    if np.abs(square - 1).max() < 1e-15:
+    if np.abs(square - 1).max() < 1e-14:
         return x.copy()
     x = x / np.abs(x).max(axis=1, keepdims=True)
     return np.asarray(x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None])
@@ -115,11 +124,10 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
     return marked
 
 
-def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, rings: int) -> FloatArray:
-    """Remove and rebuild what lies around bad faces: as little as possible, or all within so many rings."""
-    around = np.zeros(len(x), dtype=bool)
+def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray) -> FloatArray:
+    """Remove and rebuild the forced vertices, and around bad faces as little as possible."""
+    around = forced.copy()
     around[f[bad]] = True
-    around = dilate(f, around, rings)
     margin = _MARGIN
     while True:
         region = dilate(f, around, margin)
@@ -131,10 +139,12 @@ def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, rings: int) -> Flo
         frozen[f[~faces]] = True
         part = x[vertices]
         try:
-            _rebuild(part, local[f[faces]], around[vertices] & (rings > 0), frozen[vertices])
+            _rebuild(part, local[f[faces]], forced[vertices], frozen[vertices])
         except _RegionTooSmall:
             margin *= 2
             continue
+        except _TooCoarse as failure:
+            raise _TooCoarse(vertices[failure.vertices]) from None
         y = x.copy()
         y[vertices] = part
         return y
@@ -157,9 +167,10 @@ def _rebuild(x: FloatArray, f: IntArray, forced: BoolArray, frozen: BoolArray) -
 
 def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
     """Collapse until no forced vertex and no folding is left, or nothing more can go."""
-    while True:
-        wanted = forced & mesh.present
+    for turn in count():
+        wanted = mesh.present & False
         wanted[mesh.f[mesh.bad]] = True
+        wanted = dilate(mesh.f[mesh.faces()], wanted, turn // _PATIENCE) | (forced & mesh.present)
         batch = mesh.next_batch(wanted & ~mesh.frozen)
         if batch is not None:
             mesh.collapse(batch)
@@ -195,7 +206,7 @@ def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
                 return
         x[stars.vertices] = x[target]
         relax_areas(mesh, movable)  # makes room
-    raise _TooCoarse
+    raise _TooCoarse(stars.vertices)
 
 
 def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
