@@ -72,7 +72,7 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
     np.fill_diagonal(weights, 0.0)
     L = np.diag(weights.sum(axis=1)) - weights
     eigenvalues, modes = np.linalg.eigh(L)
-    if len(L) < 5 or eigenvalues[3] < 1e-12 * eigenvalues[-1]:
+    if len(L) < 5 or eigenvalues[1] <= 1e-12 * eigenvalues[-1]:
         # Too small, or not connected: any place will do.
         return _normalise(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
     inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T

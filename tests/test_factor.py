@@ -1,0 +1,161 @@
+"""All factorisations agree, fail alike, and the multigrid cycle is a metric."""
+
+import igl
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from igl_spheremap import factor as factor_module
+from igl_spheremap.errors import FactorisationFailed
+from igl_spheremap.factor import available_backends, factorize, refined_solve
+from igl_spheremap.laplacian import cotangent_laplacian, vertex_areas
+
+BACKENDS = ("cvxopt", "scikit-sparse", "multifrontal", "scipy", "cholespy", "pypardiso")
+
+
+def problem(n_subdivisions, regularisation=1e-9):
+    v, f = igl.loop(*igl.icosahedron(), n_subdivisions)
+    v = np.ascontiguousarray(v / np.linalg.norm(v, axis=1)[:, None] * [1.0, 1.5, 2.0])
+    areas = vertex_areas(v, f)
+    return (cotangent_laplacian(v, f) + regularisation * sp.diags_array(areas / areas.sum())).tocsc()
+
+
+def right_hand_sides(n, k=3, seed=0):
+    b = np.random.default_rng(seed).normal(size=(n, k))
+    return b - b.mean(axis=0)
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request):
+    if request.param not in available_backends():
+        pytest.skip(f"{request.param} is not installed")
+    return request.param
+
+
+@pytest.mark.parametrize("n_subdivisions", [0, 2, 3])
+def test_agrees_with_a_dense_solve(backend, n_subdivisions):
+    P = problem(n_subdivisions, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    factor = factorize(P, backend)
+    assert factor.backend == backend
+    assert factor.exact
+    np.testing.assert_allclose(factor.solve(b), np.linalg.solve(P.toarray(), b), atol=1e-10)
+
+
+def test_many_levels(backend):
+    P = problem(5)
+    b = right_hand_sides(P.shape[0])
+    assert np.abs(P @ factorize(P, backend).solve(b) - b).max() < 1e-10
+
+
+def test_pinned_vertices(backend):
+    P = problem(4, 0.0)[3:, 3:].tocsc()
+    b = right_hand_sides(P.shape[0])
+    assert np.abs(P @ factorize(P, backend).solve(b) - b).max() < 1e-10
+
+
+def test_one_right_hand_side_is_a_column(backend):
+    P = problem(3, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    factor = factorize(P, backend)
+    kept = b.copy()
+    one = factor.solve(b[:, 0])
+    assert one.shape == (P.shape[0],)
+    np.testing.assert_allclose(one, factor.solve(b)[:, 0], atol=1e-12)
+    assert (b == kept).all()
+
+
+def test_same_bits_again(backend):
+    P = problem(4)
+    b = right_hand_sides(P.shape[0])
+    assert (factorize(P, backend).solve(b) == factorize(P.copy(), backend).solve(b)).all()
+
+
+@pytest.mark.parametrize("shift", [1.0, 1e-2])
+def test_indefinite_matrices_fail(backend, shift):
+    P = problem(4)
+    with pytest.raises(FactorisationFailed):
+        factorize(P - shift * sp.eye_array(P.shape[0]), backend)
+
+
+def test_non_finite_matrices_fail(backend):
+    P = problem(2)
+    P.data[5] = np.nan
+    with pytest.raises(FactorisationFailed, match="not finite"):
+        factorize(P, backend)
+
+
+def test_unknown_backend():
+    with pytest.raises(ValueError, match="unknown backend 'mumps'"):
+        factorize(problem(1), "mumps")
+
+
+def test_missing_backend(monkeypatch):
+    monkeypatch.setattr(factor_module, "_installed", lambda module: module != "cholespy")
+    with pytest.raises(ValueError, match="needs cholespy, which is not installed"):
+        factorize(problem(1), "cholespy")
+
+
+def test_auto_needs_nothing_but_scipy(monkeypatch):
+    monkeypatch.setattr(factor_module, "_installed", lambda module: module.startswith("scipy"))
+    assert available_backends() == ("scipy", "multigrid")
+    assert factorize(problem(2)).backend == "scipy"
+
+
+def test_auto_turns_to_multigrid_where_memory_is_short(monkeypatch):
+    monkeypatch.setattr(factor_module, "_free_memory", lambda: 1e5)
+    factor = factorize(problem(3))
+    assert factor.backend == "multigrid"
+    assert not factor.exact
+
+
+def test_wrong_shape_of_right_hand_side():
+    with pytest.raises(ValueError, match=r"expected \(12,\) or \(12, k\)"):
+        factorize(problem(0)).solve(np.zeros(13))
+
+
+def test_multigrid_is_symmetric_positive_definite():
+    P = problem(5)
+    cycle = factorize(P, "multigrid")
+    x, y = right_hand_sides(P.shape[0], 4, seed=1), right_hand_sides(P.shape[0], 4, seed=2)
+    Bx, By = cycle.solve(x), cycle.solve(y)
+    np.testing.assert_allclose(y.T @ Bx, By.T @ x, rtol=1e-9, atol=1e-9 * np.abs(y.T @ Bx).max())
+    assert np.linalg.eigvalsh(x.T @ Bx).min() > 0.0
+
+
+def test_multigrid_is_linear():
+    P = problem(5, 1e-3)
+    cycle = factorize(P, "multigrid")
+    b = right_hand_sides(P.shape[0], 2)
+    np.testing.assert_allclose(cycle.solve(b @ [2.0, -3.0]), cycle.solve(b) @ [2.0, -3.0], atol=1e-9)
+
+
+def test_multigrid_contracts_the_error_alike_at_every_size():
+    """The error's energy norm under x <- x + B (b - P x), per cycle."""
+    rates = []
+    for n_subdivisions in (4, 5, 6):
+        P = problem(n_subdivisions)
+        cycle = factorize(P, "multigrid")
+        error = right_hand_sides(P.shape[0], 1)
+        for _ in range(8):
+            before = (error * (P @ error)).sum()
+            error = error - cycle.solve(P @ error)
+        rates.append(np.sqrt((error * (P @ error)).sum() / before))
+    assert max(rates) < 0.6
+    assert rates[-1] < rates[0] + 0.25
+
+
+def test_refined_multigrid_solves():
+    P = problem(5)
+    b = right_hand_sides(P.shape[0])
+    x, exact = refined_solve(P, factorize(P, "multigrid"), b, 1e-9), factorize(P, "scipy").solve(b)
+    assert np.abs(P @ (x - exact)).max() < 1e-6 * np.abs(b).max()
+
+
+def test_refinement_of_a_zero_column():
+    P = problem(5)
+    b = right_hand_sides(P.shape[0], 2)
+    b[:, 1] = 0.0
+    x = refined_solve(P, factorize(P, "multigrid"), b)
+    assert (x[:, 1] == 0.0).all()
+    assert np.isfinite(x).all()

@@ -1,0 +1,96 @@
+"""Orders are permutations, dissections separate, and both keep the fill down whatever the numbering."""
+
+import igl
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from igl_spheremap.aggregation import aggregate
+from igl_spheremap.graph_sphere import graph_sphere
+from igl_spheremap.laplacian import cotangent_laplacian
+from igl_spheremap.ordering import bandwidth_order, nested_dissection
+
+
+def ellipsoid(n_subdivisions=4, shuffle=None):
+    v, f = igl.loop(*igl.icosahedron(), n_subdivisions)
+    v = v / np.linalg.norm(v, axis=1)[:, None] * [1.0, 1.5, 3.0]
+    if shuffle is not None:
+        order = np.random.default_rng(shuffle).permutation(len(v))
+        v, f = v[order], np.argsort(order)[f]
+    return np.ascontiguousarray(v), np.ascontiguousarray(f)
+
+
+def regularised(v, f):
+    return (cotangent_laplacian(v, f) + 1e-9 * sp.eye_array(len(v))).tocsr()
+
+
+def fill(P, order, rule="NATURAL"):
+    Q = P[order][:, order].tocsc()
+    return splu(Q, permc_spec=rule, diag_pivot_thresh=0.0, options={"SymmetricMode": True}).nnz
+
+
+@pytest.mark.parametrize("leaf", [1, 12, 10_000])
+def test_orders_are_permutations(leaf):
+    P = regularised(*ellipsoid(3))
+    everything = np.arange(P.shape[0])
+    assert (np.sort(nested_dissection(P, leaf).order) == everything).all()
+    assert (np.sort(bandwidth_order(P)) == everything).all()
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_tiny_and_disconnected_graphs(n):
+    tree = nested_dissection(sp.eye_array(n).tocsr())
+    assert sorted(tree.order.tolist()) == list(range(n))
+
+
+def test_no_edge_joins_the_two_sides_of_a_separator():
+    P = regularised(*ellipsoid())
+    tree = nested_dissection(P)
+    Q = P[tree.order][:, tree.order].tocoo()
+    top = np.maximum(tree.height[Q.row], tree.height[Q.col])
+    assert (tree.path[Q.row] >> top == tree.path[Q.col] >> top).all()
+
+
+def test_halves_are_balanced():
+    tree = nested_dissection(regularised(*ellipsoid()))
+    sides = np.bincount(tree.path >> (tree.depth - 1))
+    assert sides.min() > 0.4 * sides.sum()
+
+
+def test_top_separator_is_of_the_order_of_a_great_circle():
+    P = regularised(*ellipsoid(5))
+    tree = nested_dissection(P)
+    assert np.count_nonzero(tree.height == tree.depth) < 2.5 * np.sqrt(P.shape[0])
+
+
+@pytest.mark.parametrize("shuffle", [None, 0, 1])
+def test_fill_stays_near_that_of_minimum_degree(shuffle):
+    P = regularised(*ellipsoid(5, shuffle))
+    minimum_degree = fill(P, bandwidth_order(P), "MMD_AT_PLUS_A")
+    assert fill(P, nested_dissection(P).order) < 1.15 * minimum_degree
+
+
+def test_deterministic():
+    P = regularised(*ellipsoid())
+    assert (nested_dissection(P).order == nested_dissection(P.copy()).order).all()
+
+
+def test_aggregates_are_connected_and_small():
+    P = regularised(*ellipsoid())
+    labels, count = aggregate(P)
+    edges = P.tocoo()
+    within = labels[edges.row] == labels[edges.col]
+    pieces = sp.coo_array((edges.data[within] != 0, (edges.row[within], edges.col[within])), shape=P.shape)
+    assert sp.csgraph.connected_components(pieces, directed=False)[0] == count
+    assert P.shape[0] / 12 < count < P.shape[0] / 4
+
+
+def test_graph_sphere_keeps_neighbours_together():
+    P = regularised(*ellipsoid(5))
+    P.data[:] = 1.0
+    x = graph_sphere(P)
+    edges = P.tocoo()
+    np.testing.assert_allclose(np.linalg.norm(x, axis=1), 1.0, rtol=1e-12)
+    assert np.median(np.linalg.norm(x[edges.row] - x[edges.col], axis=1)) < 4.0 / np.sqrt(P.shape[0])
+    assert np.abs(x.mean(axis=0)).max() < 0.5
