@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .animals import bird, dino, octopus
-from .brain import brain
+from .cortex import brain
+from .helix import spring
 from .icosphere import sphere
 from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
-from .spring import spring
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -99,7 +99,11 @@ def from_spec(spec: str) -> Mesh:
     Examples
     --------
     >>> from igl_spheremap import samples
-    >>> v, f = samples.from_spec("dino:n_vertices=1500")
+    >>> v, f = samples.from_spec("spring:turns=2,n_vertices=1000")
+    >>> samples.from_spec("unicorn")
+    Traceback (most recent call last):
+        ...
+    ValueError: no sample is called 'unicorn'; there are: bird, brain, ...
     """
     name, _, rest = spec.partition(":")
     parameters: dict[str, float] = {}

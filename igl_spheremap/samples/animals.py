@@ -82,9 +82,8 @@ def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=1000)
     body = SmoothUnion((limb(DINO_SPINE), *map(limb, DINO_LEGS)), blend=0.06)
-    return mesh_implicit(body, body.box(), n_vertices, n_base=2000)
+    return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
 def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
@@ -100,7 +99,6 @@ def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=1000)
     parts = [limb(BIRD_SPINE), limb(BIRD_BEAK)]
     for side in (1.0, -1.0):
         parts.append(limb([(x, side * y, z, r) for x, y, z, r in BIRD_WING], squash=(1, 1, 0.3)))
@@ -109,7 +107,7 @@ def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
         feather = [(-1.3 + s * x, s * y, 0.02 * s, 0.16 + 0.06 * s) for s in (0.0, 0.5, 1.0, 1.4)]
         parts.append(limb(feather, squash=(1, 1, 0.45)))
     body = SmoothUnion(tuple(parts), blend=0.05)
-    return mesh_implicit(body, body.box(), n_vertices, n_base=2000)
+    return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
 def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[Float, Int]:
@@ -130,15 +128,14 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[Float, Int
     f : (m, 3) int64 ndarray
     """
     number("arm_length", arm_length, least=0.5, most=20)
-    number("n_vertices", n_vertices, least=800 + 400 * arm_length)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
-    body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.05)
-    return mesh_implicit(body, body.box(), n_vertices, n_base=int(1000 + 500 * arm_length))
+    body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
+    return mesh_implicit(body, body.box(), n_vertices, detail=0.11)
 
 
 def _arm(k: int, circumferences: float) -> Limb:
     """The k-th of eight arms: down from the body, outwards in waves, and up at its end."""
-    root, tip = 0.26, 0.10
+    root, tip = 0.25, 0.12
     length = circumferences * np.pi * (root + tip)
     t = np.linspace(0.0, 1.0, 16 + int(12 * circumferences))
     s = length * t

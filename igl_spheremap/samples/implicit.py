@@ -7,6 +7,8 @@ from collections.abc import Callable
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -18,22 +20,29 @@ COARSE_CUBE = 8  # the octree starts with cubes of so many grid spacings
 BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 
 
-def mesh_implicit(field: Field, box: Float, n_vertices: int, n_base: int) -> tuple[Float, Int]:
+def mesh_implicit(field: Field, box: Float, n_vertices: int, detail: float) -> tuple[Float, Int]:
     """Closed genus-0 mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
 
-    Marching cubes makes a mesh of at most ``4 * n_base`` vertices, whose slivers vanish under relaxation;
-    finer meshes come from it by midpoint subdivision and projection, which keep the triangles' shape.
+    Marching cubes makes a mesh with grid spacing at most ``detail`` where there are vertices enough, and its
+    slivers vanish under relaxation. Finer meshes come from it by midpoint subdivision and projection, which
+    keep the triangles' shape.
     """
-    levels = 0
-    while n_vertices / 4**levels > 4 * n_base:
-        levels += 1
-    v, f = _march_to_count(field, box, n_vertices / 4**levels)
-    if len(v) - len(f) // 2 != 2 or igl.facet_components(f)[0] != 1:
+    v, f = _march(field, box, detail)
+    least = len(v) // 3
+    if n_vertices < least:
+        raise ValueError(f"this shape needs n_vertices of at least {least}, not {n_vertices}")
+    levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
+    scale = detail * np.sqrt(len(v))
+    for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; the next one is unlikely to
+        v, f = _march_to_count(field, box, surplus * n_vertices / 4**levels, scale)
+        if len(v) - len(f) // 2 == 2:
+            break
+    else:
         raise ValueError(f"{n_vertices} vertices can't resolve this shape: ask for more")
     v = _relax(field, v, f, rounds=10)
     for _ in range(levels):
         v, f = igl.upsample(v, f)
-        v = _relax(field, v, f, rounds=2)
+        v = _relax(field, v, f, rounds=3)
     return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
 
 
@@ -64,15 +73,14 @@ def evaluate(field: Field, points: Float) -> Float:
     return np.concatenate([field(points[i : i + BLOCK]) for i in range(0, len(points), BLOCK)])
 
 
-def _march_to_count(field: Field, box: Float, count: float) -> tuple[Float, Int]:
-    """Marching cubes, with the grid spacing that yields ``count`` vertices within a few percent."""
-    x, y, z = box[1] - box[0]
-    spacing = 0.8 * float(np.sqrt((x * y + y * z + z * x) / count))
+def _march_to_count(field: Field, box: Float, count: float, scale: float) -> tuple[Float, Int]:
+    """Marching cubes on the grid that yields ``count`` vertices: spacing near ``scale / sqrt(count)``."""
     for _ in range(4):
+        spacing = scale / np.sqrt(count)
         v, f = _march(field, box, spacing)
         if abs(len(v) / count - 1.0) < 0.03:
             break
-        spacing *= np.sqrt(len(v) / count)
+        scale = spacing * np.sqrt(len(v))
     return v, f
 
 
@@ -94,7 +102,15 @@ def _march(field: Field, box: Float, spacing: float) -> tuple[Float, Int]:
     _, first, index = np.unique(key, return_index=True, return_inverse=True)
     grid = box[0] + spacing * corners[first]
     v, f, _ = igl.marching_cubes(evaluate(field, grid), grid, index.reshape(-1, 8), 0.0)
-    return v, f
+    return _largest_part(v, f)
+
+
+def _largest_part(v: Float, f: Int) -> tuple[Float, Int]:
+    """The component with most vertices: a grid too coarse for a thin tip cuts beads off it."""
+    edges = coo_array((np.ones(f.size), (f.ravel(), np.roll(f, 1, axis=1).ravel())), shape=(len(v), len(v)))
+    part = connected_components(edges, directed=False)[1]
+    keep = part == np.argmax(np.bincount(part))
+    return v[keep], (np.cumsum(keep) - 1)[f[keep[f[:, 0]]]]
 
 
 def _slide(v: Float, f: Int) -> Float:

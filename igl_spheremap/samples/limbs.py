@@ -11,6 +11,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 Float = NDArray[np.float64]
 
+NEGLIGIBLE = 20.0  # limbs so many blend lengths apart don't feel each other: exp(-20) = 2e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Limb:
@@ -68,9 +70,17 @@ class SmoothUnion:
 
     def __call__(self, points: Float) -> Float:
         """``-blend * log(sum(exp(-d / blend)))`` over the limbs' distances d."""
-        distance = np.stack([each(points) for each in self.limbs])
+        distance = np.stack([self._distance(each, points) for each in self.limbs])
         nearest = distance.min(axis=0)
         return nearest - self.blend * np.log(np.sum(np.exp((nearest - distance) / self.blend), axis=0))
+
+    def _distance(self, part: Limb, points: Float) -> Float:
+        """Distance to the limb where it matters; farther off, that to its box, which is less."""
+        lower, upper = part.box()
+        distance = np.linalg.norm(points - np.clip(points, lower, upper), axis=1)
+        near = distance < NEGLIGIBLE * self.blend
+        distance[near] = part(points[near])
+        return distance
 
     def box(self) -> Float:
         """(2, 3) corners of a box that holds the union, the swelling of the blend included."""

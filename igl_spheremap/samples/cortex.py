@@ -18,9 +18,9 @@ WAVE_NUMBER = 7.5
 FOLDS = 15.0  # radians of phase in a unit of length: a sulcus every 2 pi
 MEANDER = 3.0  # radians of phase by which the folds wander
 SHARPNESS = 1.0  # of the sulci, against the gyri
-CROWDED = 36.0
+CROWDED = 26.0  # folds narrower than 2 pi over this become shallow
 FISSURE = 0.12  # half width of the fissure between the hemispheres
-STEEPEST = 3.0
+STEEPEST = 3.0  # walls of the deepest folds, against the hull
 
 
 def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
@@ -38,8 +38,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=6000)
-    number("depth", depth, least=0.0, most=0.25)
+    number("depth", depth, least=0.0, most=0.17)
     stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])
     cerebellum = [limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)]
     lower = SmoothUnion((stem, *cerebellum), blend=0.04)
@@ -50,7 +49,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
         return np.minimum(_cerebrum(p, depth * open_air), below)
 
     box = np.stack([np.minimum(-1.1 * AXES, lower.box()[0]), 1.1 * AXES])
-    return mesh_implicit(field, box, n_vertices, n_base=10000)
+    return mesh_implicit(field, box, n_vertices, detail=0.05)
 
 
 def _cerebrum(p: Float, depth: Float) -> Float:
