@@ -15,8 +15,8 @@ from .errors import MeshError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Below this ratio of area to squared extent the surface is a needle or a line, and its extent sets the scale.
-_FLAT = 1e-20
+#: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
+_FLAT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,7 +92,9 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     t = h - (np.einsum("ij,ij->i", f, h)[:, None] / ff) * f
     s = 0.5 * tau * np.sqrt(ff * np.einsum("ij,ij->i", t, t)[:, None])
     cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
-    return (cosine + s * cosine) * (cosine - s * cosine) * f - tau * cosine**2 * ff * t  # Theorem 1
+    y = (cosine + s * cosine) * (cosine - s * cosine) * f - tau * cosine**2 * ff * t  # Theorem 1
+    # A long step magnifies what rounding left of F in T: give each row its length back.
+    return np.asarray(y * np.sqrt(ff / np.einsum("ij,ij->i", y, y)[:, None]))
 
 
 def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
@@ -174,7 +176,7 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
         step = np.linalg.solve(2 * (np.eye(3) - (y.T * w) @ y) + 1e-14 * np.eye(3), mean)
         length = float(np.linalg.norm(step))
         if length > 0.5:
-            step *= np.tanh(length) / length
+            step *= np.tanh(min(length, 2.0)) / length  # the ball ends at 1
         while True:
             trial = _compose(centre, step)
             moved = moebius(x, trial)

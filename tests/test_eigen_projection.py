@@ -1,0 +1,88 @@
+"""The weighted eigenproblem: exact integrals, the spectrum of the sphere, and Theorem 2."""
+
+import igl
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.eigen_projection import stiffness, weighted_mass
+from igl_spheremap.sphere import moebius
+
+X, F = icosphere(3)
+MESH = ism.check_mesh(X * [1, 1.2, 1.5], F)
+
+
+def test_mass_matrix_of_unit_weight_is_libigls_full_one():
+    full = igl.massmatrix(MESH.v, F, igl.MASSMATRIX_TYPE_FULL)
+    assert np.abs((weighted_mass(MESH, np.ones(len(X))) - full)).max() < 1e-15
+
+
+def test_mass_matrix_integrates_cubic_products_exactly():
+    """Against a quadrature of degree 4 on every face (Dunavant 1985)."""
+    rng = np.random.default_rng(0)
+    p, q, w = rng.normal(size=(3, len(X)))
+    w = w**2
+    a, b = 0.445948490915965, 0.091576213509771
+    points = [(1 - 2 * s, s, s) for s in (a, b)] + [(s, 1 - 2 * s, s) for s in (a, b)] + [
+        (s, s, 1 - 2 * s) for s in (a, b)]
+    share = [0.223381589678011, 0.109951743655322] * 3
+    area = igl.doublearea(MESH.v, F) / 2
+    at = [[g[F] @ np.array(c) for c in points] for g in (p, q, w)]
+    expected = sum(s * area @ (x * y * z) for s, x, y, z in zip(share, *at, strict=True))
+    assert np.isclose(p @ weighted_mass(MESH, w) @ q, expected)
+
+
+def test_stiffness_matrix_is_libigls_cotangent_matrix():
+    assert np.abs(stiffness(MESH) + igl.cotmatrix(MESH.v, F)).max() < 1e-12
+
+
+def test_eigenpairs_are_those_of_a_dense_solver():
+    projection = ism.weighted_eigen_projection(MESH.vertices, F, X)
+    B = weighted_mass(MESH, ism.conformal_factor(MESH.vertices, F, X)).toarray()
+    A = stiffness(MESH).toarray()
+    assert np.allclose(projection.eigenvalues, eigh(A, B)[0][1:4])
+    assert np.allclose(projection.phi.T @ B @ projection.phi, np.eye(3), atol=1e-9)  # eq. (16)
+    residual = A @ projection.phi
+    span = np.linalg.lstsq(B @ projection.phi, residual, rcond=None)[0]
+    assert np.abs(B @ projection.phi @ span - residual).max() < 1e-8
+
+
+@pytest.mark.parametrize("c", [[0, 0, 0], [0.3, 0.2, -0.4]])
+def test_a_conformal_map_has_eigenvalues_two_and_a_round_phi(c):
+    """Theorem 2: phi_1^2 + phi_2^2 + phi_3^2 = 3 / (4 pi), and the star map is the map."""
+    x, f = icosphere(4)
+    y = moebius(x, c)
+    projection = ism.weighted_eigen_projection(x, f, y)
+    assert np.allclose(projection.eigenvalues, 2, atol=0.05)
+    assert np.allclose((projection.phi**2).sum(axis=1), 3 / (4 * np.pi), rtol=0.05)
+    assert ism.certify(projection.star_map, f).folding_free
+    if not any(c):
+        assert np.allclose(projection.star_map, y, atol=0.02)
+
+
+def test_eigenvalues_converge_at_second_order():
+    errors = []
+    for level in (2, 3, 4):
+        x, f = icosphere(level)
+        errors.append(np.abs(ism.weighted_eigen_projection(x, f, x).eigenvalues - 2).max())
+    assert np.allclose(np.array(errors[:-1]) / errors[1:], 4, rtol=0.15)
+
+
+def test_the_smallest_mesh_has_a_star_map():
+    v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    f = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    assert ism.certify(ism.weighted_eigen_projection(v, f, ism.gauss_map(v, f)).star_map, f).folding_free
+
+
+def test_two_runs_agree_bit_for_bit():
+    one, two = (ism.weighted_eigen_projection(MESH.vertices, F, X) for _ in range(2))
+    assert np.array_equal(one.phi, two.phi)
+
+
+def test_images_that_are_no_numbers_are_refused():
+    x = X.copy()
+    x[3] = np.nan
+    with pytest.raises(ism.MeshError, match="vertex 3"):
+        ism.weighted_eigen_projection(X, F, x)

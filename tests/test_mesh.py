@@ -1,0 +1,155 @@
+"""The gate takes what has a clear meaning, and names every fault."""
+
+import igl
+import numpy as np
+import pytest
+from triangulations import flip_edges, icosphere
+
+import igl_spheremap as ism
+
+V, F = icosphere(2)
+
+
+def fault(v, f):
+    with pytest.raises(ism.MeshError) as caught:
+        ism.check_mesh(v, f)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("v", [
+    V.tolist(), V.astype(np.float32), V.astype(">f8"), np.asfortranarray(V), np.repeat(V, 2, axis=0)[::2],
+    (1000 * V).astype(np.int32),
+], ids=["list", "float32", "big-endian", "fortran", "strided", "integers"])
+@pytest.mark.parametrize("f", [
+    F.tolist(), F.astype(np.int32), F.astype(">i4"), F.astype(np.uint64), np.asfortranarray(F), F.astype(float),
+], ids=["list", "int32", "big-endian", "unsigned", "fortran", "whole floats"])
+def test_input_of_any_layout_means_the_same(v, f):
+    mesh = ism.check_mesh(v, f)
+    assert np.array_equal(mesh.f, F)
+    assert mesh.f.dtype == np.int64
+    assert mesh.v.flags.c_contiguous
+    assert np.allclose(mesh.v, ism.check_mesh(V, F).v, atol=2e-3)
+    ism.gauss_map(v, f)  # and libigl takes what the gate makes of it
+
+
+def test_read_only_input_is_neither_refused_nor_changed():
+    v, f = V.copy(), F.copy()
+    v.flags.writeable = f.flags.writeable = False
+    mesh = ism.check_mesh(v, f)
+    assert not np.shares_memory(mesh.vertices, v)
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)])
+def test_source_is_scaled_to_unit_area(scale, shift):
+    mesh = ism.check_mesh(scale * V + shift, F)
+    assert np.isclose(igl.doublearea(mesh.v, mesh.f).sum() / 2, 1)
+    assert np.allclose(mesh.v, ism.check_mesh(V, F).v, atol=1e-9)
+
+
+def test_positions_on_a_line_are_legitimate():
+    mesh = ism.check_mesh(V[:, [0]] * [1.0, 2.0, 3.0], F)
+    assert np.isfinite(mesh.v).all()
+    assert np.abs(mesh.v).max() <= 1
+
+
+def test_any_triangulated_sphere_passes():
+    f = flip_edges(F, 2000, np.random.default_rng(1))
+    assert np.array_equal(ism.check_mesh(V, f).f, f)
+
+
+def planted(change):
+    v, f = V.copy(), F.copy()
+    return change(v, f) or (v, f)
+
+
+def pinch(v, f):
+    f[f == 100] = 0
+    f[f == len(v) - 1] = 100
+    return v[:-1], f
+
+
+def two(v, f):
+    return np.vstack((v, v + 3)), np.vstack((f, f + len(v)))
+
+
+def flip_first(v, f):
+    f[0] = f[0, ::-1]
+
+
+def flip_every_second(v, f):
+    f[::2] = f[::2, ::-1]
+
+
+def set_nan(v, f):
+    v[7, 1] = np.nan
+
+
+def set_infinite(v, f):
+    v[9, 2] = -np.inf
+
+
+@pytest.mark.parametrize(("change", "names"), [
+    (set_nan, ["not finite", "7"]),
+    (set_infinite, ["not finite", "9"]),
+    (lambda v, f: (v, f[1:]), ["open surface: 3 boundary edges"]),
+    (lambda v, f: (v, np.vstack((f, f[5]))), ["non-manifold edge", "given twice", str(len(F))[:1]]),
+    (lambda v, f: (v, np.vstack((f, [[3, 3, 4]]))), ["degenerate", str(len(F))]),
+    (lambda v, f: (v, f + 1), ["out of range", "1-based"]),
+    (lambda v, f: (v, f - 1), ["out of range", "-1"]),
+    (lambda v, f: (np.vstack((v, [[0, 0, 9]])), f), ["unreferenced", str(len(V))]),
+    (flip_first, ["inconsistent orientation: 3 edges"]),
+    (flip_every_second, ["inconsistent orientation"]),
+    (pinch, ["non-manifold vertex: 1 vertex", "e.g. 0;"]),
+    (two, ["2 components of 320, 320 faces"]),
+    (lambda v, f: (0 * v + 5, f), ["zero area"]),
+    (lambda v, f: (v, f[:0]), ["no faces"]),
+    (lambda v, f: (v[:0], f), ["no vertices"]),
+    (lambda v, f: (v, np.hstack((f, f[:, :1]))), ["triangles"]),
+    (lambda v, f: (v[:, :2], f), ["three coordinates"]),
+    (lambda v, f: (v.T, f), ["transposed"]),
+    (lambda v, f: (v, f.T), ["transposed"]),
+    (lambda v, f: (v, f + 0.5), ["whole numbers"]),
+    (lambda v, f: (v.astype(complex), f), ["complex"]),
+    (lambda v, f: (v.astype(str), f), ["dtype"]),
+    (lambda v, f: (None, f), ["dtype"]),
+    (lambda v, f: (v, [[0, 1, 2], [0, 1]]), ["ragged"]),
+])
+def test_each_fault_is_named_with_its_place(change, names):
+    message = fault(*planted(change))
+    for name in names:
+        assert name in message
+
+
+def grid(twist):
+    """Torus, or Klein bottle if one seam is glued with a twist: 8 by 8 vertices."""
+    def at(i, j):
+        return (i % 8) * 8 + (-j if twist and i // 8 % 2 else j) % 8
+
+    return np.array([t for i in range(8) for j in range(8) for t in (
+        (at(i, j), at(i + 1, j), at(i + 1, j + 1)), (at(i, j), at(i + 1, j + 1), at(i, j + 1)))])
+
+
+def test_handles_are_counted():
+    v = np.random.default_rng(0).normal(size=(64, 3))
+    assert "genus 1" in fault(v, grid(twist=False))
+
+
+def test_one_sided_surfaces_are_told_from_misoriented_ones():
+    v = np.random.default_rng(0).normal(size=(64, 3))
+    assert "not orientable" in fault(v, grid(twist=True))
+
+
+def test_characteristic_two_is_not_enough():
+    # Sphere - torus - sphere, each pinched to the next at a vertex: Euler characteristic 2, and no sphere.
+    n = len(V)
+    torus = grid(twist=False) + n
+    far = F + n + 64
+    f = np.vstack((F, torus, far))
+    f[f == n] = 0
+    f[f == n + 64] = n + 9
+    used, f = np.unique(f, return_inverse=True)
+    f = f.reshape(-1, 3)
+    assert len(used) - len(f) * 3 // 2 + len(f) == 2
+    assert "3 components" in fault(np.random.default_rng(0).normal(size=(len(used), 3)), f)
