@@ -169,6 +169,8 @@ class _Work:
         keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
         _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
         crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)
+        if not crowded.any():
+            return
         copy = np.ones(len(self.f), dtype=bool)
         copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
         self._keep_faces(~(copy & crowded))

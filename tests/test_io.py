@@ -358,7 +358,7 @@ def test_damaged_files_give_one_line(name, damage, ball, tmp_path, capfd):
         ("a.obj", "v 0 0 0\nf 1 2\n", "not triangles"),
         ("a.off", "OFF\n8 6 0\n0 0 0\n", "1 lines follow"),
         ("a.off", "OFF BINARY\n", "no OFF header"),
-        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0\n", "more corners"),
+        ("a.off", "OFF\n1 1 0\n0 0 0\n3 0 0\n", "as many whole numbers"),
         ("a.off", "OFF\n999999999999 6 0\n0 0 0\n", "1 lines follow"),
         (
             "a.ply",

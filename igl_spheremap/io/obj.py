@@ -10,11 +10,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .polygons import Polygons
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
-from .text import indices, numbers, read_text, write_rows
+from .text import indices, numbers, read_rows, write_rows
 
 
 def read(path: Path) -> RawMesh:
@@ -35,30 +34,16 @@ def read(path: Path) -> RawMesh:
     MeshError
         If a vertex or face can't be made sense of.
     """
-    data = read_text(path)
+    data = path.read_bytes()
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
-    if b"#" in data:
-        data = re.sub(rb"#[^\r\n]*", b"", data)
-    if re.search(rb"^[ \t]", data, re.MULTILINE):
-        data = re.sub(rb"(?m)^[ \t]+", b"", data)
-    lines = data.splitlines()
-    v = numbers([line[2:].split() for line in lines if line.startswith((b"v ", b"v\t"))], 3, "vertex")
-    face_lines = [line[2:] for line in lines if line.startswith((b"f ", b"f\t"))]
-    if b"/" in data:
-        face_lines = re.sub(rb"/[^ \t\n]*", b"", b"\n".join(face_lines)).split(b"\n") if face_lines else []
-    faces = indices([line.split() for line in face_lines])
-    if (faces.corners < 0).any():
-        faces = _absolute(faces, lines)
-    return RawMesh(v, Polygons(faces.corners - 1, faces.sizes))
-
-
-def _absolute(faces: Polygons, lines: list[bytes]) -> Polygons:
-    """Negative indices counted back from the vertices that stand above the face."""
-    is_face = np.array([line.startswith((b"f ", b"f\t")) for line in lines])
-    above = np.cumsum([line.startswith((b"v ", b"v\t")) for line in lines])[is_face]
-    counted: NDArray[np.int64] = faces.corners + np.repeat(above, faces.sizes) + 1
-    return Polygons(np.where(faces.corners < 0, counted, faces.corners), faces.sizes)
+    rows = read_rows(data)
+    vertices, face_rows = rows.starting_with(b"v"), rows.starting_with(b"f")
+    v, faces = numbers(vertices, 3, "vertex"), indices(face_rows)
+    # Negative indices count back from the vertices that stand above the face.
+    above = np.repeat(np.searchsorted(vertices.begin, face_rows.begin), faces.sizes)
+    corners = np.where(faces.corners < 0, faces.corners + above, faces.corners - 1)
+    return RawMesh(v, Polygons(corners, faces.sizes))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from ..errors import MeshError
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
-from .text import counted_indices, numbers, read_text, write_rows
+from .text import counted_indices, numbers, read_rows, write_rows
+
+_NAMES = (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF")
 
 
 def read(path: Path) -> RawMesh:
@@ -28,23 +29,32 @@ def read(path: Path) -> RawMesh:
     MeshError
         If it is no OFF file, or ends early, or a row can't be made sense of.
     """
-    data = read_text(path)
-    if b"#" in data:
-        data = re.sub(rb"#[^\r\n]*", b"", data)
-    head = re.match(rb"\s*(?:(?:ST)?C?N?OFF\b)?\s*(\d+)[ \t]+(\d+)(?:[ \t]+\d+)?[ \t]*(?:\r?\n|$)", data)
-    if head is None:
-        raise MeshError(
-            "damaged: no OFF header with the numbers of vertices and faces (binary and "
-            "four-dimensional OFF are not read); check that the file is what its name says"
-        )
-    n, m = int(head[1]), int(head[2])
-    rows = [row for line in data[head.end() :].splitlines() if (row := line.split())]
+    data = path.read_bytes()
+    n, m, body = _header(data)
+    rows = read_rows(data[body:])
     if len(rows) < n + m:
         raise MeshError(
             f"damaged: {len(rows)} lines follow where {n} vertices and {m} faces are announced; "
             "the file seems cut off, write it anew"
         )
     return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
+
+
+def _header(data: bytes) -> tuple[int, int, int]:
+    """Numbers of vertices and faces, and where the lines begin that hold them."""
+    words, at = list[bytes](), 0
+    while len(words) < 2 and at < len(data):
+        end = (data.find(b"\n", at) + 1) or len(data)
+        words += data[at:end].partition(b"#")[0].split()
+        at = end
+        if words and words[0] in _NAMES:
+            words = words[1:]
+    if len(words) < 2 or not (words[0].isdigit() and words[1].isdigit()):
+        raise MeshError(
+            "damaged: no OFF header with the numbers of vertices and faces (binary and "
+            "four-dimensional OFF are not read); check that the file is what its name says"
+        )
+    return int(words[0]), int(words[1]), at
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

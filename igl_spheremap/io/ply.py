@@ -16,7 +16,7 @@ from ..errors import MeshError
 from .ply_header import Element, Header, parse_header
 from .polygons import Polygons
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
-from .text import counted_indices, numbers
+from .text import counted_indices, numbers, read_rows
 
 _CORNERS = ("vertex_indices", "vertex_index")
 
@@ -63,7 +63,7 @@ def _element(header: Header, name: str) -> Element:
 
 
 def _read_ascii(data: bytes, header: Header) -> RawMesh:
-    rows = [row for line in data[header.end :].splitlines() if (row := line.split())]
+    rows = read_rows(data[header.end :])
     announced = sum(element.size for element in header.elements)
     if len(rows) < announced:
         raise _cut_off(f"{len(rows)} lines follow where {announced} are announced")

@@ -12,7 +12,7 @@ from ..errors import MeshError
 from ..mesh_repair import weld
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
-from .text import numbers, read_text
+from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
@@ -42,8 +42,8 @@ def read(path: Path) -> RawMesh:
         count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize
     ):  # binary ones may say "solid" too
         soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
-    elif re.match(rb"\s*solid\b", data) and b"\0" not in data:
-        rows = re.findall(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", read_text(path))
+    elif re.match(rb"\s*solid\b", data):
+        rows = read_rows(data).starting_with(b"vertex")
         if len(rows) % 3 or not re.search(rb"\bendsolid\b", data):
             raise MeshError(
                 f"damaged: text STL with {len(rows)} corners and no proper end; the file seems cut off, "

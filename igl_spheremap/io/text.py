@@ -1,10 +1,15 @@
-"""Numbers in text files: read strictly, written so that they read back as they were."""
+"""Numbers in text files: read strictly, written so that they read back as they were.
+
+A file of a million lines is read without an object for each line: lines are offsets, their tokens are counted
+by numpy, and only the tokens that are wanted become numbers.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import chain
-from pathlib import Path
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import compress
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -13,48 +18,115 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from .polygons import Polygons
 
-Row = Sequence[bytes]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 _BLOCK = 1 << 16  # rows formatted at once
+_SPACE, _NEWLINE = 32, 10
 
 
-def read_text(path: Path) -> bytes:
-    """The bytes of a text file.
+@dataclass(frozen=True, eq=False)
+class TextRows:
+    """Lines that hold something, with their tokens counted.
+
+    Attributes
+    ----------
+    text : (k,) uint8 array
+        The whole text; each line ends with a newline.
+    begin, end : (n,) int64 arrays
+        Where the first token of each line starts, and where the line's newline is.
+    counts : (n,) int64 array
+        Number of tokens in each line.
+    """
+
+    text: NDArray[np.uint8]
+    begin: IntArray
+    end: IntArray
+    counts: IntArray
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    def __getitem__(self, which: slice | BoolArray) -> TextRows:
+        return TextRows(self.text, self.begin[which], self.end[which], self.counts[which])
+
+    def starting_with(self, word: bytes) -> TextRows:
+        """The lines whose first token is a word, without it."""
+        found = self.counts > 0
+        for k, letter in enumerate(word):
+            found &= self.text[np.minimum(self.begin + k, self.end)] == letter
+        found &= self.text[np.minimum(self.begin + len(word), self.end)] <= _SPACE
+        rows = self[found]
+        return TextRows(self.text, rows.begin + len(word), rows.end, rows.counts - 1)
+
+    def bytes(self) -> bytes:
+        """The lines' text."""
+        if len(self) == 0:
+            return b""
+        step = np.zeros(len(self.text) + 1, dtype=np.int8)
+        step[self.begin] += 1
+        step[self.end + 1] -= 1
+        return self.text[np.cumsum(step[:-1], dtype=np.int8).astype(bool)].tobytes()
+
+    def line(self, i: int) -> str:
+        """The start of one line, for messages."""
+        text = bytes(self.text[self.begin[i] : self.end[i]])
+        return b" ".join(text.split())[:40].decode("ascii", "replace")
+
+
+def read_rows(data: bytes) -> TextRows:
+    """Split text into lines with something in them.
 
     Parameters
     ----------
-    path : Path
-        The file.
+    data : bytes
+        Text; what follows a ``#`` in a line is a comment.
 
     Returns
     -------
-    bytes
-        Its content.
+    TextRows
+        The lines.
 
     Raises
     ------
     MeshError
-        If it holds binary data.
+        If it is no text but binary data.
+
+    Examples
+    --------
+    >>> rows = read_rows(b"v 1 2 3 # a vertex\\n\\nf 1 2 3")
+    >>> rows.counts.tolist(), rows.starting_with(b"f").bytes()
+    ([4, 4], b' 1 2 3\\n')
     """
-    data = path.read_bytes()
     if b"\0" in data:
         raise MeshError(
             f"damaged: binary data where text is expected, at byte {data.index(0)}; "
             "check that the file is what its name says"
         )
-    return data
+    if b"#" in data:
+        data = re.sub(rb"#[^\r\n]*", b"", data)
+    text = np.frombuffer(data.replace(b"\r", b"\n") + b"\n", dtype=np.uint8)
+    blank = text <= _SPACE
+    tokens = np.flatnonzero(~blank[1:] & blank[:-1]) + 1
+    if not blank[0]:
+        tokens = np.concatenate([[0], tokens])
+    end = np.flatnonzero(text == _NEWLINE)
+    upto = np.searchsorted(tokens, end)
+    counts = np.diff(upto, prepend=0)
+    full = counts > 0
+    return TextRows(text, tokens[(upto - counts)[full]], end[full], counts[full])
 
 
-def numbers(rows: Sequence[Row], width: int, what: str) -> NDArray[np.float64]:
-    """The first `width` entries of each row as floats.
+def numbers(rows: TextRows, width: int, what: str) -> NDArray[np.float64]:
+    """The first tokens of each line as floats.
 
     Parameters
     ----------
-    rows : sequence of sequences of bytes
-        Tokens of each line.
+    rows : TextRows
+        The lines.
     width : int
-        How many of them are wanted.
+        How many tokens of each are wanted.
     what : str
-        What a row is, for messages.
+        What a line is, for messages.
 
     Returns
     -------
@@ -64,22 +136,23 @@ def numbers(rows: Sequence[Row], width: int, what: str) -> NDArray[np.float64]:
     Raises
     ------
     MeshError
-        If a row is short or holds no number; it says which.
+        If a line is short or holds no number; it says which.
     """
-    return _table(
-        rows, width, float, np.float64, f"{what} {{}} reads {{!r}} where {width} numbers are expected"
-    )
+    message = f"{what} {{}} reads {{!r}} where {width} numbers are expected"
+    short = np.flatnonzero(rows.counts < width)
+    if len(short):
+        raise _damaged(message, rows, int(short[0]))
+    lengths = np.full(len(rows), width)
+    return _convert(rows, np.zeros_like(lengths), lengths, float, message).reshape(-1, width)
 
 
-def indices(rows: Sequence[Row], what: str = "face") -> Polygons:
-    """Rows of whole numbers as polygons, one row each.
+def indices(rows: TextRows) -> Polygons:
+    """Lines of whole numbers as polygons; what follows a ``/`` in a token is left out.
 
     Parameters
     ----------
-    rows : sequence of sequences of bytes
-        Tokens of each line.
-    what : str
-        What a row is, for messages.
+    rows : TextRows
+        One face each.
 
     Returns
     -------
@@ -89,20 +162,19 @@ def indices(rows: Sequence[Row], what: str = "face") -> Polygons:
     Raises
     ------
     MeshError
-        If a row holds anything else; it says which.
+        If a line holds anything else; it says which.
     """
-    message = f"{what} {{}} reads {{!r}} where whole numbers are expected"
-    sizes = np.fromiter(map(len, rows), dtype=np.int64, count=len(rows))
-    return Polygons(_flat(rows, int(sizes.sum()), int, np.int64, message), sizes)
+    message = "face {} reads {!r} where whole numbers are expected"
+    return Polygons(_convert(rows, np.zeros_like(rows.counts), rows.counts, int, message), rows.counts)
 
 
-def counted_indices(rows: Sequence[Row], lead: int = 0) -> Polygons:
-    """Rows that state their number of indices first, as polygons; what comes after the indices is ignored.
+def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
+    """Lines that state their number of indices first, as polygons; what comes after the indices is ignored.
 
     Parameters
     ----------
-    rows : sequence of sequences of bytes
-        Tokens of each line.
+    rows : TextRows
+        One face each.
     lead : int
         How many tokens come before the number of indices.
 
@@ -114,21 +186,18 @@ def counted_indices(rows: Sequence[Row], lead: int = 0) -> Polygons:
     Raises
     ------
     MeshError
-        If a row is short or holds anything else; it says which.
+        If a line is short or holds anything else; it says which.
     """
-    size = _table(
-        [row[lead:] for row in rows] if lead else rows,
-        1,
-        int,
-        np.int64,
-        "face {} reads {!r} where a number of corners is expected",
-    ).ravel()
-    start = lead + 1
-    cut = [row[start : start + k] for row, k in zip(rows, size.tolist(), strict=True)]
-    short = np.flatnonzero(size != np.fromiter(map(len, cut), dtype=np.int64, count=len(cut)))
+    message = "face {} reads {!r} where a number of corners and as many whole numbers are expected"
+    start = np.full(len(rows), lead)
+    short = np.flatnonzero(rows.counts <= lead)
     if len(short):
-        raise _damaged("face {} reads {!r} where more corners are announced", int(short[0]), rows[short[0]])
-    return indices(cut)
+        raise _damaged(message, rows, int(short[0]))
+    sizes = _convert(rows, start, np.ones_like(start), int, message)
+    short = np.flatnonzero((sizes < 0) | (sizes > rows.counts - lead - 1))
+    if len(short):
+        raise _damaged(message, rows, int(short[0]))
+    return Polygons(_convert(rows, start + 1, sizes, int, message), sizes)
 
 
 def write_rows(file: BinaryIO, template: str, rows: NDArray[Any]) -> None:
@@ -152,37 +221,34 @@ def write_rows(file: BinaryIO, template: str, rows: NDArray[Any]) -> None:
         file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
-def _table(
-    rows: Sequence[Row], width: int, kind: Callable[[bytes], Any], dtype: type, message: str
+def _convert(
+    rows: TextRows, start: IntArray, lengths: IntArray, kind: Callable[[bytes], Any], message: str
 ) -> NDArray[Any]:
-    short = next((i for i, row in enumerate(rows) if len(row) < width), None)
-    if short is not None:
-        raise _damaged(message, short, rows[short])
-    cut = [row[:width] for row in rows] if any(len(row) > width for row in rows) else rows
-    return _flat(cut, width * len(rows), kind, dtype, message).reshape(-1, width)
-
-
-def _flat(
-    rows: Sequence[Row], count: int, kind: Callable[[bytes], Any], dtype: type, message: str
-) -> NDArray[Any]:
+    """Of each line so many tokens from a place on, as numbers in one row."""
+    text = rows.bytes()
+    if kind is int and b"/" in text:
+        text = re.sub(rb"/\S*", b"", text)
+    tokens = text.split()
+    if not np.array_equal(lengths, rows.counts):
+        place = np.arange(len(tokens)) - np.repeat(np.cumsum(rows.counts) - rows.counts, rows.counts)
+        place -= np.repeat(start, rows.counts)
+        tokens = list(compress(tokens, ((place >= 0) & (place < np.repeat(lengths, rows.counts))).tolist()))
+    dtype = np.int64 if kind is int else np.float64
     try:
-        return np.fromiter(map(kind, chain.from_iterable(rows)), dtype=dtype, count=count)
+        return np.fromiter(map(kind, tokens), dtype=dtype, count=len(tokens))
     except (ValueError, OverflowError):
-        raise _damaged(message, *_first_bad(rows, kind)) from None
+        bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
+        line = int(np.searchsorted(np.cumsum(lengths), bad, side="right"))
+        raise _damaged(message, rows, line) from None
 
 
-def _first_bad(rows: Sequence[Row], kind: Callable[[bytes], Any]) -> tuple[int, Row]:
-    """The first row with a token that is not of the kind, or a whole number beyond 64 bits."""
-    for i, row in enumerate(rows):
-        try:
-            if kind is int and any(abs(int(token)) >= 2**63 for token in row):
-                return i, row
-            [kind(token) for token in row]
-        except ValueError:
-            return i, row
-    return 0, rows[0]
+def _is(kind: Callable[[bytes], Any], token: bytes) -> bool:
+    """Whether a token is a number of that kind, and a whole one within 64 bits."""
+    try:
+        return abs(kind(token)) < 2**63 or kind is float
+    except ValueError:
+        return False
 
 
-def _damaged(message: str, i: int, row: Row) -> MeshError:
-    text = b" ".join(row)[:40].decode("ascii", "replace")
-    return MeshError(f"damaged: {message.format(i, text)}; correct the file or write it anew")
+def _damaged(message: str, rows: TextRows, i: int) -> MeshError:
+    return MeshError(f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew")
