@@ -12,7 +12,7 @@ from .base import Factor, Solver, reordered
 
 # Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the
 # factorisation.
-_DISSECT_FROM = 50_000
+_DISSECT_FROM = 40_000
 
 _LARGEST_BACKWARD_ERROR = 1e-8
 
