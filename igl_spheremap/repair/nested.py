@@ -1,0 +1,213 @@
+"""Deep limbs solved again relative to their own rings, so that an image 1e-10 wide keeps its relative precision.
+
+A disc whose image is small is the solution of the Laplace equation within its ring of neighbours, which is linear:
+in a frame that is centred on the ring and scaled by it, nothing is small. Discs are nested, each frame lies in the
+one around it, and positions are summed at the end. Where even the sum would be too fine for float64, the weights
+of the equation drift away from the tip, which draws the limb out and keeps every vertex in its neighbours' hull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
+from scipy.sparse.linalg import splu
+
+from .embedding import unit_rows
+from .kernel import dot, tangent_axes
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Discs begin where the image's edges are shorter than exp(-this), and again each `_STEP` nepers further.
+_ONSET = 9.0
+_STEP = 7.0
+#: Edges shorter than exp(-this) do not survive in float64.
+FLOOR = 30.0
+#: Weights below this share of the largest in their row are raised to it: the matrix stays an M-matrix.
+_LEAST_WEIGHT = 1e-6
+
+
+@dataclass
+class Limbs:
+    """Where the vertices of deep limbs lie, each in the frame of its innermost disc.
+
+    A frame is centred on the ring of its disc and scaled by it. Its centre is given in the frame around, or, for an
+    outermost disc, in the chart of stereographic projection that touches the sphere at the disc's pole.
+
+    Attributes
+    ----------
+    frame : (n,) int64 array
+        Innermost frame of each vertex; -1 outside all discs.
+    z : (n,) complex array
+        Position in that frame.
+    parent : (k,) int64 array
+        Frame around each frame, of a smaller index; -1 for an outermost one.
+    centre : (k,) complex array
+        Its centre in the frame around.
+    scale : (k,) float64 array
+        Its unit in that of the frame around.
+    pole : (k, 3) float64 array
+        The point of the sphere at which its limb's chart touches.
+    """
+
+    frame: IntArray
+    z: ComplexArray
+    parent: IntArray
+    centre: ComplexArray
+    scale: FloatArray
+    pole: FloatArray
+
+    def add(self, parent: IntArray, centre: ComplexArray, scale: FloatArray, pole: FloatArray) -> None:
+        """Append frames."""
+        self.parent = np.append(self.parent, parent)
+        self.centre = np.append(self.centre, centre)
+        self.scale = np.append(self.scale, scale)
+        self.pole = np.vstack((self.pole, pole))
+
+    def onto_sphere(self, x: FloatArray) -> FloatArray:
+        """Put the limbs into a map."""
+        origin, unit = self.centre.copy(), self.scale.copy()
+        for k in np.flatnonzero(self.parent >= 0):  # parents come first
+            origin[k] = origin[self.parent[k]] + unit[self.parent[k]] * self.centre[k]
+            unit[k] = unit[self.parent[k]] * self.scale[k]
+        deep = np.flatnonzero(self.frame >= 0)
+        frame = self.frame[deep]
+        y = x.copy()
+        y[deep] = _from_chart(origin[frame] + unit[frame] * self.z[deep], self.pole[frame])
+        return y
+
+
+def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatArray,
+                floor: float = FLOOR) -> Limbs:
+    """Solve the deep limbs of a map again, each disc relative to its ring.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows; only those outside the discs are read.
+    L : (n, n) sparse matrix
+        Laplacian, best with intrinsic Delaunay weights.
+    depth : (n,) float64 array
+        Minus the natural logarithm of the image's edge lengths, see `predicted_log_edges`.
+    area : (n,) float64 array
+        Vertex areas of the source.
+    floor : float
+        Depth that limbs are drawn out to keep.
+
+    Returns
+    -------
+    Limbs
+        Positions in nested frames.
+    """
+    W = _positive_weights(L)
+    level = _levels(W, depth, area)
+    n = len(x)
+    limbs = Limbs(np.full(n, -1), np.zeros(n, dtype=complex), np.empty(0, dtype=np.int64),
+                  np.empty(0, dtype=complex), np.empty(0), np.empty((0, 3)))
+    drift = np.zeros(n)
+    for k in range(1, int(level.max(initial=0)) + 1):
+        inside = np.flatnonzero(level >= k)
+        parts, disc = connected_components(W[inside][:, inside], directed=False)
+        if k == 1:
+            drift[inside] = _drift(depth[inside], disc, parts, floor)[disc]
+        rows = W[inside].tocoo()
+        i, j = rows.row, rows.col
+        weight = rows.data * np.exp(np.clip(drift[inside[i]] * (depth[inside[i]] - depth[j]), -30, 30))
+        ring = level[j] < k
+        rim = _place_frames(limbs, x, disc[i[ring]], j[ring], parts)
+        local = np.full(n, -1)
+        local[inside] = np.arange(len(inside))
+        matrix = sp.csr_matrix((weight[~ring], (i[~ring], local[j[~ring]])), shape=(len(inside),) * 2)
+        total = np.bincount(i, weight, len(inside))
+        load = np.bincount(i[ring], weight[ring] * rim.real, len(inside)) + 1j * np.bincount(
+            i[ring], weight[ring] * rim.imag, len(inside))
+        limbs.z[inside] = _solve(sp.diags(total) - matrix, load)
+        limbs.frame[inside] = len(limbs.parent) - parts + disc
+    return limbs
+
+
+def _positive_weights(L: sp.csr_matrix) -> sp.csr_matrix:
+    """Edge weights of a Laplacian, none vanishing or negative."""
+    W = sp.csr_matrix(-L)
+    W.setdiag(0)
+    W.eliminate_zeros()
+    largest = W.max(axis=1).toarray().ravel()
+    row = np.repeat(np.arange(W.shape[0]), np.diff(W.indptr))
+    W.data = np.maximum(W.data, _LEAST_WEIGHT * np.maximum(largest[row], largest[W.indices]))
+    return W
+
+
+def _levels(W: sp.csr_matrix, depth: FloatArray, area: FloatArray) -> IntArray:
+    """How many nested discs each vertex lies in; neighbours differ by one at the most."""
+    level = np.zeros(len(depth), dtype=np.int64)
+    image = area * np.exp(-2 * np.maximum(depth, 0))
+    for k in range(int(max(0.0, (depth.max() - _ONSET) / _STEP)) + 1):
+        inside = depth > _ONSET + k * _STEP
+        inside &= (level >= k) & ~(W @ (level < k).astype(float) > 0)
+        outside = np.flatnonzero(~inside)
+        parts, part = connected_components(W[outside][:, outside], directed=False)
+        inside[outside[part != np.argmax(np.bincount(part, image[outside]))]] = True  # islands within a disc
+        level[inside & (level == k)] = k + 1
+    return level
+
+
+def _drift(depth: FloatArray, disc: IntArray, parts: int, floor: float) -> FloatArray:
+    """Strength alpha of the drift that draws each limb out so far that its deepest edge stays above the floor.
+
+    Along a limb the equation f'' - 2 alpha k f' = k^2 f has the solution exp(-kappa k s), of which alpha =
+    (1 - kappa^2) / (2 kappa) makes a limb of depth k s one of depth kappa k s.
+    """
+    deepest = np.zeros(parts)
+    np.maximum.at(deepest, disc, depth)
+    kappa = np.clip((floor - _ONSET) / np.maximum(deepest - _ONSET, 1.0), 0.02, 1.0)
+    return (1 - kappa**2) / (2 * kappa)
+
+
+def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray, parts: int) -> ComplexArray:
+    """Append a frame for each disc, given pairs (disc, ring vertex); the ring's positions in these frames."""
+    parent = np.full(parts, -1)
+    parent[disc] = limbs.frame[ring]
+    weight = 1 / np.bincount(disc, minlength=parts)[disc]
+    if (parent < 0).all():
+        pole = unit_rows(np.stack([np.bincount(disc, weight * x[ring, c], parts) for c in range(3)], axis=1))
+        around = _to_chart(x[ring], pole[disc])
+    else:
+        pole = limbs.pole[parent]
+        around = limbs.z[ring]
+    centre = np.bincount(disc, weight * around.real, parts) + 1j * np.bincount(disc, weight * around.imag, parts)
+    scale = np.zeros(parts)
+    np.maximum.at(scale, disc, np.abs(around - centre[disc]))
+    scale = np.where(scale > 0, scale, 1.0)
+    limbs.add(parent, centre, scale, pole)
+    return np.asarray((around - centre[disc]) / scale[disc])
+
+
+def _solve(matrix: sp.csr_matrix, load: ComplexArray) -> ComplexArray:
+    """Solve for a diagonally dominant matrix, which needs no pivoting."""
+    order = reverse_cuthill_mckee(matrix, symmetric_mode=False)
+    lu = splu(sp.csc_matrix(matrix[order][:, order]), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+              options={"SymmetricMode": True})
+    parts = lu.solve(np.column_stack((load.real, load.imag))[order])
+    z = np.empty(len(load), dtype=complex)
+    z[order] = parts[:, 0] + 1j * parts[:, 1]
+    return z
+
+
+def _to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
+    """Stereographic projection onto the plane that touches the sphere at `pole`, by differences."""
+    d = x - pole
+    e1, e2 = tangent_axes(pole)
+    return np.asarray((dot(d, e1) + 1j * dot(d, e2)) / (1 - dot(d, d) / 4))
+
+
+def _from_chart(z: ComplexArray, pole: FloatArray) -> FloatArray:
+    """Inverse of `_to_chart`."""
+    e1, e2 = tangent_axes(pole)
+    w = (z.real**2 + z.imag**2) / 4
+    return (pole * (1 - w)[:, None] + e1 * z.real[:, None] + e2 * z.imag[:, None]) / (1 + w)[:, None]
