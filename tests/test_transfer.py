@@ -1,0 +1,112 @@
+"""Data and surfaces carried through the sphere: exact cases, round trips, convergence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from igl_spheremap import FoldingsRemain, MeshError, certify, samples, spherical_conformal_map
+from igl_spheremap.locate import Location, SphereLocator
+from igl_spheremap.sphere import normalize
+from igl_spheremap.transfer import (
+    corresponding_points,
+    interpolate,
+    regular_mesh,
+    resample,
+    sphere_points,
+    transfer,
+)
+
+
+@pytest.fixture(scope="module")
+def maps():
+    """The same spheroid, meshed twice."""
+    return [spherical_conformal_map(*samples.make("spheroid", n_vertices=n)) for n in (1500, 4000)]
+
+
+def test_a_mesh_to_itself_is_the_identity(maps):
+    values = np.random.default_rng(0).normal(size=(len(maps[0].sphere), 2, 2))
+    assert np.array_equal(transfer(values, maps[0], maps[0]), values)
+    labels = np.random.default_rng(0).integers(0, 99, len(maps[0].sphere))
+    carried = transfer(labels, maps[0], maps[0], labels=True)
+    assert np.array_equal(carried, labels)
+    assert carried.dtype == labels.dtype
+
+
+def test_constants_and_bounds_are_kept(maps):
+    n = len(maps[0].sphere)
+    assert np.allclose(transfer(np.full(n, 7.0), *maps), 7, atol=1e-14)
+    values = np.random.default_rng(1).normal(size=n)
+    carried = transfer(values, *maps)
+    assert values.min() <= carried.min() <= carried.max() <= values.max()
+    assert set(transfer(np.sign(values), *maps, labels=True)) <= {-1, 1}
+
+
+def test_one_shape_meshed_twice_corresponds(maps):
+    """The same surface: its points are carried to themselves, but for the size of the faces."""
+    carried = transfer(maps[0].vertices, *maps)
+    extent = np.ptp(maps[0].vertices, axis=0).max()
+    assert np.abs(carried - maps[1].vertices).max() < 0.02 * extent
+
+
+def test_there_and_back(maps):
+    rng = np.random.default_rng(2)
+    m = len(maps[0].faces)
+    here = Location(rng.integers(0, m, 500), rng.dirichlet([1, 1, 1], 500))
+    a, b = (SphereLocator(result.sphere, result.faces) for result in maps)
+    back = corresponding_points(corresponding_points(here, a, b), b, a)
+    assert np.array_equal(back.face, here.face)
+    assert np.abs(back.weights - here.weights).max() < 1e-10
+    assert np.allclose(sphere_points(back, maps[0]), sphere_points(here, a), atol=1e-15)
+
+
+def test_resampling_converges_at_second_order():
+    """A smooth function through ever finer meshes of the sphere."""
+    q = normalize(np.random.default_rng(3).normal(size=(2000, 3)))
+    errors = []
+    for k in (2, 3, 4, 5):
+        x, f = regular_mesh(f"ico:{k}")
+        carried = transfer(np.sin(3 * x[:, 0]) * x[:, 1], SphereLocator(x, f), q)
+        errors.append(np.sqrt(np.mean((carried - np.sin(3 * q[:, 0]) * q[:, 1]) ** 2)))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (orders > 1.8).all()
+
+
+def test_resampled_surfaces_keep_shape_and_topology(maps):
+    v, f = resample(maps[1], "ico:4")
+    extent = np.ptp(maps[1].vertices, axis=0)
+    assert np.allclose(np.ptp(v, axis=0), extent, rtol=0.02)
+    result = spherical_conformal_map(v, f)
+    assert result.certificate.folding_free
+    assert np.abs(result.sphere - regular_mesh("ico:4")[0]).max() < 0.05  # a conformal image of itself
+
+
+def test_resampling_on_the_other_mesh_of_the_sphere(maps):
+    a, b = maps
+    again = resample(a, (b.sphere, b.faces))
+    assert np.array_equal(again.f, b.faces)
+    assert np.array_equal(again.v, transfer(a.vertices, a, b))
+    assert np.array_equal(again.x, b.sphere)
+
+
+@pytest.mark.parametrize("k", range(5))
+def test_regular_spheres(k):
+    x, f = regular_mesh(f"ico:{k}")
+    assert len(x) == 10 * 4**k + 2
+    assert certify(x, f).folding_free
+
+
+@pytest.mark.parametrize("word", ["ico", "ico:", "ico:x", "ico:-1", "ico:10", "uv:3"])
+def test_no_other_regular_spheres(word):
+    with pytest.raises(ValueError, match="ico:0 to ico:9"):
+        regular_mesh(word)
+
+
+def test_refusals(maps):
+    with pytest.raises(MeshError, match="values for"):
+        transfer(np.zeros(3), *maps)
+    x, f = regular_mesh("ico:1")
+    with pytest.raises(FoldingsRemain):
+        transfer(np.zeros(len(x)), SphereLocator(-x, f), x)
+    location = Location(np.array([0]), np.array([[0.2, 0.5, 0.3]]))
+    assert interpolate(np.arange(len(x)), f, location, labels=True).tolist() == [f[0, 1]]
