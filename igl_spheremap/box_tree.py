@@ -13,7 +13,7 @@ _BITS = 21  # of each coordinate's rank in the order of the curve
 
 
 class BoxTree:
-    """Boxes in the order of a Morton curve through the ranks of their centres, and boxes around each four of them.
+    """Boxes in the order of a Morton curve through the ranks of their centres, and boxes around each four.
 
     Ranks make the curve blind to scale: where boxes crowd by twelve orders of magnitude the tree is no worse.
 

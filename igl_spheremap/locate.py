@@ -43,10 +43,10 @@ class Location:
 class SphereLocator:
     """Exact point location on a spherical triangulation.
 
-    A face holds a point if the point's ray from the origin meets it, which is decided in exact arithmetic. Since the
-    map is a bijection every point is found, in triangles of any size: candidates come from a tree of boxes over the
-    faces in the order of a space-filling curve through the *ranks* of their coordinates, which is as deep in limbs
-    1e-12 wide as elsewhere.
+    A face holds a point if the point's ray from the origin meets it, which is decided in exact
+    arithmetic. Since the map is a bijection every point is found, in triangles of any size: candidates
+    come from a tree of boxes over the faces in the order of a space-filling curve through the *ranks* of
+    their coordinates, which is as deep in limbs 1e-12 wide as elsewhere.
 
     Parameters
     ----------
@@ -142,8 +142,8 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     Returns
     -------
     (k, 3) float64 array
-        Non-negative, of sum 1. Products are taken of differences from q, so that triangles of any size keep their
-        relative precision.
+        Non-negative, of sum 1. Products are taken of differences from q, so that triangles of any size keep
+        their relative precision.
 
     Examples
     --------
@@ -169,8 +169,8 @@ def _triple(q: FloatArray, u: FloatArray, w: FloatArray) -> FloatArray:
 def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     """Boxes that hold the spherical triangles.
 
-    A point y of the flat triangle has 1 - |y|^2 = sum of w_i w_j |x_i - x_j|^2 <= d^2 / 3, d its longest edge: the
-    spherical triangle lies within 1 - |y| of the flat one.
+    A point y of the flat triangle has 1 - |y|^2 = sum of w_i w_j |x_i - x_j|^2 <= d^2 / 3, d its longest
+    edge: the spherical triangle lies within 1 - |y| of the flat one.
     """
     a, b, c = (x[f[:, k]] for k in range(3))
     longest = np.max([np.einsum("ij,ij->i", u, u) for u in (b - a, c - b, a - c)], axis=0)

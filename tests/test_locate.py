@@ -16,7 +16,7 @@ FACES = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 
 
 
 def boosted(n_vertices: int, power: float) -> tuple[np.ndarray, np.ndarray]:
-    """An icosphere most of which is crowded into a cap of radius 10**-power, with exact vertices at the pole."""
+    """An icosphere most of which is crowded into a cap of radius 10**-power."""
     x, f = samples.sphere(n_vertices)
     for _ in range(2):
         x = moebius(x, [0, 0, -(1 - 10.0 ** -(power / 2))])
@@ -140,9 +140,9 @@ def test_the_tree_finds_every_box(m):
 def test_candidates_stay_few_where_faces_crowd():
     """The work of a query does not grow with the range of sizes."""
     counts = []
-    for power in (0, 10):
+    for power in (2, 10):
         x, f = boosted(10242, power)
         locator = SphereLocator(x, f)
         point, _ = locator._tree.candidates(normalize(x[f].sum(axis=1)))
         counts.append(len(point) / len(f))
-    assert counts[1] < 2 * counts[0] < 8
+    assert counts[1] < 1.2 * counts[0] < 10
