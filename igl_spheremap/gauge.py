@@ -37,5 +37,8 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
         Unit rows.
     """
     x = center(x, A)
-    middle = mesh.v - A @ mesh.v / A.sum()
-    return np.ascontiguousarray(x @ best_rotation(x, mesh_gauss_map(mesh) + _TIE_BREAK * middle, A))
+    normals = mesh_gauss_map(mesh)
+    outward = mesh.v - A @ mesh.v / A.sum()
+    if A @ np.einsum("ij,ij->i", normals, outward) < 0:  # a mesh that is inside out
+        outward = -outward
+    return np.ascontiguousarray(x @ best_rotation(x, normals + _TIE_BREAK * outward, A))

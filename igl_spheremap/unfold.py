@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from .iterate import Iterate, Listener, Status
 from .mesh import Mesh
 from .minimize import Minimum, minimize
 from .solvers.cayley_bb import CayleyBB
+from .sphere import center
 from .sphere_map import Round
 
 FloatArray = NDArray[np.float64]
@@ -47,6 +48,7 @@ def unfold(
     mesh: Mesh,
     problem: Problem,
     x: FloatArray,
+    name: str,
     *,
     solver: CayleyBB,
     tolerance: float,
@@ -64,7 +66,9 @@ def unfold(
     problem : Problem
         Its harmonic energy.
     x : (n, 3) float64 array
-        The first map, such as the Gauss map.
+        The first map.
+    name : str
+        What it is called in the record.
     solver : CayleyBB
         Algorithm 1.
     tolerance, max_iterations, plateau
@@ -80,23 +84,25 @@ def unfold(
         The best map and the record of all rounds.
     """
     done: list[Round] = []
-    best: tuple[int, Minimum] | None = None
-    start = Iterate("gauss map", 0, 0, x, problem.energy.evaluate(x)[0])
+    best: Unfolded | None = None
+    x = center(x, problem.A)
+    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     for k in range(rounds + 1):
         began = time.perf_counter()
         minimum = _told(start, listener) or minimize(  # Algorithm 2, steps 1 and 4
             solver.iterates(problem, start.x), tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
             listener=listener, round=start.round)
-        record = _record(mesh, start, minimum, time.perf_counter() - began)
+        minimum = _in_gauge(problem, minimum)
+        record = record_round(mesh, start, minimum, time.perf_counter() - began)
         done.append(record)
-        if best is None or record.foldings_after <= best[0]:
-            best = record.foldings_after, minimum
+        if best is None or record.foldings_after <= best.rounds[-1].foldings_after:
+            best = Unfolded(minimum.last.x, minimum.last.energy, minimum.status, tuple(done))
         if record.foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
         start = star_map(mesh, problem, minimum.last.x, k + 1)
     assert best is not None
-    status = Status.STOPPED if minimum.status is Status.STOPPED else best[1].status
-    return Unfolded(best[1].last.x, best[1].last.energy, status, tuple(done))
+    status = Status.STOPPED if minimum.status is Status.STOPPED else best.status
+    return replace(best, status=status, rounds=tuple(done))
 
 
 def star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate:
@@ -121,8 +127,8 @@ def star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate
     assert isinstance(problem.energy, HarmonicEnergy)
     projection = project(mesh, problem.energy.L, x)
     details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
-    energy = problem.energy.evaluate(projection.star_map)[0]
-    return Iterate("star map", round, 0, projection.star_map, energy, details=details)
+    star = center(projection.star_map, problem.A)
+    return Iterate("star map", round, 0, star, problem.energy.evaluate(star)[0], details=details)
 
 
 def _told(start: Iterate, listener: Listener | None) -> Minimum | None:
@@ -135,7 +141,31 @@ def _told(start: Iterate, listener: Listener | None) -> Minimum | None:
     return None
 
 
-def _record(mesh: Mesh, start: Iterate, minimum: Minimum, seconds: float) -> Round:
+def _in_gauge(problem: Problem, minimum: Minimum) -> Minimum:
+    """The minimum, re-centred: foldings count as they will be in the gauge of the result."""
+    x = center(minimum.last.x, problem.A)
+    return replace(minimum, last=replace(minimum.last, x=x, energy=problem.energy.evaluate(x)[0]))
+
+
+def record_round(mesh: Mesh, start: Iterate, minimum: Minimum, seconds: float) -> Round:
+    """What there is to say of a round.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    start : Iterate
+        What the minimisation started from.
+    minimum : Minimum
+        What it came to.
+    seconds : float
+        Wall time.
+
+    Returns
+    -------
+    Round
+        With the foldings before and after.
+    """
     before, after = (int((orientation_signs(x, mesh.f) <= 0).sum()) for x in (start.x, minimum.last.x))
     mean = float(np.abs(mesh_angle_differences(mesh, minimum.last.x)).mean())
     return Round(start.round, start.stage, before, after, minimum.last.iteration, minimum.last.energy, mean,

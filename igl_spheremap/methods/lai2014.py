@@ -64,7 +64,7 @@ def lai2014(
     """
     problem = harmonic_problem(mesh)
     solver = CayleyBB(rho=rho, delta=delta, xi=xi, bb=bb, confine_to=mesh.f)
-    start = mesh_gauss_map(mesh) if x0 is None else x0
-    found = unfold(mesh, problem, start, solver=solver, tolerance=tolerance, max_iterations=max_iterations,
+    start, name = (mesh_gauss_map(mesh), "gauss map") if x0 is None else (x0, "given map")
+    found = unfold(mesh, problem, start, name, solver=solver, tolerance=tolerance, max_iterations=max_iterations,
                    plateau=plateau, rounds=rounds, listener=listener)
     return Draft(found.x, found.energy, found.status, found.rounds)

@@ -16,9 +16,12 @@ from ..line_search import NonmonotoneSearch
 from ..sphere import cayley_update, center
 
 FloatArray = NDArray[np.float64]
+Trial = tuple[FloatArray, FloatArray]
 
-#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored.
+#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; next to
+#: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.
 _OFF_CENTRE = 1e-2
+_OFF_CENTRE_FREE = 1e-9
 #: Bounds of a step in units of the first one: BB quotients can be anything where the curvature vanishes.
 _TAU_BOUNDS = (1e-12, 1e12)
 
@@ -79,13 +82,16 @@ class CayleyBB:
         x = center(x, problem.A) if problem.gauge else x
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        tau, k, free = self.tau_0, 0, self._free(x)
+        tau, taken, k, free = self.tau_0, 0.0, 0, self._free(x)
+        off_centre = _OFF_CENTRE_FREE if free else _OFF_CENTRE
         while True:
             square = problem.inner(gradient, gradient)
-            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), tau if k else 0.0)
+            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken)
 
-            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient, free: bool = free) -> tuple[float, tuple]:
+            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient) -> tuple[float, Trial]:
                 y = cayley_update(x, gradient, step)  # Theorem 1
+                if problem.gauge and np.linalg.norm(problem.A @ y) > off_centre:
+                    y = center(y, problem.A)
                 value, slope = problem.evaluate(y)
                 return np.inf if free and not self._free(y) else value, (y, slope)
 
@@ -93,14 +99,10 @@ class CayleyBB:
             if step is None:
                 return
             y, new_gradient = step.trial  # Algorithm 1, step 4
+            search.record(step.energy)  # Algorithm 1, step 5
             D, W = y - x, new_gradient - gradient
-            energy = step.energy
-            if problem.gauge and np.linalg.norm(problem.A @ y) > _OFF_CENTRE:
-                y = center(y, problem.A)
-                energy, new_gradient = problem.evaluate(y)
-            search.record(energy)  # Algorithm 1, step 5
-            x, gradient, k = y, new_gradient, k + 1  # Algorithm 1, step 6
-            tau = self._barzilai_borwein(problem, D, W, k, step.tau)
+            x, gradient, energy, taken, k = y, new_gradient, step.energy, step.tau, k + 1  # Algorithm 1, step 6
+            tau = self._barzilai_borwein(problem, D, W, k, taken)
 
     def _free(self, x: FloatArray) -> bool:
         """True if the map may not fold and does not."""

@@ -1,0 +1,150 @@
+"""Algorithms 1 and 2 as they run: descent, the rule of the search, ways to end, foldings removed."""
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.energy import Problem, harmonic_problem
+from igl_spheremap.minimize import minimize
+from igl_spheremap.solvers import CayleyBB
+from igl_spheremap.sphere import normalize
+from igl_spheremap.starts import mesh_gauss_map
+
+X, F = icosphere(3)
+MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
+PROBLEM = harmonic_problem(MESH)
+START = mesh_gauss_map(MESH)
+
+
+def run(solver=None, problem=PROBLEM, x=START, **options):
+    options = {"tolerance": 1e-5, "max_iterations": 3000} | options
+    return minimize((solver or CayleyBB()).iterates(problem, x), **options)
+
+
+@pytest.mark.parametrize("bb", ["alternating", "tau_1", "tau_2"])
+def test_every_barzilai_borwein_choice_reaches_the_same_minimum(bb):
+    minimum = run(CayleyBB(bb=bb))
+    assert minimum.status is ism.Status.CONVERGED
+    assert np.isclose(minimum.last.energy, run().last.energy, rtol=1e-9)
+
+
+def test_iterates_stay_on_the_sphere_and_obey_the_search():
+    seen = []
+    run(listener=seen.append, max_iterations=60)
+    assert [it.iteration for it in seen] == list(range(61))
+    C, Q = seen[0].energy, 1.0
+    for before, after in zip(seen[:-1], seen[1:], strict=True):
+        assert np.abs(np.linalg.norm(after.x, axis=1) - 1).max() < 1e-12
+        assert after.energy <= C - 1e-4 * after.tau * before.residual**2 + 1e-9  # Algorithm 1, step 3
+        Q, last = 0.85 * Q + 1, Q
+        C = (0.85 * last * C + after.energy) / Q
+
+
+def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
+    seen = []
+    problem = Problem(PROBLEM.energy, PROBLEM.A, gauge=False)  # re-centring moves the map between two steps
+    run(CayleyBB(bb="tau_1"), problem, listener=seen.append, max_iterations=30)
+    for a, b, c in zip(seen[:-2], seen[1:-1], seen[2:], strict=True):
+        D = b.x - a.x
+        W = problem.evaluate(b.x)[1] - problem.evaluate(a.x)[1]
+        tau_1 = problem.inner(D, D) / abs(problem.inner(D, W))
+        power = np.log10(c.tau / tau_1)
+        assert abs(power - round(power)) < 1e-5
+        assert power < 0.5
+
+
+def test_gradient_vanishes_at_the_minimum():
+    minimum = run()
+    assert np.sqrt(PROBLEM.inner(*[PROBLEM.evaluate(minimum.last.x)[1]] * 2)) <= 1e-5
+    assert minimum.last.residual <= 1e-5
+
+
+def test_without_the_gauge_the_map_still_minimises_but_drifts():
+    pear = harmonic_problem(ism.check_mesh(*ism.samples.make("pear", n_vertices=600)))
+    start = normalize(mesh_gauss_map(ism.check_mesh(*ism.samples.make("pear", n_vertices=600))))
+    free = run(problem=Problem(pear.energy, pear.A, gauge=False), x=start, tolerance=1e-2)
+    fixed = run(problem=pear, x=start)
+    assert np.linalg.norm(pear.A @ fixed.last.x) < 1e-2 < np.linalg.norm(pear.A @ free.last.x)
+
+
+def test_each_way_to_end_has_its_status():
+    assert run(max_iterations=3).status is ism.Status.MAX_ITERATIONS
+    assert run(max_iterations=0).last.iteration == 0
+    assert run(tolerance=0, plateau=1e-6).status is ism.Status.CONVERGED
+    class Uphill:  # an energy that rises along its own descent direction
+        def evaluate(self, x):
+            value, gradient = PROBLEM.energy.evaluate(x)
+            return value, -gradient
+
+    assert run(problem=Problem(Uphill(), PROBLEM.A)).status is ism.Status.STALLED
+
+    def stop(iterate):
+        if iterate.iteration == 5:
+            raise StopIteration
+
+    stopped = run(listener=stop)
+    assert stopped.status is ism.Status.STOPPED
+    assert stopped.last.iteration == 5
+
+
+def test_a_start_without_foldings_is_kept_so():
+    crumpled = normalize(X + 0.015 * np.random.default_rng(0).normal(size=X.shape))
+    assert ism.certify(crumpled, F).folding_free
+
+    def check(iterate):
+        assert ism.certify(iterate.x, F).folding_free
+
+    run(CayleyBB(confine_to=F), x=crumpled, listener=check, max_iterations=100)
+
+
+def test_iterates_can_not_be_changed_by_a_listener():
+    def meddle(iterate):
+        iterate.x[0] = 0
+
+    with pytest.raises(ValueError, match="read-only"):
+        run(listener=meddle)
+
+
+def test_foldings_of_a_dinosaur_are_removed_in_at_most_three_rounds():
+    v, f = ism.samples.make("dino", n_vertices=2500)
+    stages = []
+    result = ism.remove_foldings(v, f, listener=lambda it: stages.append((it.round, it.stage)))
+    assert ism.certify(ism.gauss_map(v, f), f).foldings > 500
+    assert result.rounds[0].start == "gauss map"
+    assert result.rounds[0].foldings_before > 500
+    assert [r.start for r in result.rounds[1:]] == ["star map"] * (len(result.rounds) - 1)
+    assert 1 < len(result.rounds) <= 4
+    assert result.rounds[-1].foldings_after == 0
+    assert result.certificate.folding_free
+    assert set(stages) == {(r.round, s) for r in result.rounds for s in (r.start, "harmonic")}
+
+
+def test_a_listener_can_stop_at_a_star_map():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+
+    def stop(iterate):
+        if iterate.stage == "star map":
+            assert np.allclose(iterate.details["eigenvalues"], 2, atol=1)
+            raise StopIteration
+
+    result = ism.remove_foldings(v, f, listener=stop, max_iterations=300)
+    assert result.status is ism.Status.STOPPED
+    assert len(result.rounds) == 2
+
+
+def test_algorithm_1_alone_does_no_eigen_projection():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    result = ism.minimize_harmonic_energy(v, f, max_iterations=50)
+    assert len(result.rounds) == 1
+    assert not result.certificate.folding_free
+
+
+def test_any_directions_are_taken_as_a_start_but_nothing_else():
+    result = ism.minimize_harmonic_energy(MESH.vertices, F, 7 * X)
+    assert result.certificate.folding_free
+    for bad in (0 * X, np.full_like(X, np.nan)):
+        with pytest.raises(ism.MeshError, match="zero or not finite"):
+            ism.minimize_harmonic_energy(MESH.vertices, F, bad)
+    with pytest.raises(ism.MeshError, match="rows"):
+        ism.minimize_harmonic_energy(MESH.vertices, F, X[1:])

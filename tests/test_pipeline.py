@@ -1,0 +1,193 @@
+"""The front door: exact maps, symmetries, the gauge, determinism, and hard input."""
+
+import igl
+import numpy as np
+import pytest
+from triangulations import icosphere, unit
+
+import igl_spheremap as ism
+from igl_spheremap.energy import positive_areas
+
+METHODS = ["auto", "lai2014"]
+V, F = ism.samples.make("dino", n_vertices=1500)
+TETRAHEDRON = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]), np.array(
+    [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+
+
+def rotation(seed=0):
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return turn * np.sign(np.linalg.det(turn))
+
+
+def distance(x, y):
+    return np.sqrt(((x - y) ** 2).sum(axis=1).mean())
+
+
+@pytest.mark.parametrize("surface", [
+    ism.samples.SurfaceOfRevolution(half_length=2.0),
+    ism.samples.SurfaceOfRevolution(half_length=1.0, radius=(1.0, 0.3, -0.2)),
+], ids=["spheroid", "pear"])
+@pytest.mark.parametrize("method", METHODS)
+def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method):
+    """Against the exact map in the source-area gauge: a wrong gauge shows here at once."""
+    errors = []
+    for level in (2, 3, 4):
+        p, f = icosphere(level)
+        v = surface.embed(p)
+        options = {"tolerance": 1e-9} if method == "auto" else {"tolerance": 1e-6, "plateau": 0.0}
+        x = ism.spherical_conformal_map(v, f, method, **options).sphere
+        exact = surface.conformal_map(v)
+        errors.append(distance(x @ ism.sphere.best_rotation(x, exact, np.ones(len(x))), exact))
+    rates = np.array(errors[:-1]) / errors[1:]
+    assert (rates > 3.4).all(), errors
+    assert errors[-1] < 5e-3
+
+
+def test_the_map_of_a_sphere_is_the_identity():
+    x, f = icosphere(4)
+    assert distance(ism.spherical_conformal_map(x, f).sphere, x) < 1e-3
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
+    turn = rotation()
+    x = ism.spherical_conformal_map(V, F, method).sphere
+    y = ism.spherical_conformal_map(1e-3 * V @ turn + [5, -3, 2], F, method).sphere
+    # Thousands of steps amplify rounding as they do on any machine: lai2014 stops elsewhere on the same valley.
+    assert distance(x @ turn, y) < (1e-6 if method == "auto" else 1e-2)
+
+
+def test_renumbering_the_input_renumbers_the_sphere():
+    rng = np.random.default_rng(1)
+    order = rng.permutation(len(V))
+    faces = np.argsort(order)[F][rng.permutation(len(F))]
+    x = ism.spherical_conformal_map(V, F, tolerance=1e-9).sphere
+    y = ism.spherical_conformal_map(V[order], faces, tolerance=1e-9).sphere
+    assert distance(x[order], y) < 1e-4
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_results_are_in_the_stated_gauge(method):
+    result = ism.spherical_conformal_map(V, F, method)
+    mesh = ism.check_mesh(V, F)
+    A = positive_areas(mesh)
+    assert np.abs(A @ result.sphere).max() < 1e-6
+    moment = (result.sphere.T * A) @ (ism.gauss_map(V, F) + 1e-3 * (mesh.v - A @ mesh.v))
+    assert np.allclose(moment, moment.T, atol=1e-4)  # Kabsch: no rotation improves the agreement
+    assert (np.linalg.eigvalsh((moment + moment.T) / 2)[1:] > 0).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_runs_agree_bit_for_bit(method):
+    one, two = (ism.spherical_conformal_map(V, F, method) for _ in range(2))
+    assert np.array_equal(one.sphere, two.sphere)
+    assert one.history == two.history or all(
+        a[:4] == b[:4] for a, b in zip(one.history, two.history, strict=True))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_record_is_complete(method):
+    seen = []
+    result = ism.spherical_conformal_map(V, F, method, listener=seen.append)
+    assert result.method == method
+    assert np.array_equal(result.vertices, V)
+    assert np.array_equal(result.faces, F)
+    assert result.sphere.shape == V.shape
+    assert result.sphere.dtype == np.float64
+    assert result.faces.dtype == np.int64
+    assert np.abs(np.linalg.norm(result.sphere, axis=1) - 1).max() < 1e-12
+    assert result.status is ism.Status.CONVERGED
+    assert result.seconds > 0
+    assert len(result.history) == len(seen)
+    assert result.history[-1].energy == seen[-1].energy
+    assert result.certificate.folding_free == ism.certify(result.sphere, F).folding_free
+    assert np.isclose(result.energy, ism.harmonic_energy(V, F, result.sphere), rtol=1e-3)
+    assert method in repr(result)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_methods_agree_up_to_the_mesh(method):
+    v, f = ism.samples.make("spheroid", n_vertices=2000)
+    x = ism.spherical_conformal_map(v, f, method).sphere
+    assert distance(x, ism.spherical_conformal_map(v, f, "auto", tolerance=1e-9).sphere) < 5e-3
+
+
+def test_the_energy_is_that_of_a_conformal_map():
+    result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=5000))
+    area = igl.doublearea(result.sphere, result.faces).sum() / 2
+    assert 0 < result.energy - area < 0.02
+    assert abs(result.energy - 4 * np.pi) < 0.02
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("v", "f"), [
+    TETRAHEDRON,
+    (1e-7 * V, F),
+    (1e7 * V, F),
+    (V + 1e5, F),
+    (V, F[:, ::-1]),
+    (V.astype(np.float32), F.astype(np.int32)),
+    (V.tolist(), F.tolist()),
+], ids=["tetrahedron", "tiny", "huge", "far off", "inside out", "single", "lists"])
+def test_legitimate_input_comes_through(v, f, method):
+    result = ism.spherical_conformal_map(v, f, method)
+    assert np.isfinite(result.sphere).all()
+    assert result.certificate.folding_free
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_faces_without_area_come_through(method):
+    v, f = ism.samples.make("spheroid", n_vertices=800)
+    v[f[10, 1]] = v[f[10, 0]]
+    v[f[300, 1]] = (v[f[300, 0]] + v[f[300, 2]]) / 2
+    result = ism.spherical_conformal_map(v, f, method)
+    assert np.isfinite(result.sphere).all()
+
+
+def test_an_inside_out_mesh_maps_to_the_antipodes():
+    x = ism.spherical_conformal_map(V, F, tolerance=1e-9).sphere
+    assert distance(ism.spherical_conformal_map(V, F[:, ::-1], tolerance=1e-9).sphere, -x) < 1e-5
+
+
+def test_input_is_not_touched():
+    v, f = V.copy(), F.copy()
+    result = ism.spherical_conformal_map(v, f)
+    assert np.array_equal(v, V)
+    assert np.array_equal(f, F)
+    assert not np.shares_memory(result.vertices, v)
+
+
+def test_a_listener_can_stop_with_what_there_is():
+    def stop(iterate):
+        raise StopIteration
+
+    result = ism.spherical_conformal_map(V, F, listener=stop)
+    assert result.status is ism.Status.STOPPED
+    assert result.sphere.shape == V.shape
+
+
+def test_unknown_methods_and_options_are_refused_with_what_there_is():
+    with pytest.raises(ValueError, match=r"unknown method 'magic'.*auto.*lai2014"):
+        ism.spherical_conformal_map(V, F, "magic")
+    with pytest.raises(TypeError, match=r"no option speed; it takes .*tolerance"):
+        ism.spherical_conformal_map(V, F, speed=9)
+
+
+def test_noise_far_outside_the_surface_does_not_break_the_map():
+    rng = np.random.default_rng(5)
+    x, f = icosphere(3)
+    v = unit(x + 0.3 * rng.normal(size=x.shape))
+    result = ism.spherical_conformal_map(v, f)
+    assert np.isfinite(result.sphere).all()
+
+
+@pytest.mark.corpus
+@pytest.mark.parametrize(("name", "degrees"), [
+    ("choi_hippocampus", 1.54), ("paper_putamen_10002", 1.79), ("paper_brain_15002", 2.22), ("choi_maxplanck", 0.86)])
+def test_the_papers_algorithm_reaches_independent_figures(corpus, name, degrees):
+    v, f = igl.read_triangle_mesh(str(corpus / "public" / f"{name}.obj"))
+    result = ism.spherical_conformal_map(v, f, "lai2014")
+    foldings = [r.foldings_after for r in result.rounds]
+    assert foldings == sorted(foldings, reverse=True)
+    assert result.certificate.folding_free
+    assert abs(np.abs(result.angle_differences()).mean() - degrees) < 0.1 * degrees
