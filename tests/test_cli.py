@@ -134,7 +134,7 @@ def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, mon
 
 def test_freesurfer_from_end_to_end(tmp_path):
     freesurfer = pytest.importorskip("nibabel.freesurfer")
-    v, f = samples.make("brain", n_vertices=3000)
+    v, f = samples.make("brain", n_vertices=4000)
     freesurfer.write_geometry(tmp_path / "lh.pial", v, f)
     assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere"), "-q"]) == 0
     x, g = freesurfer.read_geometry(tmp_path / "lh.sphere")
@@ -389,3 +389,49 @@ def test_as_a_program(tmp_path):
     )
     assert (run.returncode, run.stderr) == (0, "")
     assert "certified as written" in run.stdout
+
+
+# repair and resample
+
+
+def test_a_folded_map_is_mended_where_it_folds(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    x[7] = -x[7]
+    write_mesh(tmp_path / "folded.ply", 5 * x, f)
+    mended = tmp_path / "mended.ply"
+    assert main(["repair", SAMPLE, str(tmp_path / "folded.ply"), str(mended), "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["before"]["certificate"]["folding_free"] is False
+    assert told["after"]["certificate"]["folding_free"] is True
+    assert 0 < told["moved"] < len(x) // 4
+    assert np.allclose(np.linalg.norm(read_mesh(mended).v, axis=1), 5)
+    assert main(["check", SAMPLE, str(mended), "-q"]) == 0
+
+
+def test_a_map_without_directions_cannot_be_mended(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    x[7] = 0
+    write_mesh(tmp_path / "zero.ply", x, f)
+    assert main(["repair", SAMPLE, str(tmp_path / "zero.ply"), str(tmp_path / "out.ply")]) == 2
+    assert "e.g. 7" in one_line(capsys)
+
+
+def test_resample_to_a_regular_sphere_and_to_another_map(sphere, tmp_path, capsys):
+    target = tmp_path / "regular.ply"
+    assert main(["resample", SAMPLE, str(sphere), str(target), "--to", "ico:3"]) == 0
+    v, _ = read_mesh(target)
+    assert len(v) == 642
+    assert np.allclose(np.ptp(v, axis=0), np.ptp(samples.from_spec(SAMPLE[7:])[0], axis=0), rtol=0.05)
+    assert main(["map", str(target), str(tmp_path / "other.ply"), "-q"]) == 0
+    back = tmp_path / "back.ply"
+    assert main(["resample", str(target), str(tmp_path / "other.ply"), str(back), "--to", str(sphere)]) == 0
+    assert np.array_equal(read_mesh(back).f, read_mesh(sphere).f)
+
+
+def test_resample_refuses(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    write_mesh(tmp_path / "mirror.ply", -x, f)
+    assert main(["resample", SAMPLE, str(tmp_path / "mirror.ply"), str(tmp_path / "out.ply")]) == 3
+    one_line(capsys)
+    assert main(["resample", SAMPLE, str(sphere), str(tmp_path / "out.ply"), "--to", "ico:99"]) == 64
+    one_line(capsys)

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..distortion import angle_differences
 from ..energy import harmonic_energy
-from ..errors import MeshError
-from ..io import SphereCheck, certify_radius, read_sphere
+from ..io import SphereCheck, certify_radius
 from .command import Command
 from .exits import Exit
 from .output import (
@@ -24,7 +23,8 @@ from .output import (
     put_out,
     row,
 )
-from .source import Source, add_source, load_source, tell_repairs
+from .pair import add_pair, load_pair
+from .source import Source
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -39,14 +39,7 @@ def configure(parser: ArgumentParser) -> None:
     -------
     None
     """
-    add_source(parser, "SOURCE")
-    parser.add_argument(
-        "sphere",
-        metavar="SPHERE",
-        nargs="?",
-        help="its map: the same faces, vertices on a sphere of any radius about the origin; may be "
-        "left out where SOURCE is an .npz that holds the map",
-    )
+    add_pair(parser, "SOURCE", optional=True)
     add_output(parser)
 
 
@@ -64,33 +57,11 @@ def run(args: Namespace) -> Exit:
         OK only with the certificate.
     """
     check_json(args)
-    source = load_source(args)
-    tell_repairs(source)
-    name = args.sphere or source.name
-    x, f = read_sphere(name)
-    _check_match(source, name, x, f)
+    source, name, x = load_pair(args)
     found = certify_radius(x, source.f)
     figures, summary = _tell(source, name, x, found)
     put_out(args, figures, summary)
     return Exit.OK if found.certificate.folding_free else Exit.FOLDINGS
-
-
-def _check_match(source: Source, name: str, x: NDArray[np.float64], f: NDArray[np.int64]) -> None:
-    if len(x) != len(source.v):
-        raise MeshError(
-            f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
-        )
-    if len(f) != len(source.f) or not np.array_equal(_face_set(f), _face_set(source.f)):
-        raise MeshError(
-            f"{name} has other faces than {source.name}: not the same vertex order; give a map of this "
-            "mesh in a format that keeps the order (not .stl)"
-        )
-
-
-def _face_set(f: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces in an order of their own, whichever way they turn."""
-    f = np.sort(f, axis=1)
-    return f[np.lexsort(f.T)]
 
 
 def _tell(

@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
-from ..errors import FactorisationFailed, FileError, MeshError
-from . import check, completion, info, map_command
+from ..errors import FactorisationFailed, FileError, FoldingsRemain, MeshError
+from . import check, completion, info, map_command, repair, resample
 from .command import Command, UsageError
 from .exits import HELP, Exit
 
 #: All subcommands. A further one is a module with a COMMAND, and a word here.
-COMMANDS: tuple[Command, ...] = tuple(module.COMMAND for module in (map_command, check, info, completion))
+COMMANDS: tuple[Command, ...] = tuple(
+    module.COMMAND for module in (map_command, check, info, repair, resample, completion)
+)
 
 _DESCRIPTION = "Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings."
 _FILES = """\
@@ -96,6 +98,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(Exit.USAGE, error)
     except MeshError as error:
         return _fail(Exit.NO_MESH, error)
+    except FoldingsRemain as error:
+        return _fail(Exit.FOLDINGS, error)
     except FileError as error:
         return _fail(Exit.FILE, error)
     except OSError as error:

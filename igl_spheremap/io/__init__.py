@@ -4,7 +4,7 @@ from .files import read_mesh, read_sphere, write_mesh
 from .formats import FORMATS, format_of
 from .records import Format, LoadedMesh
 from .replacing import check_writable
-from .written_map import SphereCheck, certify_radius, read_map, write_map
+from .written_map import SphereCheck, certify_radius, read_map, write_map, write_sphere
 
 __all__ = [
     "FORMATS",
@@ -19,4 +19,5 @@ __all__ = [
     "read_sphere",
     "write_map",
     "write_mesh",
+    "write_sphere",
 ]

@@ -109,13 +109,49 @@ def write_map(
     FileError
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
     """
-    kind = format_of(path)
+    if format_of(path) is not npz.FORMAT:
+        return write_sphere(path, result.sphere, result.faces, force=force, radius=radius, metadata=metadata)
     with replacing(path, force) as partial:
-        if kind is npz.FORMAT:
-            npz.write_map(partial, result)
-        else:
-            scaled = result.sphere * (kind.radius if radius is None else radius)
-            kind.write(partial, scaled, result.faces, {"geometric_type": "Spherical"} | dict(metadata or {}))
+        npz.write_map(partial, result)
+        return _check_written(partial, path)
+
+
+def write_sphere(
+    path: PathLike,
+    x: FloatArray,
+    f: IntArray,
+    *,
+    force: bool = False,
+    radius: float | None = None,
+    metadata: Metadata | None = None,
+) -> SphereCheck:
+    """Write a map's image, read it back, and certify what is in the file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The new file; the end of its name tells the format.
+    x : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces: a closed, oriented, connected genus-0 mesh.
+    force, radius, metadata
+        As for `write_map`.
+
+    Returns
+    -------
+    SphereCheck
+        The certificate of the file.
+
+    Raises
+    ------
+    FileError
+        As from `write_map`.
+    """
+    kind = format_of(path)
+    told = {"geometric_type": "Spherical"} | dict(metadata or {})
+    with replacing(path, force) as partial:
+        kind.write(partial, x * (kind.radius if radius is None else radius), f, told)
         return _check_written(partial, path)
 
 

@@ -1,0 +1,85 @@
+"""SOURCE and SPHERE: a mesh and a map of it."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from ..io import read_sphere
+from .source import Source, add_source, load_source, tell_repairs
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def add_pair(parser: ArgumentParser, source: str, optional: bool = False) -> None:
+    """Add the arguments that name a mesh and its map.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Gains them.
+    source : str
+        How help calls the mesh.
+    optional : bool
+        The map may be left out where the mesh's archive holds it.
+
+    Returns
+    -------
+    None
+    """
+    add_source(parser, source)
+    left_out = f"; may be left out where {source} is an .npz that holds the map" if optional else ""
+    parser.add_argument(
+        "sphere",
+        metavar="SPHERE",
+        nargs="?" if optional else None,
+        help="its map: the same faces, vertices on a sphere of any radius about the origin" + left_out,
+    )
+
+
+def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:
+    """The mesh and its map, whose vertices and faces must be those of the mesh.
+
+    Parameters
+    ----------
+    args : Namespace
+        With ``source``, ``sphere``, ``repair`` and ``keep_largest``.
+
+    Returns
+    -------
+    source : Source
+        The mesh.
+    name : str
+        Of the map's file.
+    x : (n, 3) float64 array
+        The map as stored.
+
+    Raises
+    ------
+    FileError, MeshError, UsageError
+        If one of them can't be read, or they do not fit.
+    """
+    source = load_source(args)
+    tell_repairs(source)
+    name = args.sphere or source.name
+    x, f = read_sphere(name)
+    if len(x) != len(source.v):
+        raise MeshError(
+            f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
+        )
+    if len(f) != len(source.f) or not np.array_equal(_face_set(f), _face_set(source.f)):
+        raise MeshError(
+            f"{name} has other faces than {source.name}: not the same vertex order; give a map of this mesh "
+            "in a format that keeps the order (not .stl)"
+        )
+    return source, name, x
+
+
+def _face_set(f: IntArray) -> IntArray:
+    """Faces in an order of their own, whichever way they turn."""
+    f = np.sort(f, axis=1)
+    return f[np.lexsort(f.T)]
