@@ -205,10 +205,11 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     q = q / np.linalg.norm(q)
     across = np.linalg.svd(q[None, :])[2][1:]
     room = 1e-14 * float(np.abs(x).max())
-    near = np.ones(len(f), dtype=bool)
+    a, b, c = f.T
+    ahead = x @ q > -room
+    near = ahead[a] | ahead[b] | ahead[c]
     for axis in across:
         s = x @ axis
-        corner = s[f]
-        near &= (corner.min(axis=1) <= room) & (corner.max(axis=1) >= -room)
-    ahead = (x @ q)[f].max(axis=1) > -room
-    return np.flatnonzero(near & ahead)
+        for side in (s <= room, s >= -room):
+            near &= side[a] | side[b] | side[c]
+    return np.flatnonzero(near)
