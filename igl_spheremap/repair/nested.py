@@ -8,6 +8,7 @@ of the equation drift away from the tip, which draws the limb out and keeps ever
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +28,9 @@ BoolArray = NDArray[np.bool_]
 #: Discs begin where the image's edges are shorter than exp(-this), and again each `_STEP` nepers further.
 _ONSET = 9.0
 _STEP = 7.0
-#: Edges shorter than exp(-this) do not survive in float64.
-FLOOR = 30.0
+#: Limbs are drawn out until no edge is shorter than exp(-this), about which float64 ends.
+FLOOR = 36.0
+_FLOOR_AT_TIPS = 230.0
 #: Weights below this share of the largest in their row are raised to it: the matrix stays an M-matrix.
 _LEAST_WEIGHT = 1e-6
 
@@ -54,6 +56,8 @@ class Limbs:
         Its unit in that of the frame around.
     pole : (k, 3) float64 array
         The point of the sphere at which its limb's chart touches.
+    stretch : float
+        How far the limb that had to give most was drawn out, as a ratio of lengths; 1 if none was.
     """
 
     frame: IntArray
@@ -62,6 +66,7 @@ class Limbs:
     centre: ComplexArray
     scale: FloatArray
     pole: FloatArray
+    stretch: float = 1.0
 
     def add(self, parent: IntArray, centre: ComplexArray, scale: FloatArray, pole: FloatArray) -> None:
         """Append frames."""
@@ -70,21 +75,35 @@ class Limbs:
         self.scale = np.append(self.scale, scale)
         self.pole = np.vstack((self.pole, pole))
 
-    def onto_sphere(self, x: FloatArray) -> FloatArray:
-        """Put the limbs into a map."""
+    def onto_sphere(self, x: FloatArray, tips: Sequence[int] = ()) -> FloatArray:
+        """Put the limbs into a map, those of the given tips so that the tips come to lie at their charts' poles."""
+        fixed, at = self._around(tips)
         origin, unit = self.centre.copy(), self.scale.copy()
-        for k in np.flatnonzero(self.parent >= 0):  # parents come first
-            origin[k] = origin[self.parent[k]] + unit[self.parent[k]] * self.centre[k]
-            unit[k] = unit[self.parent[k]] * self.scale[k]
+        for k, around in enumerate(self.parent):  # parents come first
+            if around >= 0:
+                origin[k] = origin[around] + unit[around] * (self.centre[k] - at[around])
+                unit[k] = unit[around] * self.scale[k]
+            if fixed[k]:
+                origin[k] = 0
         deep = np.flatnonzero(self.frame >= 0)
         frame = self.frame[deep]
         y = x.copy()
-        y[deep] = _from_chart(origin[frame] + unit[frame] * self.z[deep], self.pole[frame])
+        y[deep] = _from_chart(origin[frame] + unit[frame] * (self.z[deep] - at[frame]), self.pole[frame])
         return y
+
+    def _around(self, tips: Sequence[int]) -> tuple[BoolArray, ComplexArray]:
+        """Which frames hold a tip, and where in them it lies: everything else is put relative to it."""
+        fixed, at = np.zeros(len(self.parent), dtype=bool), np.zeros(len(self.parent), dtype=complex)
+        for tip in tips:
+            k, z = self.frame[tip], self.z[tip]
+            while k >= 0:
+                fixed[k], at[k] = True, z
+                z, k = self.centre[k] + self.scale[k] * z, self.parent[k]
+        return fixed, at
 
 
 def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatArray,
-                floor: float = FLOOR) -> Limbs:
+                tips: Sequence[int] = ()) -> Limbs:
     """Solve the deep limbs of a map again, each disc relative to its ring.
 
     Parameters
@@ -97,8 +116,9 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
         Minus the natural logarithm of the image's edge lengths, see `predicted_log_edges`.
     area : (n,) float64 array
         Vertex areas of the source.
-    floor : float
-        Depth that limbs are drawn out to keep.
+    tips : sequence of int
+        Vertices at (0, 0, 1) or (0, 0, -1), where floating point is far finer: their limbs are drawn out only if it
+        ends even there.
 
     Returns
     -------
@@ -115,12 +135,19 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
         inside = np.flatnonzero(level >= k)
         parts, disc = connected_components(W[inside][:, inside], directed=False)
         if k == 1:
-            drift[inside] = _drift(depth[inside], disc, parts, floor)[disc]
+            floor = np.full(parts, FLOOR)
+            floor[disc[np.isin(inside, tips)]] = _FLOOR_AT_TIPS
+            kappa = _shortening(depth[inside], disc, floor)
+            limbs.stretch = float(1 / kappa.min())
+            drift[inside] = ((1 - kappa**2) / (2 * kappa))[disc]
         rows = W[inside].tocoo()
         i, j = rows.row, rows.col
         weight = rows.data * np.exp(np.clip(drift[inside[i]] * (depth[inside[i]] - depth[j]), -30, 30))
         ring = level[j] < k
-        rim = _place_frames(limbs, x, disc[i[ring]], j[ring], parts)
+        at_tips = np.isin(inside, tips) & (k == 1)
+        poles = np.zeros((parts, 3))
+        poles[disc[at_tips]] = np.round(x[inside[at_tips]])
+        rim = _place_frames(limbs, x, disc[i[ring]], j[ring], poles)
         local = np.full(n, -1)
         local[inside] = np.arange(len(inside))
         matrix = sp.csr_matrix((weight[~ring], (i[~ring], local[j[~ring]])), shape=(len(inside),) * 2)
@@ -157,25 +184,26 @@ def _levels(W: sp.csr_matrix, depth: FloatArray, area: FloatArray) -> IntArray:
     return level
 
 
-def _drift(depth: FloatArray, disc: IntArray, parts: int, floor: float) -> FloatArray:
-    """Strength alpha of the drift that draws each limb out so far that its deepest edge stays above the floor.
+def _shortening(depth: FloatArray, disc: IntArray, floor: FloatArray) -> FloatArray:
+    """The factor kappa by which the depth of each limb must shrink for its deepest edge to stay above the floor.
 
-    Along a limb the equation f'' - 2 alpha k f' = k^2 f has the solution exp(-kappa k s), of which alpha =
-    (1 - kappa^2) / (2 kappa) makes a limb of depth k s one of depth kappa k s.
+    Along a limb the equation f'' - 2 alpha k f' = k^2 f, with a drift alpha = (1 - kappa^2) / (2 kappa), has the
+    solution exp(-kappa k s) in place of exp(-k s): it makes a limb of depth k s one of depth kappa k s.
     """
-    deepest = np.zeros(parts)
+    deepest = np.zeros(len(floor))
     np.maximum.at(deepest, disc, depth)
-    kappa = np.clip((floor - _ONSET) / np.maximum(deepest - _ONSET, 1.0), 0.02, 1.0)
-    return (1 - kappa**2) / (2 * kappa)
+    return np.asarray(np.clip((floor - _ONSET) / np.maximum(deepest - _ONSET, 1.0), 0.02, 1.0))
 
 
-def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray, parts: int) -> ComplexArray:
+def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray, poles: FloatArray) -> ComplexArray:
     """Append a frame for each disc, given pairs (disc, ring vertex); the ring's positions in these frames."""
+    parts = len(poles)
     parent = np.full(parts, -1)
     parent[disc] = limbs.frame[ring]
     weight = 1 / np.bincount(disc, minlength=parts)[disc]
     if (parent < 0).all():
-        pole = unit_rows(np.stack([np.bincount(disc, weight * x[ring, c], parts) for c in range(3)], axis=1))
+        middle = np.stack([np.bincount(disc, weight * x[ring, c], parts) for c in range(3)], axis=1)
+        pole = unit_rows(np.where(poles.any(axis=1, keepdims=True), poles, middle))
         around = _to_chart(x[ring], pole[disc])
     else:
         pole = limbs.pole[parent]

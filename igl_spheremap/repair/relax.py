@@ -27,8 +27,8 @@ Polish = Literal["angles", "mips"]
 
 #: Angle differences d count as sqrt(d^2 + this^2), in radians: smooth at zero, nearly their size elsewhere.
 _SMOOTHING = np.radians(0.5)
-#: A step that is not accepted is shortened, then given up until the next sweep.
-_SHORTER = (1.0, 0.4, 0.1)
+#: Steps are over-relaxed, shortened while they are not accepted, and given up until the next sweep.
+_LENGTHS = (1.8, 0.7, 0.2)
 #: Longest step, in units of the distance to the nearest neighbour.
 _REACH = 0.7
 
@@ -201,7 +201,7 @@ def _step(x: FloatArray, stars: Stars, loss: Loss, f: IntArray) -> tuple[float, 
     nearest = np.minimum.reduceat(dot(a - p[owner], a - p[owner]), stars.start)
     move = np.einsum("ki,kij->kj", _newton(gradient, hessian, _REACH * np.sqrt(nearest)), axes)
     new, rows = old.copy(), np.arange(len(p))
-    for factor in _SHORTER:
+    for factor in _LENGTHS:
         part = stars.take(rows)
         edges = np.isin(owner, rows)
         trial = unit_rows(p[rows] + factor * move[rows])
