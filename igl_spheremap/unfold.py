@@ -92,7 +92,7 @@ def unfold(
         minimum = _told(start, listener) or minimize(  # Algorithm 2, steps 1 and 4
             solver.iterates(problem, start.x), tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
             listener=listener, round=start.round)
-        minimum = _in_gauge(problem, minimum)
+        minimum = in_gauge(problem, minimum)
         record = record_round(mesh, start, minimum, time.perf_counter() - began)
         done.append(record)
         if best is None or record.foldings_after <= best.rounds[-1].foldings_after:
@@ -141,8 +141,21 @@ def _told(start: Iterate, listener: Listener | None) -> Minimum | None:
     return None
 
 
-def _in_gauge(problem: Problem, minimum: Minimum) -> Minimum:
-    """The minimum, re-centred: foldings count as they will be in the gauge of the result."""
+def in_gauge(problem: Problem, minimum: Minimum) -> Minimum:
+    """The minimum, re-centred: foldings and energy count as they will be in the gauge of the result.
+
+    Parameters
+    ----------
+    problem : Problem
+        The harmonic energy.
+    minimum : Minimum
+        Where a minimisation ended.
+
+    Returns
+    -------
+    Minimum
+        Its last map centred, with the harmonic energy there.
+    """
     x = center(minimum.last.x, problem.A)
     return replace(minimum, last=replace(minimum.last, x=x, energy=problem.energy.evaluate(x)[0]))
 

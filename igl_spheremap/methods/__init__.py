@@ -6,12 +6,14 @@ from collections.abc import Callable
 
 from .auto import auto
 from .draft import Draft
+from .gu_yau import gu_yau
 from .lai2014 import lai2014
 
 #: Each takes a checked mesh and a listener, then its own options by keyword.
 METHODS: dict[str, Callable[..., Draft]] = {
     "auto": auto,
     "lai2014": lai2014,
+    "gu-yau": gu_yau,
 }
 
-__all__ = ["METHODS", "Draft", "auto", "lai2014"]
+__all__ = ["METHODS", "Draft", "auto", "gu_yau", "lai2014"]

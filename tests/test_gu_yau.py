@@ -1,0 +1,119 @@
+"""Gu and Yau's descent: what it keeps, where it ends, and that it ends where all others do."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.energy import harmonic_problem, positive_areas
+from igl_spheremap.minimize import minimize
+from igl_spheremap.solvers.gu_yau import GuYau, largest_eigenvalue
+from igl_spheremap.sphere import best_rotation, normalize
+
+X, F = icosphere(3)
+V = X * [1, 1.3, 2]
+MESH = ism.check_mesh(V, F)
+PROBLEM = harmonic_problem(MESH)
+
+
+def wild(seed=0):
+    return normalize(X + 0.8 * np.random.default_rng(seed).normal(size=X.shape))
+
+
+def test_step_bound_is_above_the_spectrum_and_tight():
+    exact = np.linalg.eigvalsh(PROBLEM.energy.L.toarray())[-1]
+    assert exact <= largest_eigenvalue(PROBLEM.energy.L) <= 1.05 * exact
+    tiny = sp.csr_matrix(np.diag([1.0, 2.0, 5.0]))
+    assert largest_eigenvalue(tiny) == 5
+
+
+def test_a_step_of_one_never_raises_the_energy_but_by_centring():
+    """Without the gauge's part, each step lowers the energy, from whatever map."""
+    tau = 1 / largest_eigenvalue(PROBLEM.energy.L)
+    x = wild()
+    energies = []
+    for _ in range(200):
+        energy, derivative = PROBLEM.energy.evaluate(x)
+        energies.append(energy)
+        x = normalize(x - tau * ism.sphere.tangent(x, derivative))
+    assert (np.diff(energies) < 0).all()
+
+
+def test_iterates_stay_on_the_sphere_and_keep_their_mass_centre():
+    iterates = GuYau().iterates(PROBLEM, wild())
+    for _ in range(30):
+        x = next(iterates).x
+        assert np.allclose((x**2).sum(axis=1), 1, atol=1e-14)
+        assert np.linalg.norm(PROBLEM.A @ x) < 2e-4
+
+
+def test_a_harmonic_map_is_at_rest():
+    """The icosphere's identity is harmonic by symmetry: five solid angles of it do not move."""
+    x, f = icosphere(0)
+    problem = harmonic_problem(ism.check_mesh(x, f))
+    iterates = GuYau().iterates(problem, normalize(x))
+    start = next(iterates)
+    assert start.residual < 1e-12
+    assert np.allclose(next(iterates).x, start.x, atol=1e-12)
+
+
+def test_too_long_a_step_is_refused():
+    with pytest.raises(ValueError, match="unstable"):
+        ism.spherical_conformal_map(V, F, "gu-yau", step=2.0)
+
+
+def test_it_finds_the_map_that_the_fast_method_finds():
+    slow = ism.spherical_conformal_map(V, F, "gu-yau", tolerance=1e-5, plateau=0.0)
+    fast = ism.spherical_conformal_map(V, F, tolerance=1e-8)
+    assert slow.status is ism.Status.CONVERGED
+    A = positive_areas(MESH)
+    turned = slow.sphere @ best_rotation(slow.sphere, fast.sphere, A)
+    assert np.abs(turned - fast.sphere).max() < 1e-3
+    assert np.isclose(slow.energy, fast.energy, rtol=1e-7)
+
+
+def test_it_needs_more_iterations_than_algorithm_1():
+    """The paper's Table 2, in kind."""
+    counts = [
+        minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
+        for iterates in (
+            GuYau().iterates(PROBLEM, ism.gauss_map(V, F)),
+            ism.solvers.CayleyBB().iterates(PROBLEM, ism.gauss_map(V, F)),
+        )
+    ]
+    assert counts[0] > 3 * counts[1]
+
+
+def test_the_tutte_map_comes_first_and_is_recorded():
+    result = ism.spherical_conformal_map(V, F, "gu-yau")
+    assert [entry.start for entry in result.rounds] == ["gauss map", "tutte map"]
+    assert result.iterations == sum(entry.iterations for entry in result.rounds)
+    assert result.certificate.folding_free
+    (only,) = ism.spherical_conformal_map(V, F, "gu-yau", tutte=False).rounds
+    assert only.start == "gauss map"
+
+
+def test_the_tutte_energy_weighs_all_edges_alike():
+    """On an icosahedron both energies have the same weights, but for a factor."""
+    x, f = icosphere(0)
+    first = ism.spherical_conformal_map(x * [1, 1, 2], f, "gu-yau", max_iterations=3000)
+    assert first.rounds[0].energy > 0
+    seen = []
+    ism.spherical_conformal_map(V, F, "gu-yau", listener=seen.append, max_iterations=1)
+    tutte = next(it for it in seen if it.stage == "tutte")
+    edges = np.unique(np.sort(np.vstack((F[:, :2], F[:, 1:], F[:, ::2])), axis=1), axis=0)
+    lengths = ((tutte.x[edges[:, 0]] - tutte.x[edges[:, 1]]) ** 2).sum()
+    assert np.isclose(tutte.energy, lengths / 2)
+
+
+def test_a_listener_can_stop_it_in_either_stage():
+    for stage in ("tutte", "harmonic"):
+
+        def stop(iterate, stage=stage):
+            if iterate.stage == stage and iterate.iteration == 3:
+                raise StopIteration
+
+        result = ism.spherical_conformal_map(V, F, "gu-yau", listener=stop)
+        assert result.status is ism.Status.STOPPED
+        assert result.history[-1].stage == stage
