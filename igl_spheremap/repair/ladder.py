@@ -7,13 +7,14 @@
    with those of the mesh's own edges made positive, which suit limbs of few vertices around.
 4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with the
    fewest foldings and the one with the least angle differences are both tried, and the better result is kept.
+5. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,20 +28,25 @@ from ..laplacian import laplacian
 from ..mesh import Mesh
 from ..metric import Metric, build_metric
 from ..sphere_map import Round
-from .depth import predicted_log_edges
+from .axis import axis_limbs
+from .depth import log_edges, predicted_log_edges
 from .embedding import dilate, progressive_embedding
 from .nested import solve_limbs
 from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
-#: Foldings, as a share of the faces and as a number, that are mended without looking for a better map first.
-_FEW_SHARE = 2e-4
+#: Foldings, as a number and as a share of the faces, that are mended without looking for a better map first.
 _FEW = 20
-#: Limbs are deep if an image edge is predicted to be shorter than exp(-this).
+_FEW_SHARE = 2e-4
+#: Limbs are solved again if an image edge is predicted to be shorter than exp(-this).
 _DEEP = 20.0
+#: Image edges shorter than exp(-this) suffer from the rounding of positions.
+_ROUNDED = 28.0
 #: Rings around what embedding moved that are relaxed with it.
 _RELAXED_RINGS = 2
+_SWEEPS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,29 +60,22 @@ class Mended:
     certificate : Certificate
         Of `x`.
     rounds : tuple of Round
-        The rungs that were taken.
+        The rungs that were taken; none for a map that needed no repair.
     stretch : float
         How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to.
+    on_axis : bool
+        Whether the gauge is `axis_gauge`.
     """
 
     x: FloatArray
     certificate: Certificate
     rounds: tuple[Round, ...] = ()
     stretch: float = 1.0
+    on_axis: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A map that may be the one, and what was done to get it."""
-
-    name: str
-    x: FloatArray
-    certificate: Certificate
-    angles: float
-    stretch: float = 1.0
-
-
-def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None = None) -> Mended:
+def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None = None, *,
+          axis: bool = False) -> Mended:
     """Mend a map of the fast pipeline, by the cheapest rung that works.
 
     Parameters
@@ -89,33 +88,29 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
         The map, in the gauge that the result is to have.
     listener : callable, optional
         Called with every rung's map.
+    axis : bool
+        Whether the gauge may be changed to `axis_gauge` for bodies beyond float64.
 
     Returns
     -------
     Mended
         With `x` itself if that is free of foldings.
     """
-    climber = _Climber(mesh, listener)
-    start = climber.tell("map", x)
-    if start.certificate.folding_free:
-        return Mended(x, start.certificate)
-    tried = [start]
-    others = _other_maps(mesh, metric, x)
-    while not _nearly(tried[-1].certificate, mesh) and (other := next(others, None)) is not None:
-        tried.append(climber.tell(*other))
-    free = [candidate for candidate in tried if candidate.certificate.folding_free]
-    if not free:  # the last rung
-        fewest = min(tried, key=lambda candidate: candidate.certificate.foldings)
-        nearest = min(tried, key=lambda candidate: candidate.angles)
-        for candidate in {id(c): c for c in (fewest, nearest)}.values():
-            free.append(climber.tell("embedding", mend_locally(mesh, candidate.x), candidate.stretch))
-    best = min(free, key=lambda candidate: (not candidate.certificate.folding_free, candidate.angles))
-    return Mended(best.x, best.certificate, tuple(climber.rounds), best.stretch)
-
-
-def _nearly(certificate: Certificate, mesh: Mesh) -> bool:
-    """Whether so few foldings are left that they are mended where they are."""
-    return certificate.degree == 1 and certificate.foldings <= max(_FEW, _FEW_SHARE * len(mesh.f))
+    certificate = certify_checked(x, mesh.f)
+    if certificate.folding_free and not axis:
+        return Mended(x, certificate)
+    ladder = _Ladder(mesh, metric, listener)
+    ladder.add("map", x)
+    if not ladder.nearly:
+        ladder.delaunay()
+    if not ladder.nearly:
+        ladder.limbs()
+    if not ladder.free:
+        ladder.embedding()
+    if axis:
+        ladder.axis()
+    best = ladder.best()
+    return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "axis")
 
 
 def mend_locally(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -134,46 +129,103 @@ def mend_locally(mesh: Mesh, x: FloatArray) -> FloatArray:
         Unit rows, certified free of foldings.
     """
     y = progressive_embedding(x, mesh.f)
-    moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
-    around = mesh.f[moved[mesh.f].any(axis=1)]
-    return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30)
+    return _relaxed(mesh, y, dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS))
 
 
-def _other_maps(mesh: Mesh, metric: Metric, x: FloatArray) -> Iterator[tuple[str, FloatArray, float]]:
-    """Maps by other weights, in the gauge of the first, and how far their limbs were drawn out."""
-    if metric.weights != "delaunay":
-        metric = build_metric(mesh, metric.factor.backend, "delaunay")
-        x = fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
-        yield "delaunay", x, 1.0
-    depth = -predicted_log_edges(mesh.v, mesh.f, x, metric.factor, metric.A)
-    if depth.max() > _DEEP:
-        for weights in (metric.L, laplacian(mesh.v, mesh.f, "mollified")):
-            limbs = solve_limbs(x, weights, depth, metric.A)
-            yield "limbs", limbs.onto_sphere(x), limbs.stretch
+def _relaxed(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
+    """Descend on the angle differences of some vertices, at a cost that only they cause."""
+    around = mesh.f[movable[mesh.f].any(axis=1)]
+    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=_SWEEPS) if len(around) else x
 
 
-class _Climber:
-    """Certifies and measures each rung's map, tells the listener, and keeps the record."""
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A map that may be the one."""
 
-    def __init__(self, mesh: Mesh, listener: Listener | None) -> None:
+    name: str
+    x: FloatArray
+    certificate: Certificate
+    angles: float
+    stretch: float
+
+
+class _Ladder:
+    """The maps that were tried so far, and the rungs that make others."""
+
+    def __init__(self, mesh: Mesh, metric: Metric, listener: Listener | None) -> None:
+        self.mesh, self.listener = mesh, listener
+        self.tried: list[_Candidate] = []
         self.rounds: list[Round] = []
-        self._mesh, self._listener = mesh, listener
-        self._foldings, self._began = 0, time.perf_counter()
+        self._metric, self._began = metric, time.perf_counter()
 
-    def tell(self, name: str, x: FloatArray, stretch: float = 1.0) -> _Candidate:
-        """Judge a map."""
-        certificate = certify_checked(x, self._mesh.f)
-        angles = float("nan")
-        if self.rounds or not certificate.folding_free:
-            angles = float(np.abs(mesh_angle_differences(self._mesh, x)).mean())
-            self._record(name, x, certificate.foldings, angles)
-        return _Candidate(name, x, certificate, angles, stretch)
+    @property
+    def free(self) -> bool:
+        """Whether the last map is free of foldings."""
+        return self.tried[-1].certificate.folding_free
 
-    def _record(self, name: str, x: FloatArray, foldings: int, angles: float) -> None:
+    @property
+    def nearly(self) -> bool:
+        """Whether the last map has so few foldings that they are mended where they are."""
+        certificate = self.tried[-1].certificate
+        return certificate.degree == 1 and certificate.foldings <= max(_FEW, _FEW_SHARE * len(self.mesh.f))
+
+    @cached_property
+    def metric(self) -> Metric:
+        """Laplacian of intrinsic Delaunay weights, factorised."""
+        return self._metric if self._metric.weights == "delaunay" else build_metric(
+            self.mesh, self._metric.factor.backend, "delaunay")
+
+    def delaunay(self) -> None:
+        """The harmonic map of the intrinsic Delaunay weights."""
+        if self._metric.weights != "delaunay":
+            self.add("delaunay", fix_gauge(self.mesh, fast_map(self.mesh, self.metric).last.x, self.metric.A))
+
+    def limbs(self) -> None:
+        """The last map, its deep limbs solved again."""
+        x = self.tried[-1].x
+        depth = -predicted_log_edges(self.mesh.v, self.mesh.f, x, self.metric.factor, self.metric.A)
+        if depth.max() < _DEEP:
+            return
+        for weights in ("delaunay", "mollified"):
+            L = self.metric.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
+            limbs = solve_limbs(x, L, depth, self.metric.A)
+            self.add("limbs", limbs.onto_sphere(x), limbs.stretch)
+            if self.nearly:
+                break
+
+    def embedding(self) -> None:
+        """The most promising maps, mended."""
+        fewest = min(self.tried, key=lambda candidate: candidate.certificate.foldings)
+        nearest = min(self.tried, key=lambda candidate: candidate.angles)
+        for candidate in (fewest, nearest)[: 1 + (nearest is not fewest)]:
+            self.add("embedding", mend_locally(self.mesh, candidate.x), candidate.stretch)
+
+    def axis(self) -> None:
+        """The best map in the gauge that has its deepest tips at the poles."""
+        best, metric = self.best(), self.metric
+        x, limbs = axis_limbs(self.mesh.v, self.mesh.f, best.x, metric.L, metric.factor, metric.A)
+        if not certify_checked(x, self.mesh.f).folding_free:
+            x = mend_locally(self.mesh, x)
+        self.add("axis", x, limbs.stretch)
+
+    def best(self) -> _Candidate:
+        """The map with the least angle differences among those free of foldings."""
+        return min(self.tried, key=lambda candidate: (not candidate.certificate.folding_free, candidate.angles))
+
+    def add(self, name: str, x: FloatArray, stretch: float = 1.0) -> None:
+        """Judge a map, tell the listener, and put it on record."""
+        certificate = certify_checked(x, self.mesh.f)
+        if self.tried and certificate.folding_free:
+            short = log_edges(x, self.mesh.f) < -_ROUNDED
+            x = _relaxed(self.mesh, x, short)
+            certificate = certify_checked(x, self.mesh.f) if short.any() else certificate
+        angles = float(np.abs(mesh_angle_differences(self.mesh, x)).mean())
         k, now = len(self.rounds), time.perf_counter()
-        before = self._foldings if k else foldings
-        self.rounds.append(Round(k, name, before, foldings, 0, float("nan"), angles, Status.CONVERGED,
+        before = self.rounds[-1].foldings_after if k else certificate.foldings
+        self.rounds.append(Round(k, name, before, certificate.foldings, 0, float("nan"), angles, Status.CONVERGED,
                                  now - self._began))
-        self._foldings, self._began = foldings, now
-        if self._listener is not None:
-            self._listener(Iterate("repair", k, 0, x, float("nan"), float(foldings), details={"rung": name}))
+        self._began = now
+        self.tried.append(_Candidate(name, x, certificate, angles, stretch))
+        if self.listener is not None:
+            self.listener(Iterate("repair", k, 0, x, float("nan"), float(certificate.foldings),
+                                  details={"rung": name, "angles": angles}))
