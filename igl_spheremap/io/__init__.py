@@ -4,6 +4,8 @@ from .files import read_mesh, read_sphere, write_mesh
 from .formats import FORMATS, format_of
 from .records import Format, LoadedMesh
 from .replacing import check_writable
+from .scalars import write_scalars
+from .textured import write_textured
 from .written_map import SphereCheck, certify_radius, read_map, write_map, write_sphere
 
 __all__ = [
@@ -19,5 +21,7 @@ __all__ = [
     "read_sphere",
     "write_map",
     "write_mesh",
+    "write_scalars",
     "write_sphere",
+    "write_textured",
 ]

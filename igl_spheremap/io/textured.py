@@ -1,0 +1,93 @@
+"""Surfaces with a texture: OBJ with its MTL and PNG beside it, or all in one GLB."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import FileError
+from ..mesh import check_mesh
+from ..texture import Atlas
+from .extras import need
+from .replacing import check_writable, replacing
+from .text import write_rows
+
+FloatArray = NDArray[np.float64]
+PathLike = str | os.PathLike[str]
+
+
+def write_textured(
+    path: PathLike, v: ArrayLike, f: ArrayLike, atlas: Atlas, image: NDArray[np.uint8], *, force: bool = False
+) -> None:
+    """Write a surface with texture coordinates, vertex normals and a texture.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A new .glb file, or an .obj file, which gets an .mtl and a .png file beside it.
+    v : (n, 3) array_like
+        Source positions.
+    f : (m, 3) array_like
+        Faces of the source.
+    atlas : Atlas
+        From `texture_atlas` of its map.
+    image : (height, width, 3) uint8 array
+        The texture, rows from above.
+    force : bool
+        Replace existing files.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    FileError
+        If the suffix is another one, a file exists and `force` is not set, or writing fails.
+    MeshError
+        If `v, f` is no closed genus-0 mesh.
+    """
+    mesh = check_mesh(v, f)
+    normals = atlas.carry(igl.per_vertex_normals(mesh.v, mesh.f))
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    target = Path(path)
+    writers = {".obj": _write_obj, ".glb": _write_glb}
+    if target.suffix.lower() not in writers:
+        raise FileError(f"{path}: textures are written to .obj and .glb files")
+    writers[target.suffix.lower()](target, atlas.carry(mesh.vertices), normals, atlas, image, force)
+
+
+def _write_obj(
+    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
+) -> None:
+    pillow = need("PIL.Image", "writing a texture")
+    material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
+    for each in (path, material, picture):
+        check_writable(each, force)
+    with replacing(picture, force) as partial:
+        pillow.fromarray(image).save(partial, format="png")
+    with replacing(material, force) as partial:
+        partial.write_text(f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n")
+    with replacing(path, force) as partial, partial.open("wb") as file:
+        file.write(f"mtllib {material.name}\nusemtl texture\n".encode())
+        write_rows(file, "v %r %r %r\n", v)
+        write_rows(file, "vt %r %r\n", atlas.uv)
+        write_rows(file, "vn %r %r %r\n", normals)
+        write_rows(file, "f %r/%r/%r %r/%r/%r %r/%r/%r\n", np.repeat(atlas.f + 1, 3, axis=1))
+
+
+def _write_glb(
+    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
+) -> None:
+    trimesh, pillow = need("trimesh", "glTF"), need("PIL.Image", "writing a texture")
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorTexture=pillow.fromarray(image), metallicFactor=0.0, roughnessFactor=1.0
+    )
+    visual = trimesh.visual.TextureVisuals(uv=atlas.uv, material=material)
+    body = trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
+    with replacing(path, force) as partial:
+        partial.write_bytes(trimesh.exchange.gltf.export_glb(trimesh.Scene(body), include_normals=True))
