@@ -37,10 +37,8 @@ def run(args: Namespace) -> Exit:
     Exit
         OK.
     """
-    from .main import build_parser
-
     shtab = need("shtab", "shell completion", extra="completion")
-    print(shtab.complete(build_parser(), shell=args.shell))
+    print(shtab.complete(args.parser, shell=args.shell))
     return Exit.OK
 
 

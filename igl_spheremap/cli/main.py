@@ -62,7 +62,7 @@ def build_parser() -> argparse.ArgumentParser:
             **plain,
         )
         command.configure(one)
-        one.set_defaults(run=command.run)
+        one.set_defaults(run=command.run, parser=parser)
     return parser
 
 

@@ -68,7 +68,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     -------
     None
     """
-    _save(path, {"vertices": v, "faces": f})
+    write_arrays(path, {"vertices": v, "faces": f})
 
 
 def write_map(path: Path, result: SphereMap) -> None:
@@ -108,7 +108,7 @@ def write_map(path: Path, result: SphereMap) -> None:
     arrays |= {
         f"history_{name}": np.array(column) for name, column in zip(Step._fields, columns, strict=True)
     }
-    _save(path, arrays | {"json": json.dumps(plain, default=str)})
+    write_arrays(path, arrays | {"json": json.dumps(plain, default=str)})
 
 
 def read_map(path: Path) -> SphereMap:
@@ -160,7 +160,20 @@ def _load(path: Path) -> dict[str, Any]:
             return dict(archive)
 
 
-def _save(path: Path, arrays: dict[str, Any]) -> None:
+def write_arrays(path: Path, arrays: dict[str, Any]) -> None:
+    """Write an archive.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    arrays : dict of arrays
+        By name.
+
+    Returns
+    -------
+    None
+    """
     with path.open("wb") as file:
         np.savez(file, **arrays)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError
-from . import freesurfer, gifti
+from . import freesurfer, gifti, npz
 from .records import Metadata
 from .replacing import replacing
 
@@ -55,8 +55,7 @@ def write_scalars(
         if target.suffix.lower() == ".gii":
             gifti.write_scalars(partial, dict(maps), told)
         elif target.suffix.lower() == ".npz":
-            with partial.open("wb") as file:
-                np.savez(file, **dict(maps))
+            npz.write_arrays(partial, dict(maps))
         elif len(maps) == 1:
             freesurfer.write_scalars(partial, dict(maps), told)
         else:
