@@ -17,7 +17,7 @@ from igl_spheremap.io import FORMATS, format_of, read_map, read_mesh, read_spher
 from igl_spheremap.io.polygons import Polygons
 
 EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz")
-ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "lh.sphere")
+ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere")
 
 
 def needs(name: str) -> None:
@@ -155,7 +155,7 @@ def test_freesurfer_keeps_the_volume_geometry_and_is_big_endian(ball, tmp_path):
 
 
 def test_the_same_run_writes_the_same_bytes(ball, tmp_path):
-    for name in (*EXACT[:3], "ball.stl", "lh.sphere"):
+    for name in (*EXACT[:3], "ball.stl", "ball.gii.gz", "lh.sphere"):
         needs(name)
         write_mesh(tmp_path / name, *ball)
         first = (tmp_path / name).read_bytes()
@@ -407,7 +407,15 @@ def test_unknown_and_missing(tmp_path):
 
 
 def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_path):
-    for name in ("ball.off", "ball.ply", "ball.npz", "ball.glb", "ball.surf.gii", "lh.sphere"):
+    for name in (
+        "ball.off",
+        "ball.ply",
+        "ball.npz",
+        "ball.glb",
+        "ball.surf.gii",
+        "ball.surf.gii.gz",
+        "lh.sphere",
+    ):
         needs(name)
         write_mesh(tmp_path / name, *ball)
         (tmp_path / name).rename(tmp_path / "mystery")

@@ -40,7 +40,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     """
     path = Path(path)
     for entry in FORMATS:
-        if path.suffix.lower() in entry.suffixes:
+        if path.name.lower().endswith(entry.suffixes):
             return entry
     if path.is_file():
         with path.open("rb") as file:

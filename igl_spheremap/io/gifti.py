@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from .extras import need
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
+_GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
 
 
@@ -35,8 +37,9 @@ def read(path: Path) -> RawMesh:
     FileError
         If nibabel is not installed.
     """
-    nibabel = need("nibabel", "GIFTI")
-    image = nibabel.load(path)
+    gifti = need("nibabel.gifti", "GIFTI")
+    content = path.read_bytes()
+    image = gifti.GiftiImage.from_bytes(gzip.decompress(content) if content.startswith(_GZIP) else content)
     points = image.get_arrays_from_intent("NIFTI_INTENT_POINTSET")
     triangles = image.get_arrays_from_intent("NIFTI_INTENT_TRIANGLE")
     if not points or not triangles:
@@ -122,7 +125,8 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 def _save(gifti: Any, path: Path, arrays: list[Any], metadata: Metadata) -> None:
     image = gifti.GiftiImage(meta=_meta(gifti, metadata), darrays=arrays)
-    path.write_bytes(image.to_xml())
+    content = image.to_xml()
+    path.write_bytes(gzip.compress(content, mtime=0) if path.suffix.lower() == ".gz" else content)
 
 
 def _meta(gifti: Any, metadata: Metadata, **entries: str) -> Any:
@@ -130,4 +134,4 @@ def _meta(gifti: Any, metadata: Metadata, **entries: str) -> Any:
     return gifti.GiftiMetaData(structure | entries)
 
 
-FORMAT = Format("GIFTI", (".gii",), read, write, magic=(b"<?xml",), radius=100.0)
+FORMAT = Format("GIFTI", (".gii", ".gii.gz"), read, write, magic=(b"<?xml", _GZIP), radius=100.0)

@@ -49,12 +49,13 @@ def write_scalars(
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
     target, told = Path(path), metadata or {}
-    if target.suffix.lower() not in (".gii", ".npz") and not target.name.startswith(_HEMISPHERES):
+    name = target.name.lower()
+    if not name.endswith((*gifti.FORMAT.suffixes, ".npz")) and not name.startswith(_HEMISPHERES):
         raise FileError(f"{path}: scalar maps are written to .gii, .npz, and lh.NAME or rh.NAME files")
     with replacing(path, force) as partial:
-        if target.suffix.lower() == ".gii":
+        if name.endswith(gifti.FORMAT.suffixes):
             gifti.write_scalars(partial, dict(maps), told)
-        elif target.suffix.lower() == ".npz":
+        elif name.endswith(".npz"):
             npz.write_arrays(partial, dict(maps))
         elif len(maps) == 1:
             freesurfer.write_scalars(partial, dict(maps), told)
