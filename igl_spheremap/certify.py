@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .mesh import check_faces, check_rows
+from .sums import along, row_dots
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -130,7 +131,7 @@ def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
         As from `certify`.
     """
     nothing = np.empty(0, dtype=np.int64)
-    square = np.einsum("ij,ij->i", x, x)
+    square = row_dots(x, x)
     if not np.isfinite(square).all():
         bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
         if len(bad):
@@ -164,7 +165,8 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     """
     if not len(f):  # libigl divides by the number of rows
         return np.empty(0, dtype=np.int64)
-    return np.asarray(igl.predicates.orient3d(x[f[:, 0]], x[f[:, 1]], x[f[:, 2]], _ORIGIN), dtype=np.int64)
+    corners = (x.take(f[:, k], axis=0) for k in range(3))
+    return np.asarray(igl.predicates.orient3d(*corners, _ORIGIN), dtype=np.int64)
 
 
 def _degree(x: FloatArray, f: IntArray, signs: IntArray) -> int:
@@ -203,13 +205,11 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     Seen along q, a cone that holds q has the origin in the bounding box of its corners.
     """
     q = q / np.linalg.norm(q)
-    across = np.linalg.svd(q[None, :])[2][1:]
     room = 1e-14 * float(np.abs(x).max())
-    a, b, c = f.T
-    ahead = x @ q > -room
-    near = ahead[a] | ahead[b] | ahead[c]
-    for axis in across:
-        s = x @ axis
-        for side in (s <= room, s >= -room):
-            near &= side[a] | side[b] | side[c]
-    return np.flatnonzero(near)
+    across = [along(x, axis) for axis in np.linalg.svd(q[None, :])[2][1:]]
+    # One bit for each half-plane that a vertex is in: a box holds the origin if its corners have all four.
+    sides = [half for s in across for half in (s <= room, s >= -room)] + [along(x, q) > -room]
+    bits = np.zeros(len(x), dtype=np.uint8)
+    for k, side in enumerate(sides):
+        bits |= side.astype(np.uint8) << np.uint8(k)
+    return np.flatnonzero((bits[f[:, 0]] | bits[f[:, 1]] | bits[f[:, 2]]) == 0b11111)

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from .distortion import face_areas, mesh_conformal_factor
 from .errors import MeshError
-from .factor import factorize
+from .factor import factorize, refined_solve
 from .laplacian import is_usable, laplacian
 from .mesh import Mesh, check_mesh, check_rows
 from .starts import fill_directions
@@ -193,8 +193,9 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
     if n <= 8:  # too small for Lanczos
         values, vectors = eigh(A.toarray(), B.toarray())
         return values[1:4], vectors[:, 1:4]
-    factor = factorize(A - _SIGMA * B)
-    inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
+    P = (A - _SIGMA * B).tocsr()
+    factor = factorize(P)
+    inverse = LinearOperator((n, n), matvec=lambda b: refined_solve(P, factor, b, 1e-10), dtype=np.float64)
     start = np.ones(n) + np.sin(np.arange(n))  # fixed, so that every run gives the same numbers
     values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)
     order = np.argsort(values)

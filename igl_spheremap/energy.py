@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .laplacian import is_usable, laplacian, vertex_areas
 from .mesh import Mesh, check_mesh, check_rows
 from .sphere import tangent
+from .sums import along, dot, row_dots, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +56,36 @@ class HarmonicEnergy:
             L x.
         """
         gradient = self.L @ x
-        return 0.5 * float(np.vdot(x, gradient)), gradient  # eq. (6)
+        return 0.5 * dot(x, gradient), gradient  # eq. (6)
+
+
+@dataclass(frozen=True, eq=False)
+class SumEnergy:
+    """Energies added up, each with its own weight inside it.
+
+    Attributes
+    ----------
+    terms : tuple of Energy
+        The summands.
+    """
+
+    terms: tuple[Energy, ...]
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Sum of the values and of the derivatives.
+
+        Parameters
+        ----------
+        x : (n, 3) float64 array
+            The map.
+
+        Returns
+        -------
+        energy : float
+        gradient : (n, 3) float64 array
+        """
+        values, gradients = zip(*(term.evaluate(x) for term in self.terms), strict=True)
+        return float(sum(values)), np.sum(gradients, axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +138,7 @@ class Problem:
         float
             The sum of A_i a_i . b_i.
         """
-        return float(self.A @ np.einsum("ij,ij->i", a, b))  # eq. (13)
+        return float(np.einsum("i,i->", self.A, row_dots(a, b)))  # eq. (13)
 
 
 def harmonic_problem(mesh: Mesh) -> Problem:
@@ -180,9 +210,9 @@ def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArr
     True
     """
     total = weights.sum()
-    gram = total * np.eye(3) - (x.T * weights) @ x  # inner products of the three boosts
-    e = np.linalg.solve(gram + 1e-14 * total * np.eye(3), weights @ t)
-    return t - tangent(x, np.broadcast_to(e, x.shape))
+    gram = total * np.eye(3) - weighted_moment(weights, x, x)  # inner products of the three boosts
+    e = np.linalg.solve(gram + 1e-14 * total * np.eye(3), weighted_sum(weights, t))
+    return t - e + along(x, e)[:, None] * x
 
 
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:

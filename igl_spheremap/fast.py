@@ -50,6 +50,6 @@ def fast_map(
         Usually after two or three steps.
     """
     if x is None:
-        x = punctured_start(mesh, metric.L, metric.factor, metric.A)
+        x = punctured_start(mesh, metric)
     solver = SobolevCayley(metric.L, metric.factor, metric.A, mesh.f)
     return minimize(solver.iterates(x), tolerance=tolerance, max_iterations=max_iterations, listener=listener)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from .mesh import Mesh
 from .sphere import best_rotation, center
 from .starts import mesh_gauss_map
+from .sums import weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +39,7 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """
     x = center(x, A)
     normals = mesh_gauss_map(mesh)
-    outward = mesh.v - A @ mesh.v / A.sum()
-    if A @ np.einsum("ij,ij->i", normals, outward) < 0:  # a mesh that is inside out
+    outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
+    if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out
         outward = -outward
-    return np.ascontiguousarray(x @ best_rotation(x, normals + _TIE_BREAK * outward, A))
+    return np.einsum("ij,jk->ik", x, best_rotation(x, normals + _TIE_BREAK * outward, A))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from .errors import MeshError
 
@@ -222,27 +223,31 @@ def _check_closed_sphere(f: IntArray, n: int) -> None:
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
     m = len(f)
-    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
-    directed = start * n + stop
-    order = np.argsort(directed)
-    reverse_order = np.argsort(stop * n + start)
-    sorted_keys = directed[order]
-    opposite = start[reverse_order] + stop[reverse_order] * n
-    if (sorted_keys[1:] == sorted_keys[:-1]).any() or not np.array_equal(sorted_keys, opposite):
+    start, stop = f.astype(np.int32).ravel(), f[:, [1, 2, 0]].astype(np.int32).ravel()
+    half_edge = np.arange(1, 3 * m + 1, dtype=np.int32)  # from 1 on: a zero would be no entry
+    out = csr_matrix((half_edge, (start, stop)), shape=(n, n))
+    back = csr_matrix((half_edge, (stop, start)), shape=(n, n))
+    if out.nnz < 3 * m or not np.array_equal(out.indptr, back.indptr):
         _explain_edges(f, n)
-    used = np.bincount(start, minlength=n)
+    out.sort_indices()
+    back.sort_indices()
+    if not np.array_equal(out.indices, back.indices):
+        _explain_edges(f, n)
+    used = np.diff(out.indptr)
     if (used == 0).any():
         bad = np.flatnonzero(used == 0)
         raise MeshError(f"unreferenced: {_count(bad, 'vertex', 'vertices')} in no face, {_some(bad)}; "
                         "remove them (--repair does)")
-    # The half-edge at rank r of `order` and the one at rank r of `reverse_order` are twins.
-    components, label = _components(order // 3, reverse_order // 3, m)
-    if components > 1:
+    twin = np.empty(3 * m, dtype=np.int32)
+    twin[out.data - 1] = back.data - 1
+    neighbours = csr_matrix((half_edge, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
+        components, label = connected_components(neighbours, directed=False)
         sizes = np.sort(np.bincount(label))[::-1]
         raise MeshError(f"{components} components of {_list(sizes)} faces; give one closed surface "
                         f"(--repair --keep-largest does), face {int(np.argmax(label > 0))} is in the second one")
     if n - 3 * m // 2 + m != 2:
-        _explain_characteristic(f, order, reverse_order, n)
+        _explain_characteristic(f, twin, n)
 
 
 def _components(i: NDArray[np.int64], j: NDArray[np.int64], size: int) -> tuple[int, NDArray[np.int32]]:
@@ -285,12 +290,10 @@ def _explain_edges(f: IntArray, n: int) -> None:
                     "(--repair does)")
 
 
-def _explain_characteristic(f: IntArray, order: IntArray, reverse_order: IntArray, n: int) -> None:
+def _explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None:
     """Raise for pinched vertices, else for handles."""
     # A fan is a class of corners; corner h (tail of half-edge h) goes on to the tail of the next half-edge of its twin.
     m = len(f)
-    twin = np.empty(3 * m, dtype=np.int64)
-    twin[order] = reverse_order
     onward = 3 * (twin // 3) + (twin + 1) % 3
     _, label = _components(np.arange(3 * m), onward, 3 * m)
     fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
@@ -317,11 +320,7 @@ def _unit_area(vertices: FloatArray, f: IntArray) -> FloatArray:
     if extent < 1e-15:
         raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
     v /= extent
-    a, b, c = (np.ascontiguousarray(v[f[:, k]].T) for k in range(3))
-    b -= a
-    c -= a
-    normal = (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
-    area = 0.5 * float(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2).sum())
+    area = float(igl.doublearea(v, f).sum()) / 2
     if area > _FLAT:
         v /= np.sqrt(area)
     return v

@@ -28,6 +28,8 @@ class Metric:
     ----------
     L : (n, n) sparse matrix
         Laplacian, positive semidefinite.
+    P : (n, n) sparse matrix
+        What is factorised, L + 1e-9 M.
     A : (n,) float64 array
         Vertex areas, none vanishing, of sum 1.
     factor : Factor
@@ -39,6 +41,7 @@ class Metric:
     """
 
     L: sp.csr_matrix
+    P: sp.csr_matrix
     A: FloatArray
     factor: Factor
     weights: Weights
@@ -77,12 +80,13 @@ def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangen
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
+        P = L + sp.diags_array(_REGULARISATION * A, format="csr")
         try:
-            factor = factorize(L + sp.diags(_REGULARISATION * A, format="csr"), backend)
+            factor = factorize(P, backend)
         except FactorisationFailed:
             notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             if choice == "delaunay":
                 raise
             continue
-        return Metric(L, A, factor, choice, tuple(notes))
+        return Metric(L, P, A, factor, choice, tuple(notes))
     raise FactorisationFailed("no Laplacian of this mesh can be factorised")

@@ -79,7 +79,7 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     Returns
     -------
     Dissection
-        Its `order` is the elimination order; its tree drives the multifrontal factorisation.
+        Its `order` is the elimination order.
 
     References
     ----------

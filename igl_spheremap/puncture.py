@@ -7,9 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .factor import Factor
+from .factor import refined_solve
 from .mesh import Mesh
+from .metric import Metric
 from .sphere import center
+from .sums import dot
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -21,28 +23,26 @@ _SAMPLE = 4000
 _LARGEST_STRETCH = 0.5
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
+#: Of the start's solves, where the factor is only approximate.
+_ACCURACY = 1e-6
 #: Faces tried before the best of the poor starts is taken.
 _TRIES = 4
 
 
-def punctured_start(mesh: Mesh, L: object, factor: Factor, weights: FloatArray) -> FloatArray:
+def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
     """Conformal map but for one face, as good as two solves can make it.
 
     Parameters
     ----------
     mesh : Mesh
         The checked source.
-    L : (n, n) sparse matrix
-        Its Laplacian.
-    factor : Factor
-        Inverse of L, regularised.
-    weights : (n,) float64 array
-        Vertex areas, which are to balance about the origin.
+    metric : Metric
+        Its factorised Laplacian.
 
     Returns
     -------
     (n, 3) float64 array
-        Unit rows, Moebius-centred.
+        Unit rows, Moebius-centred on the vertex areas.
 
     References
     ----------
@@ -50,13 +50,13 @@ def punctured_start(mesh: Mesh, L: object, factor: Factor, weights: FloatArray) 
     correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
     """
     best, least = None, np.inf
-    for face in _candidates(mesh):
-        z = _plane_map(mesh, factor, mesh.f[face])
+    for face in candidate_faces(mesh):
+        z = _plane_map(mesh, metric, mesh.f[face])
         z, stretch = _unstretch(mesh, z)
-        x = center(_to_sphere(z, weights), weights) if np.isfinite(z).all() else None
+        x = center(to_sphere(z, metric.A), metric.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        energy = 0.5 * float(np.vdot(x, L @ x))  # type: ignore[operator]
+        energy = 0.5 * dot(x, metric.L @ x)
         if energy < least:
             best, least = x, energy
         if abs(stretch) < _LARGEST_STRETCH and least < _LARGEST_ENERGY:
@@ -66,8 +66,19 @@ def punctured_start(mesh: Mesh, L: object, factor: Factor, weights: FloatArray) 
     return best
 
 
-def _candidates(mesh: Mesh) -> Iterator[int]:
-    """A few well-shaped faces of middling size, spread over the mesh."""
+def candidate_faces(mesh: Mesh) -> Iterator[int]:
+    """A few well-shaped faces of middling size, spread over the mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+
+    Yields
+    ------
+    int
+        Face indices, good ones to puncture.
+    """
     m = len(mesh.f)
     sample = np.unique(np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64))
     a, b, c = (mesh.v[mesh.f[sample, k]] for k in range(3))
@@ -82,7 +93,7 @@ def _candidates(mesh: Mesh) -> Iterator[int]:
     yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
 
 
-def _plane_map(mesh: Mesh, factor: Factor, corners: IntArray) -> ComplexArray:
+def _plane_map(mesh: Mesh, metric: Metric, corners: IntArray) -> ComplexArray:
     """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
 
     The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
@@ -92,7 +103,7 @@ def _plane_map(mesh: Mesh, factor: Factor, corners: IntArray) -> ComplexArray:
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
-    green = factor.solve(loads)
+    green = refined_solve(metric.P, metric.factor, loads, _ACCURACY)
     p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
     side = np.linalg.norm(p)
     along = p @ q / side
@@ -102,7 +113,7 @@ def _plane_map(mesh: Mesh, factor: Factor, corners: IntArray) -> ComplexArray:
             coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
         except np.linalg.LinAlgError:
             return np.full(len(mesh.v), np.nan + 0j)
-        return np.asarray(green @ coefficients)
+        return np.einsum("ij,j->i", green, coefficients)
 
 
 def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
@@ -124,8 +135,21 @@ def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
     return z + mean * z.conj(), mean
 
 
-def _to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
-    """Inverse stereographic projection with half the weight in each hemisphere."""
+def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
+    """Inverse stereographic projection with half the weight in each hemisphere.
+
+    Parameters
+    ----------
+    z : (n,) complex128 array
+        Finite positions in the plane; infinity goes to the south pole.
+    weights : (n,) float64 array
+        Non-negative.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+    """
     order_r, order_i = np.argsort(z.real), np.argsort(z.imag)
     z = z - complex(_middle(z.real, weights, order_r), _middle(z.imag, weights, order_i))
     radius = np.abs(z)

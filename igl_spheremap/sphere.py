@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import MeshError
+from .sums import row_dots, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ def normalize(x: FloatArray) -> FloatArray:
     >>> normalize(np.array([[0.0, 3.0, 4.0]]))
     array([[0. , 0.6, 0.8]])
     """
-    return x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None]
+    return x / np.sqrt(row_dots(x, x))[:, None]
 
 
 def tangent(x: FloatArray, h: FloatArray) -> FloatArray:
@@ -53,7 +54,7 @@ def tangent(x: FloatArray, h: FloatArray) -> FloatArray:
     >>> tangent(np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 2.0, 3.0]]))
     array([[1., 2., 0.]])
     """
-    return h - np.einsum("ij,ij->i", x, h)[:, None] * x  # eq. (9)
+    return h - row_dots(x, h)[:, None] * x  # eq. (9)
 
 
 def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
@@ -88,13 +89,14 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     array([[1., 0., 0.]])
     """
     f, h = np.asarray(x, dtype=np.float64), np.asarray(h, dtype=np.float64)
-    ff = np.einsum("ij,ij->i", f, f)[:, None]
-    t = h - (np.einsum("ij,ij->i", f, h)[:, None] / ff) * f
-    s = 0.5 * tau * np.sqrt(ff * np.einsum("ij,ij->i", t, t)[:, None])
+    ff = row_dots(f, f)
+    t = h - (row_dots(f, h) / ff)[:, None] * f
+    s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
     cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
-    y = (cosine + s * cosine) * (cosine - s * cosine) * f - tau * cosine**2 * ff * t  # Theorem 1
+    y = ((cosine + s * cosine) * (cosine - s * cosine))[:, None] * f - (tau * cosine**2 * ff)[:, None] * t  # Theorem 1
     # A long step magnifies what rounding left of F in T: give each row its length back.
-    return np.asarray(y * np.sqrt(ff / np.einsum("ij,ij->i", y, y)[:, None]))
+    y *= np.sqrt(ff / row_dots(y, y))[:, None]
+    return y
 
 
 def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
@@ -128,10 +130,12 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     cc = float(c @ c)
     if not cc < 1:
         raise MeshError(f"the Moebius centre has length {np.sqrt(cc):g}; give a point inside the unit ball")
-    difference = x - c
-    scale = (1 - cc) / np.einsum("ij,ij->i", difference, difference)
+    y = x - c
+    y *= ((1 - cc) / row_dots(y, y))[:, None]
+    y -= c
     # The rounding of a strong boost leaves the sphere by a few ulp: put it back.
-    return normalize(scale[:, None] * difference - c)
+    y /= np.sqrt(row_dots(y, y))[:, None]
+    return y
 
 
 def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> FloatArray:
@@ -168,19 +172,19 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
     centre = np.zeros(3)
     y = x
     for _ in range(50):
-        mean = w @ y
+        mean = weighted_sum(w, y)
         size = float(np.linalg.norm(mean))
         if size <= tolerance:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        step = np.linalg.solve(2 * (np.eye(3) - (y.T * w) @ y) + 1e-14 * np.eye(3), mean)
+        step = np.linalg.solve(2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3), mean)
         length = float(np.linalg.norm(step))
         if length > 0.5:
             step *= np.tanh(min(length, 2.0)) / length  # the ball ends at 1
         while True:
             trial = _compose(centre, step)
             moved = moebius(x, trial)
-            if float(np.linalg.norm(w @ moved)) < size or length < 1e-14:
+            if float(np.linalg.norm(weighted_sum(w, moved))) < size or length < 1e-14:
                 break
             step, length = step / 2, length / 2
         centre, y = trial, moved
@@ -243,6 +247,6 @@ def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> Flo
     >>> bool(np.allclose(best_rotation(np.eye(3), quarter, np.ones(3)), quarter))
     True
     """
-    u, _, vt = np.linalg.svd((x.T * weights) @ target)
+    u, _, vt = np.linalg.svd(weighted_moment(weights, x, target))
     u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
     return np.asarray(u @ vt)

@@ -10,7 +10,7 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.factor import available_backends, factorize, refined_solve
 from igl_spheremap.laplacian import cotangent_laplacian, vertex_areas
 
-BACKENDS = ("cvxopt", "scikit-sparse", "multifrontal", "scipy", "cholespy", "pypardiso")
+BACKENDS = ("cvxopt", "scikit-sparse", "scipy", "cholespy", "pypardiso")
 
 
 def problem(n_subdivisions, regularisation=1e-9):

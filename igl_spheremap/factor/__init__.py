@@ -20,15 +20,11 @@ __all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize", "
 _BACKENDS = {
     "cvxopt": ("cvxopt.cholmod", "cvxopt_cholmod"),
     "scikit-sparse": ("sksparse.cholmod", "scikit_sparse"),
-    "multifrontal": ("threadpoolctl", "multifrontal"),
     "scipy": ("scipy.sparse.linalg", "scipy_superlu"),
     "cholespy": ("cholespy", "cholespy_cholmod"),
     "pypardiso": ("pypardiso", "pardiso"),
     "multigrid": ("scipy.sparse", "multigrid"),
 }
-
-# From here on the multifrontal factorisation is faster than SuperLU.
-_MULTIFRONTAL_FROM = 150_000
 
 # A factor with its making: the most that was measured (SuperLU, 240,000 vertices).
 _BYTES_PER_UNKNOWN = 3_000
@@ -60,7 +56,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
         Symmetric; both triangles stored.
     backend : str
         One of `available_backends`. ``"auto"`` takes the fastest exact one for the size, or
-        ``"multigrid"`` where the machine's free memory would not hold its factor.
+        ``"multigrid"`` where its factor would take more than half of the machine's memory.
 
     Returns
     -------
@@ -96,16 +92,14 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
 
 
 def _choose(n: int, available: tuple[str, ...]) -> str:
-    """Fastest exact backend at this size that fits into memory, else multigrid."""
-    if n * _BYTES_PER_UNKNOWN > _free_memory():
-        return "multigrid"
-    return next(name for name in available if name != "multifrontal" or n >= _MULTIFRONTAL_FROM)
+    """Fastest exact backend if its factor is sure to fit into memory, else multigrid."""
+    return "multigrid" if n * _BYTES_PER_UNKNOWN > _memory() / 2 else available[0]
 
 
-def _free_memory() -> float:
-    """Bytes that can still be had; infinity where the system doesn't tell."""
+def _memory() -> float:
+    """Bytes of the machine's memory, not what is free of it: a choice must come out the same run after run."""
     try:
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return float("inf")
 

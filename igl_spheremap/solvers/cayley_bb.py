@@ -14,6 +14,7 @@ from ..energy import Problem
 from ..iterate import Iterate
 from ..line_search import NonmonotoneSearch
 from ..sphere import cayley_update, center
+from ..sums import weighted_sum
 
 FloatArray = NDArray[np.float64]
 Trial = tuple[FloatArray, FloatArray]
@@ -90,7 +91,7 @@ class CayleyBB:
 
             def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient) -> tuple[float, Trial]:
                 y = cayley_update(x, gradient, step)  # Theorem 1
-                if problem.gauge and np.linalg.norm(problem.A @ y) > off_centre:
+                if problem.gauge and np.linalg.norm(weighted_sum(problem.A, y)) > off_centre:
                     y = center(y, problem.A)
                 value, slope = problem.evaluate(y)
                 return np.inf if free and not self._free(y) else value, (y, slope)

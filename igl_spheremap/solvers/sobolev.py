@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..distortion import face_areas
 from ..factor import Factor
 from ..iterate import Iterate
-from ..sphere import cayley_update, center, tangent
+from ..sphere import cayley_update, center
+from ..sums import along, dot, row_dots, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -67,20 +68,21 @@ class SobolevCayley:
         yield Iterate("sobolev", 0, 0, x, energy, np.inf)
         for k in count(1):
             g = H - density[:, None] * x  # eq. (9)
-            g -= density[:, None] * tangent(x, np.broadcast_to(_boost(x, g, density), x.shape))
+            e = _boost(x, g, density)
+            g += density[:, None] * (along(x, e)[:, None] * x - e)
             D = self.factor.solve(g)
-            D -= self.A @ D / self.A.sum()
-            left = float(np.vdot(g, D)) / _LEFT
+            D -= weighted_sum(self.A, D) / self.A.sum()
+            left = dot(g, D) / _LEFT
             x, H, density, energy = self._evaluate(cayley_update(x, D, 1.0))  # Theorem 1, with P^-1 H for H
             gap = energy - float(face_areas(x, self.f).sum())
             yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), 1.0)
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """The map in its gauge, L x, lambda of eq. (9), and the energy."""
-        if np.linalg.norm(self.A @ x) > _OFF_CENTRE * self.A.sum():
+        if np.linalg.norm(weighted_sum(self.A, x)) > _OFF_CENTRE * self.A.sum():
             x = center(x, self.A)
         H = self.L @ x
-        density = np.einsum("ij,ij->i", x, H)  # twice the image area around each vertex
+        density = row_dots(x, H)  # twice the image area around each vertex
         return x, H, density, 0.5 * float(density.sum())  # eq. (6)
 
 
@@ -89,5 +91,5 @@ def _boost(x: FloatArray, g: FloatArray, density: FloatArray) -> FloatArray:
 
     A uniform shift would load the vertices of limbs, whose image is tiny, as much as all others, and spoil them.
     """
-    gram = density.sum() * np.eye(3) - (x.T * density) @ x
+    gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
     return np.linalg.solve(gram, g.sum(axis=0))
