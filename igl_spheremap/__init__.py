@@ -6,25 +6,34 @@ from .distortion import angle_differences, conformal_factor
 from .eigen_projection import EigenProjection, weighted_eigen_projection
 from .energy import harmonic_energy
 from .errors import FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
+from .io import read_map, read_mesh, write_map, write_mesh
 from .iterate import Iterate, Status
+from .locate import Location, SphereLocator
 from .mesh import Mesh, check_faces, check_mesh
+from .mesh_repair import RepairedMesh, repair_mesh
 from .pipeline import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
 from .sphere import cayley_update
 from .sphere_map import Round, SphereMap, Step
 from .starts import gauss_map
+from .texture import Atlas, texture_atlas
+from .transfer import resample, transfer
 
 __all__ = [
+    "Atlas",
     "Certificate",
     "EigenProjection",
     "FactorisationFailed",
     "FileError",
     "FoldingsRemain",
     "Iterate",
+    "Location",
     "MapError",
     "Mesh",
     "MeshError",
     "NotConverged",
+    "RepairedMesh",
     "Round",
+    "SphereLocator",
     "SphereMap",
     "Status",
     "Step",
@@ -37,10 +46,18 @@ __all__ = [
     "gauss_map",
     "harmonic_energy",
     "minimize_harmonic_energy",
+    "read_map",
+    "read_mesh",
     "remove_foldings",
+    "repair_mesh",
+    "resample",
     "samples",
     "spherical_conformal_map",
+    "texture_atlas",
+    "transfer",
     "weighted_eigen_projection",
+    "write_map",
+    "write_mesh",
 ]
 
 __version__ = "0.1.0"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from dataclasses import asdict, fields
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -152,12 +153,12 @@ def read_map(path: Path) -> SphereMap:
 
 def _load(path: Path) -> dict[str, Any]:
     """All arrays; pickles are refused by numpy, and a plain .npy is no archive."""
-    with path.open("rb") as file:
-        if not zipfile.is_zipfile(file):
-            raise MeshError("damaged: no NumPy archive; the file seems cut off, write it anew")
-        file.seek(0)
-        with np.load(file, allow_pickle=False) as archive:
-            return dict(archive)
+    file = BytesIO(path.read_bytes())  # so that whatever fails from here on is damage, not the disk
+    if not zipfile.is_zipfile(file):
+        raise MeshError("damaged: no NumPy archive; the file seems cut off, write it anew")
+    file.seek(0)
+    with np.load(file, allow_pickle=False) as archive:
+        return dict(archive)
 
 
 def write_arrays(path: Path, arrays: dict[str, Any]) -> None:
