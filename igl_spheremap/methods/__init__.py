@@ -8,12 +8,14 @@ from .auto import auto
 from .draft import Draft
 from .gu_yau import gu_yau
 from .lai2014 import lai2014
+from .stereographic import stereographic
 
 #: Each takes a checked mesh and a listener, then its own options by keyword.
 METHODS: dict[str, Callable[..., Draft]] = {
     "auto": auto,
     "lai2014": lai2014,
     "gu-yau": gu_yau,
+    "stereographic": stereographic,
 }
 
-__all__ = ["METHODS", "Draft", "auto", "gu_yau", "lai2014"]
+__all__ = ["METHODS", "Draft", "auto", "gu_yau", "lai2014", "stereographic"]

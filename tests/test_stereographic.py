@@ -1,0 +1,198 @@
+"""The maps through the plane: exact on spheres, convergent on spheroids, at one with all other methods."""
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.dipole import dipole_map
+from igl_spheremap.energy import positive_areas
+from igl_spheremap.flat_metric import _angles, _defects, _laplacian, _log_scale, flat_metric, lay_out
+from igl_spheremap.laplacian import mollified_edge_lengths
+from igl_spheremap.metric import build_metric
+from igl_spheremap.sphere import best_rotation, normalize
+
+X, F = icosphere(3)
+V = X * [1, 1.3, 2]
+PLANES = ("laplace-beltrami", "conformal-equivalence")
+
+
+def through(v, f, plane, **options):
+    return ism.spherical_conformal_map(v, f, "stereographic", plane=plane, **options)
+
+
+def test_angles_are_those_of_triangles_and_go_on_where_they_break():
+    angles = np.degrees(_angles(np.log([[3.0, 4, 5], [1e-30, 1e-30, 1e-30], [5, 1, 1], [1, 1, 2]])))
+    assert np.allclose(angles[0], np.degrees([np.arcsin(0.6), np.arcsin(0.8), np.pi / 2]))
+    assert np.allclose(angles[1], 60)
+    assert np.allclose(angles[2:], [[180, 0, 0], [0, 0, 180]], atol=1e-5)
+
+
+def test_the_laplacian_is_the_derivative_of_the_defects():
+    """Springborn, Schroeder, Pinkall: the Hessian of the convex energy."""
+    n, log_l = len(V), np.log(mollified_edge_lengths(V, F))
+    rng = np.random.default_rng(0)
+    u, d = 0.1 * rng.normal(size=n), rng.normal(size=n)
+    h = 1e-6
+    plus, minus = (_defects(_angles(log_l + _log_scale(u + s * d, F)), F, n) for s in (h, -h))
+    exact = _laplacian(_angles(log_l + _log_scale(u, F)), F, n) @ d
+    assert np.allclose((plus - minus) / (2 * h), exact, atol=1e-6 * np.abs(exact).max())
+
+
+def test_a_flat_metric_is_flat_and_is_laid_out_isometrically():
+    mesh = ism.check_mesh(V, F)
+    flat = flat_metric(mesh, 100, X)
+    assert not len(flat.broken)
+    z = lay_out(flat)
+    inner = np.setdiff1d(np.arange(len(V)), F[(F == 100).any(axis=1)])
+    assert np.abs(_defects(flat.angles, flat.faces, len(V))[inner]).max() < 1e-8
+    sides = np.column_stack(
+        [np.abs(z[flat.faces[:, (k + 1) % 3]] - z[flat.faces[:, (k + 2) % 3]]) for k in range(3)]
+    )
+    ratio = sides / np.exp(flat.log_lengths)
+    assert np.allclose(ratio, ratio[0, 0], rtol=1e-6)
+    corners = z[flat.faces]
+    areas = ((corners[:, 1] - corners[:, 0]).conj() * (corners[:, 2] - corners[:, 0])).imag
+    assert (areas > 0).all()  # orientation is kept
+
+
+def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
+    """Meshes inscribed in the sphere are equivalent to themselves: exact at any resolution."""
+    x = normalize(X + 0.015 * np.random.default_rng(3).normal(size=X.shape))
+    assert ism.certify(x, F).folding_free
+    result = through(x, F, "conformal-equivalence")
+    assert (
+        np.abs(result.angle_differences()).max()
+        < 1e-5
+        + np.abs(
+            ism.angle_differences(x, F, ism.sphere.center(x, positive_areas(ism.check_mesh(x, F))))
+        ).max()
+    )
+    ours, theirs = cross_ratios(result.sphere), cross_ratios(x)
+    assert np.allclose(ours, theirs, rtol=1e-6)
+
+
+def cross_ratios(x):
+    """Length cross-ratios of all inner edges: the invariants of discrete conformal equivalence."""
+    far = {}
+    for a, b, c in F.tolist():
+        far[a, b], far[b, c], far[c, a] = c, a, b
+    edges = np.array([(i, j, far[i, j], far[j, i]) for i, j in far if i < j])
+    i, j, k, m = edges.T
+
+    def d(p, q):
+        return np.linalg.norm(x[p] - x[q], axis=1)
+
+    return d(i, k) * d(j, m) / (d(j, k) * d(i, m))
+
+
+def test_conformal_equivalence_keeps_all_length_cross_ratios():
+    """Through flattening, layout, projection and gauge, from any puncture."""
+    for face in (0, 100):
+        result = through(V, F, "conformal-equivalence", puncture=face)
+        assert np.allclose(np.log(cross_ratios(result.sphere)), np.log(cross_ratios(V)), atol=1e-6)
+
+
+def test_conformal_equivalence_does_not_depend_on_the_puncture():
+    a, b = (through(V, F, "conformal-equivalence", puncture=face).sphere for face in (0, 500))
+    assert np.abs(a - b).max() < 1e-6
+
+
+def test_the_laplace_beltrami_map_does_depend_on_the_puncture():
+    """The artefact that the paper's introduction names."""
+    maps = [through(V, F, "laplace-beltrami", puncture=face) for face in (0, 500)]
+    assert np.abs(maps[0].sphere - maps[1].sphere).max() > 1e-3
+
+
+def test_a_dipole_in_the_plane_is_inversion():
+    """Far from the pole on a fine sphere z is 1 / w: stereographic projection, but for a similarity."""
+    errors = []
+    for level in (3, 4, 5):
+        x, f = icosphere(level)
+        mesh = ism.check_mesh(x, f)
+        z = dipole_map(mesh, build_metric(mesh), 0)
+        pole = normalize(x[f[0]].mean(axis=0, keepdims=True))[0]
+        across = np.linalg.svd(pole[None])[2][1:]
+        if np.linalg.det(np.vstack((across, -pole))) < 0:
+            across = across[::-1]
+        exact = (x @ across.T @ [1, 1j]) / (1 - x @ pole)
+        far = x @ pole < 0.5
+        basis = np.column_stack((exact[far], np.ones(far.sum())))
+        fit, _, _, _ = np.linalg.lstsq(basis, z[far], rcond=None)
+        errors.append(np.abs(basis @ fit - z[far]).max() / abs(fit[0]))
+    assert errors[0] < 0.1
+    assert (np.array(errors[:-1]) / errors[1:] > 1.7).all()  # first order: a face holds the pole, not a point
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "worst"),
+    [
+        ("lai2014", {}, 5e-3),
+        ("gu-yau", {}, 5e-3),
+        ("stereographic", {"plane": "laplace-beltrami"}, 0.1),
+        ("stereographic", {"plane": "conformal-equivalence"}, 0.02),
+    ],
+)
+def test_all_methods_find_the_same_map_but_for_the_mesh(method, options, worst):
+    """Moebius equivalence of all conformal maps: in one gauge they are one."""
+    reference = ism.spherical_conformal_map(V, F)
+    result = ism.spherical_conformal_map(V, F, method, **options)
+    assert result.certificate.folding_free
+    A = positive_areas(ism.check_mesh(V, F))
+    x = result.sphere @ best_rotation(result.sphere, reference.sphere, A)
+    assert np.abs(x - reference.sphere).max() < worst
+    assert np.isclose(result.energy, reference.energy, rtol=2e-2)
+
+
+def test_conformal_equivalence_converges_to_the_exact_map_of_a_spheroid():
+    errors = []
+    for level in (2, 3, 4):
+        x, f = icosphere(level)
+        result = through(x * [1, 1, 2], f, "conformal-equivalence")
+        errors.append(root_mean_square(result.sphere, exact_spheroid(x), f))
+    rates = np.array(errors[:-1]) / errors[1:]
+    assert (rates > 3.3).all()  # second order
+
+
+def exact_spheroid(x, c=2.0):
+    """Conformal map of the spheroid 1:1:c, given by its parametrisation over the sphere x."""
+    t = np.arcsin(np.clip(x[:, 2], -1, 1))
+    e = np.sqrt(c**2 - 1)
+    # du = sqrt(sin^2 t + c^2 cos^2 t) / cos t dt, in closed form.
+    s = np.sin(t)
+    u = e * np.arcsin(e * s / c) + np.arctanh(np.clip(s / np.sqrt(c**2 - e**2 * s**2), -1 + 1e-16, 1 - 1e-16))
+    rim = 1 / np.cosh(u)
+    turn = np.arctan2(x[:, 1], x[:, 0])
+    return np.column_stack((rim * np.cos(turn), rim * np.sin(turn), np.tanh(u)))
+
+
+def root_mean_square(x, exact, f):
+    A = positive_areas(ism.check_mesh(exact * [1, 1, 2], f))
+    turned = x @ best_rotation(x, exact, A)
+    return np.sqrt(A @ ((turned - exact) ** 2).sum(axis=1))
+
+
+def test_faces_that_break_are_named_and_the_rest_is_mapped():
+    v = V + 0.08 * np.random.default_rng(1).normal(size=V.shape)
+    result = through(v, F, "conformal-equivalence")
+    assert any("break the triangle inequality" in note for note in result.notes)
+    print(np.median(np.abs(result.angle_differences())), result.certificate, result.notes)
+    assert np.median(np.abs(result.angle_differences())) < 15
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_smallest_meshes(plane):
+    v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    assert through(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], plane).certificate.folding_free
+    v = np.vstack((np.eye(3), -np.eye(3)))
+    f = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    assert through(v, f, plane).certificate.folding_free
+
+
+def test_errors_name_the_option():
+    with pytest.raises(ValueError, match="laplace-beltrami, conformal-equivalence"):
+        through(V, F, "circle-packing")
+    with pytest.raises(ValueError, match="faces 0 to 1279"):
+        through(V, F, "laplace-beltrami", puncture=1280)
+    with pytest.raises(ism.NotConverged, match="Newton steps; allow more"):
+        through(V, F, "conformal-equivalence", max_iterations=0)
