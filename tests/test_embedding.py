@@ -85,7 +85,7 @@ def test_collapses_keep_a_sphere_down_to_the_tetrahedron_and_are_undone():
     rng = np.random.default_rng(5)
     f = flip_edges(icosphere(2)[1], 2000, rng)
     n = f.max() + 1
-    mesh = Complex(f, unit(rng.normal(size=(n, 3))), np.zeros(n, dtype=bool))
+    mesh = Complex(f, unit(rng.normal(size=(n, 3))), np.zeros(n, dtype=bool), unit_rows)
     batches = []
     while (batch := mesh.next_batch(np.ones(n, dtype=bool))) is not None:
         mesh.collapse(batch)

@@ -1,7 +1,8 @@
 """A gauge for bodies beyond float64: the two deepest tips at (0, 0, 1) and (0, 0, -1).
 
-Near these points the first two coordinates are small numbers of full relative precision, down to 1e-100 and less,
-where elsewhere positions are multiples of 1e-16. Limbs that lead to the two tips need not be drawn out there.
+Near these points the first two coordinates are small numbers of full relative precision, down to 1e-100 and
+less, where elsewhere positions are multiples of 1e-16. Limbs that lead to the two tips need not be drawn out
+there.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def axis_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> FloatA
 
 
 def axis_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, factor: Factor,
-               area: FloatArray) -> tuple[FloatArray, Limbs] | None:
+               area: FloatArray) -> tuple[FloatArray, Limbs]:
     """Put the tips of the two deepest limbs at the poles, and solve all limbs there.
 
     Parameters

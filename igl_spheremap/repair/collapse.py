@@ -2,13 +2,14 @@
 
 A collapse v -> t removes the two faces that hold both and hands the other faces of v to t. It keeps a
 triangulated sphere one if v and t have exactly two common neighbours (the link condition). Every vertex of a
-triangulated sphere with more than four has such a neighbour: the edges outside the star that join vertices of its
-link are non-crossing chords of a polygon, so two of the link's vertices meet none. Hence any set of vertices can
-be removed, down to a tetrahedron.
+triangulated sphere with more than four has such a neighbour: the edges outside the star that join vertices of
+its link are non-crossing chords of a polygon, so two of the link's vertices meet none. Hence any set of
+vertices can be removed, down to a tetrahedron.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,9 @@ from .kernel import Stars, cross, dot, stars_of
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+#: Rounds unit rows to positions that vertices may take.
+Grid = Callable[[FloatArray], FloatArray]
 
 #: Vertices of a valence above this, and above 3/2 of the least one present, wait for their neighbours to go.
 _LOW_VALENCE = 8
@@ -54,6 +58,8 @@ class Complex:
         Unit rows; shared, so that positions written later are seen.
     frozen : (n,) bool array
         Vertices that may be neither removed nor collapsed to, as faces around them may lie outside `f`.
+    grid : callable
+        Rounds unit rows to positions that vertices may take.
 
     Attributes
     ----------
@@ -65,8 +71,8 @@ class Complex:
         Vertices of the present complex.
     """
 
-    def __init__(self, f: IntArray, x: FloatArray, frozen: BoolArray) -> None:
-        self.f, self.x, self.frozen = f.copy(), x, frozen
+    def __init__(self, f: IntArray, x: FloatArray, frozen: BoolArray, grid: Grid) -> None:
+        self.f, self.x, self.frozen, self.grid = f.copy(), x, frozen, grid
         self.alive = np.ones(len(f), dtype=bool)
         self.present = np.zeros(len(x), dtype=bool)
         self.present[f.ravel()] = True

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: The scale is fitted where the image is larger than this, and away from the pole.
-_RELIABLE = 1e-6
+_RELIABLE = np.log(1e-6)
 _NEAR_POLE = 0.3
 
 
@@ -29,7 +29,8 @@ def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
     return np.asarray(np.bincount(u, log, n) / np.bincount(u, minlength=n))
 
 
-def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Factor, A: FloatArray) -> FloatArray:
+def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Factor,
+                        A: FloatArray) -> FloatArray:
     """Logarithm of the image's edge lengths that a conformal map in the gauge of `x` has.
 
     With a pole p, the flat metric e^{2u} g of the punctured surface satisfies L u = 4 pi delta_p - K, and the
@@ -56,11 +57,11 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
     n = len(v)
     source, image = log_edges(v, f), log_edges(x, f)
     load = np.bincount(f.ravel(), corner_angles(v, f).ravel(), n) - 2 * np.pi  # -K
-    pole = int(np.argmax(np.where(A >= np.median(A), image - source, -np.inf)))
+    pole = int(np.argmax(np.where(A < np.median(A), -np.inf, image - source)))
     load[pole] += 4 * np.pi
     away = np.sqrt(np.einsum("ij,ij->i", x - x[pole], x - x[pole]))
     scale = factor.solve(load) + 2 * np.log(np.maximum(away, np.exp(image[pole])))
-    known = (away > _NEAR_POLE) & (image > np.log(_RELIABLE))
+    known = (away > _NEAR_POLE) & (image > _RELIABLE)
     if not known.any():
         known[:] = True
     return np.asarray(scale + np.median((image - source - scale)[known]) + source)

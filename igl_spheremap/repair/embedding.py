@@ -12,7 +12,7 @@ Praun and Hoppe 2003, *Spherical Parametrization and Remeshing*. Shen, Jiang, Zo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from itertools import count
 
@@ -20,15 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..certify import certify_checked, orientation_signs
-from .collapse import Batch, Complex, independent
+from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Rings around the places where float64 was too coarse that are removed too in the next attempt; then everything.
-_RINGS = (4, 8, 16, 32, 64)
+#: Rings around the places where float64 was too coarse that are removed too in the next attempt; then
+#: everything.
+_RINGS = (4, 8, 16, 32, 64, 128, 256)
 #: Rings beyond those within which collapses may go on; doubled when they do not suffice.
 _MARGIN = 4
 #: Batches of collapses after which foldings that are left have a further ring around them removed as well.
@@ -53,7 +54,11 @@ class _TooCoarse(Exception):
         self.vertices = vertices
 
 
-def progressive_embedding(x: FloatArray, f: IntArray) -> FloatArray:
+#: Called with the whole map, vertices that are still removed lying on the ones that they were collapsed to.
+Watch = Callable[[FloatArray], None]
+
+
+def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     """Mend every folding of a map to the sphere, moving only vertices around foldings where that suffices.
 
     Parameters
@@ -62,6 +67,8 @@ def progressive_embedding(x: FloatArray, f: IntArray) -> FloatArray:
         Finite, nonzero rows.
     f : (m, 3) int64 array
         Faces of a closed genus-0 mesh that passed the gate.
+    watch : callable, optional
+        Called with the map each time that a batch of vertices was put back.
 
     Returns
     -------
@@ -78,30 +85,52 @@ def progressive_embedding(x: FloatArray, f: IntArray) -> FloatArray:
     True
     """
     x = unit_rows(x)
-    for y in _attempts(x, f):
-        if certify_checked(y, f).folding_free:
-            return y
+    if certify_checked(x, f).folding_free:
+        return x
+    y = x
+    if (orientation_signs(x, f) < 0).sum() > len(f) / 2:  # a mirror image
+        y = x * [1, 1, -1]
+    y = embed_locally(y, f, watch=watch)
+    if certify_checked(y, f).folding_free:
+        return y
+    everywhere = np.ones(len(x), dtype=bool)
+    with suppress(_TooCoarse):
+        _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, watch)
+        return y
     return x
 
 
-def _attempts(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
-    """The map as it is, mended within ever larger regions, and rebuilt from nothing."""
-    yield x
+def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
+                  watch: Watch | None = None) -> FloatArray:
+    """Mend foldings by progressive embedding within ever larger regions around them.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Rows of one length, 1 but for a grid's.
+    f : (m, 3) int64 array
+        Faces of a closed genus-0 mesh that passed the gate.
+    grid : callable, optional
+        Rounds unit rows to the positions that are allowed; all of float64's by default.
+    watch : callable, optional
+        See `progressive_embedding`.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Without foldings, or `x` itself where that can't be had locally. The degree may be wrong.
+    """
     bad = orientation_signs(x, f) <= 0
-    if 0 < bad.sum() < len(f) / 2:
-        forced = np.zeros(len(x), dtype=bool)
-        for rings in _RINGS:
-            try:
-                yield _mend_locally(x, f, bad, forced)
-                break  # without folding: if that was not enough, no local change mends the degree
-            except _TooCoarse as failure:
-                forced[failure.vertices] = True
-                forced = dilate(f, forced, rings)
-    with suppress(_TooCoarse):
-        everywhere = np.ones(len(x), dtype=bool)
-        y = x.copy()
-        _rebuild(y, f, everywhere, ~everywhere)
-        yield y
+    if not bad.any() or bad.sum() > len(f) / 2:
+        return x
+    forced = np.zeros(len(x), dtype=bool)
+    for rings in _RINGS:
+        try:
+            return _mend_locally(x, f, bad, forced, grid or unit_rows, watch)
+        except _TooCoarse as failure:
+            forced[failure.vertices] = True
+            forced = dilate(f, forced, rings)
+    return x
 
 
 def unit_rows(x: FloatArray) -> FloatArray:
@@ -124,7 +153,8 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
     return marked
 
 
-def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray) -> FloatArray:
+def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
+                  watch: Watch | None) -> FloatArray:
     """Remove and rebuild the forced vertices, and around bad faces as little as possible."""
     around = forced.copy()
     around[f[bad]] = True
@@ -139,7 +169,8 @@ def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray)
         frozen[f[~faces]] = True
         part = x[vertices]
         try:
-            _rebuild(part, local[f[faces]], forced[vertices], frozen[vertices])
+            mesh = Complex(local[f[faces]], part, frozen[vertices], grid)
+            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch))
         except _RegionTooSmall:
             margin *= 2
             continue
@@ -150,19 +181,31 @@ def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray)
         return y
 
 
-def _rebuild(x: FloatArray, f: IntArray, forced: BoolArray, frozen: BoolArray) -> None:
-    """Remove the forced vertices and all foldings, and put everything back, changing `x`."""
-    mesh = Complex(f, x, frozen)
-    batches = list(_removals(mesh, forced & ~frozen))
-    if mesh.bad.any() or (forced & ~frozen & mesh.present).any():
-        if frozen.any():
+def _within(x: FloatArray, vertices: IntArray, watch: Watch | None) -> Watch | None:
+    """Watch a part of the map as if it were the whole."""
+    if watch is None:
+        return None
+
+    def watch_part(part: FloatArray) -> None:
+        y = x.copy()
+        y[vertices] = part
+        watch(y)
+
+    return watch_part
+
+
+def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None) -> None:
+    """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
+    f = mesh.f.copy()
+    batches = list(_removals(mesh, forced))
+    if mesh.bad.any() or (forced & mesh.present).any():
+        if mesh.frozen.any():
             raise _RegionTooSmall
         corners = mesh.f[mesh.faces()[0]]
         last = np.setdiff1d(np.flatnonzero(mesh.present), corners)
-        x[np.append(last, corners)] = _TETRAHEDRON
-    movable = ~mesh.present & ~frozen
-    movable = dilate(f, movable, 1) & ~frozen
-    _put_back(mesh, batches, movable)
+        mesh.x[np.append(last, corners)] = mesh.grid(_TETRAHEDRON)
+    movable = dilate(f, ~mesh.present & ~mesh.frozen, 1) & ~mesh.frozen
+    _put_back(mesh, batches, movable, watch)
 
 
 def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
@@ -181,8 +224,10 @@ def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
             forced = np.ones_like(forced)
 
 
-def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray) -> None:
+def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, watch: Watch | None) -> None:
     """Undo the collapses, newest first, relaxing as the complex grows."""
+    for batch in reversed(batches):
+        mesh.x[batch.stars.vertices] = mesh.x[batch.target]
     relaxed_at = int((mesh.present & movable).sum())
     for batch in reversed(batches):
         mesh.restore(batch)
@@ -191,6 +236,8 @@ def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray) -> None:
         if size > _GROWTH * relaxed_at + 4:
             relax_areas(mesh, movable)
             relaxed_at = size
+        if watch is not None:
+            watch(mesh.x)
 
 
 def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
@@ -199,7 +246,7 @@ def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
     for _ in range(_INSERTION_ATTEMPTS):
         placed = centres_beside(x, stars, target)
         for pull in _PULLS:
-            x[stars.vertices] = unit_rows(x[target] + pull * (placed - x[target]))
+            x[stars.vertices] = mesh.grid(unit_rows(x[target] + pull * (placed - x[target])))
             failed = np.flatnonzero(~proper(x, stars))
             stars, target, placed = stars.take(failed), target[failed], placed[failed]
             if not len(target):
@@ -226,7 +273,7 @@ def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
             waiting[chosen] = False
             move = stars.take(chosen)
             old = x[move.vertices]
-            x[move.vertices] = analytic_centres(x, move)
+            x[move.vertices] = mesh.grid(analytic_centres(x, move))
             rejected = ~proper(x, move)
             x[move.vertices[rejected]] = old[rejected]
 

@@ -122,7 +122,7 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
     reach = np.maximum.reduceat(np.abs(da).max(axis=1), stars.start)
     size = np.where(reach > 0, reach, 1.0)[:, None]
     da, db = da / size[owner], db / size[owner]
-    e1, e2 = tangent_axes(centre)
+    e1, e2 = tangent_axes(centre / np.sqrt(dot(centre, centre))[:, None])
     # (a x b)/size = centre x (db - da) + size (da x db)
     c = cross(at, db - da) + size[owner] * cross(da, db)
     slope = np.stack((dot(c, e1[owner]), dot(c, e2[owner])), axis=1)

@@ -1,11 +1,12 @@
 """Which remedy is taken when: from a map with foldings to one that is certified to have none.
 
-1. *map*: free of foldings, it is returned as it is, and only the certificate was paid for.
-2. *delaunay*: with more than a few foldings, the map of the intrinsic Delaunay weights, which are not negative.
-3. *limbs*: with more than a few foldings left, and edges so short that the solver's absolute error folds them, the
-   deep limbs are solved again in nested frames, drawn out where float64 ends; first with the Delaunay weights, then
-   with those of the mesh's own edges made positive, which suit limbs of few vertices around.
-4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with the
+1. *map*: free of foldings, it is returned as it is, and only the certificate was paid for. 2. *delaunay*:
+with more than a few foldings, the map of the intrinsic Delaunay weights, which are not negative. 3. *limbs*:
+with more than a few foldings left, and edges so short that the solver's absolute error folds them, the
+   deep limbs are solved again in nested frames, drawn out where float64 ends; first with the Delaunay
+   weights, then with those of the mesh's own edges made positive, which suit limbs of few vertices around.
+4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with
+the
    fewest foldings and the one with the least angle differences are both tried, and the better result is kept.
 5. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
@@ -30,7 +31,7 @@ from ..metric import Metric, build_metric
 from ..sphere_map import Round
 from .axis import axis_limbs
 from .depth import log_edges, predicted_log_edges
-from .embedding import dilate, progressive_embedding
+from .embedding import Watch, dilate, progressive_embedding
 from .nested import solve_limbs
 from .relax import AngleLoss, descend
 
@@ -62,7 +63,8 @@ class Mended:
     rounds : tuple of Round
         The rungs that were taken; none for a map that needed no repair.
     stretch : float
-        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to.
+        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had
+        to.
     on_axis : bool
         Whether the gauge is `axis_gauge`.
     """
@@ -113,7 +115,7 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
     return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "axis")
 
 
-def mend_locally(mesh: Mesh, x: FloatArray) -> FloatArray:
+def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:
     """Embed what is folded, and relax it with its surroundings.
 
     Parameters
@@ -122,13 +124,15 @@ def mend_locally(mesh: Mesh, x: FloatArray) -> FloatArray:
         The checked source.
     x : (n, 3) float64 array
         Unit rows.
+    watch : callable, optional
+        Called with the map each time that a batch of vertices was put back.
 
     Returns
     -------
     (n, 3) float64 array
         Unit rows, certified free of foldings.
     """
-    y = progressive_embedding(x, mesh.f)
+    y = progressive_embedding(x, mesh.f, watch)
     return _relaxed(mesh, y, dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS))
 
 
@@ -197,12 +201,14 @@ class _Ladder:
         """The most promising maps, mended."""
         fewest = min(self.tried, key=lambda candidate: candidate.certificate.foldings)
         nearest = min(self.tried, key=lambda candidate: candidate.angles)
-        for candidate in (fewest, nearest)[: 1 + (nearest is not fewest)]:
+        for candidate in [fewest] if fewest is nearest else [fewest, nearest]:
             self.add("embedding", mend_locally(self.mesh, candidate.x), candidate.stretch)
 
     def axis(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
         best, metric = self.best(), self.metric
+        if log_edges(best.x, self.mesh.f).min() > -_ROUNDED:
+            return
         x, limbs = axis_limbs(self.mesh.v, self.mesh.f, best.x, metric.L, metric.factor, metric.A)
         if not certify_checked(x, self.mesh.f).folding_free:
             x = mend_locally(self.mesh, x)
@@ -210,7 +216,7 @@ class _Ladder:
 
     def best(self) -> _Candidate:
         """The map with the least angle differences among those free of foldings."""
-        return min(self.tried, key=lambda candidate: (not candidate.certificate.folding_free, candidate.angles))
+        return min(self.tried, key=lambda tried: (not tried.certificate.folding_free, tried.angles))
 
     def add(self, name: str, x: FloatArray, stretch: float = 1.0) -> None:
         """Judge a map, tell the listener, and put it on record."""
@@ -222,8 +228,8 @@ class _Ladder:
         angles = float(np.abs(mesh_angle_differences(self.mesh, x)).mean())
         k, now = len(self.rounds), time.perf_counter()
         before = self.rounds[-1].foldings_after if k else certificate.foldings
-        self.rounds.append(Round(k, name, before, certificate.foldings, 0, float("nan"), angles, Status.CONVERGED,
-                                 now - self._began))
+        self.rounds.append(Round(k, name, before, certificate.foldings, 0, float("nan"), angles,
+                                 Status.CONVERGED, now - self._began))
         self._began = now
         self.tried.append(_Candidate(name, x, certificate, angles, stretch))
         if self.listener is not None:

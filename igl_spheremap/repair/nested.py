@@ -1,9 +1,11 @@
-"""Deep limbs solved again relative to their own rings, so that an image 1e-10 wide keeps its relative precision.
+"""Deep limbs solved again relative to their own rings, so that an image 1e-10 wide keeps its relative
+precision.
 
-A disc whose image is small is the solution of the Laplace equation within its ring of neighbours, which is linear:
-in a frame that is centred on the ring and scaled by it, nothing is small. Discs are nested, each frame lies in the
-one around it, and positions are summed at the end. Where even the sum would be too fine for float64, the weights
-of the equation drift away from the tip, which draws the limb out and keeps every vertex in its neighbours' hull.
+A disc whose image is small is the solution of the Laplace equation within its ring of neighbours, which is
+linear: in a frame that is centred on the ring and scaled by it, nothing is small. Discs are nested, each
+frame lies in the one around it, and positions are summed at the end. Where even the sum would be too fine for
+float64, the weights of the equation drift away from the tip, which draws the limb out and keeps every vertex
+in its neighbours' hull.
 """
 
 from __future__ import annotations
@@ -39,8 +41,9 @@ _LEAST_WEIGHT = 1e-6
 class Limbs:
     """Where the vertices of deep limbs lie, each in the frame of its innermost disc.
 
-    A frame is centred on the ring of its disc and scaled by it. Its centre is given in the frame around, or, for an
-    outermost disc, in the chart of stereographic projection that touches the sphere at the disc's pole.
+    A frame is centred on the ring of its disc and scaled by it. Its centre is given in the frame around, or,
+    for an outermost disc, in the chart of stereographic projection that touches the sphere at the disc's
+    pole.
 
     Attributes
     ----------
@@ -76,7 +79,7 @@ class Limbs:
         self.pole = np.vstack((self.pole, pole))
 
     def onto_sphere(self, x: FloatArray, tips: Sequence[int] = ()) -> FloatArray:
-        """Put the limbs into a map, those of the given tips so that the tips come to lie at their charts' poles."""
+        """Put the limbs into a map, those of the given tips with the tips at their charts' poles."""
         fixed, at = self._around(tips)
         origin, unit = self.centre.copy(), self.scale.copy()
         for k, around in enumerate(self.parent):  # parents come first
@@ -103,7 +106,7 @@ class Limbs:
 
 
 def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatArray,
-                tips: Sequence[int] = ()) -> Limbs:
+                tips: Sequence[int] = (), floor: float = FLOOR) -> Limbs:
     """Solve the deep limbs of a map again, each disc relative to its ring.
 
     Parameters
@@ -117,8 +120,10 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
     area : (n,) float64 array
         Vertex areas of the source.
     tips : sequence of int
-        Vertices at (0, 0, 1) or (0, 0, -1), where floating point is far finer: their limbs are drawn out only if it
-        ends even there.
+        Vertices at (0, 0, 1) or (0, 0, -1), where floating point is far finer: their limbs are drawn out only
+        if it ends even there.
+    floor : float
+        Depth that the deepest edges of all other limbs are kept above.
 
     Returns
     -------
@@ -135,9 +140,9 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
         inside = np.flatnonzero(level >= k)
         parts, disc = connected_components(W[inside][:, inside], directed=False)
         if k == 1:
-            floor = np.full(parts, FLOOR)
-            floor[disc[np.isin(inside, tips)]] = _FLOOR_AT_TIPS
-            kappa = _shortening(depth[inside], disc, floor)
+            floors = np.full(parts, floor)
+            floors[disc[np.isin(inside, tips)]] = _FLOOR_AT_TIPS
+            kappa = _shortening(depth[inside], disc, floors)
             limbs.stretch = float(1 / kappa.min())
             drift[inside] = ((1 - kappa**2) / (2 * kappa))[disc]
         rows = W[inside].tocoo()
@@ -152,9 +157,7 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
         local[inside] = np.arange(len(inside))
         matrix = sp.csr_matrix((weight[~ring], (i[~ring], local[j[~ring]])), shape=(len(inside),) * 2)
         total = np.bincount(i, weight, len(inside))
-        load = np.bincount(i[ring], weight[ring] * rim.real, len(inside)) + 1j * np.bincount(
-            i[ring], weight[ring] * rim.imag, len(inside))
-        limbs.z[inside] = _solve(sp.diags(total) - matrix, load)
+        limbs.z[inside] = _solve(sp.diags(total) - matrix, _sums(i[ring], weight[ring] * rim, len(inside)))
         limbs.frame[inside] = len(limbs.parent) - parts + disc
     return limbs
 
@@ -178,24 +181,26 @@ def _levels(W: sp.csr_matrix, depth: FloatArray, area: FloatArray) -> IntArray:
         inside = depth > _ONSET + k * _STEP
         inside &= (level >= k) & ~(W @ (level < k).astype(float) > 0)
         outside = np.flatnonzero(~inside)
-        parts, part = connected_components(W[outside][:, outside], directed=False)
+        part = connected_components(W[outside][:, outside], directed=False)[1]
         inside[outside[part != np.argmax(np.bincount(part, image[outside]))]] = True  # islands within a disc
         level[inside & (level == k)] = k + 1
     return level
 
 
 def _shortening(depth: FloatArray, disc: IntArray, floor: FloatArray) -> FloatArray:
-    """The factor kappa by which the depth of each limb must shrink for its deepest edge to stay above the floor.
+    """The factor kappa by which the depth of each limb must shrink for its deepest edge to stay above the
+    floor.
 
-    Along a limb the equation f'' - 2 alpha k f' = k^2 f, with a drift alpha = (1 - kappa^2) / (2 kappa), has the
-    solution exp(-kappa k s) in place of exp(-k s): it makes a limb of depth k s one of depth kappa k s.
+    Along a limb the equation f'' - 2 alpha k f' = k^2 f, with a drift alpha = (1 - kappa^2) / (2 kappa), has
+    the solution exp(-kappa k s) in place of exp(-k s): it makes a limb of depth k s one of depth kappa k s.
     """
     deepest = np.zeros(len(floor))
     np.maximum.at(deepest, disc, depth)
     return np.asarray(np.clip((floor - _ONSET) / np.maximum(deepest - _ONSET, 1.0), 0.02, 1.0))
 
 
-def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray, poles: FloatArray) -> ComplexArray:
+def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray,
+                  poles: FloatArray) -> ComplexArray:
     """Append a frame for each disc, given pairs (disc, ring vertex); the ring's positions in these frames."""
     parts = len(poles)
     parent = np.full(parts, -1)
@@ -208,12 +213,17 @@ def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray, p
     else:
         pole = limbs.pole[parent]
         around = limbs.z[ring]
-    centre = np.bincount(disc, weight * around.real, parts) + 1j * np.bincount(disc, weight * around.imag, parts)
+    centre = _sums(disc, weight * around, parts)
     scale = np.zeros(parts)
     np.maximum.at(scale, disc, np.abs(around - centre[disc]))
     scale = np.where(scale > 0, scale, 1.0)
     limbs.add(parent, centre, scale, pole)
     return np.asarray((around - centre[disc]) / scale[disc])
+
+
+def _sums(groups: IntArray, values: ComplexArray, n: int) -> ComplexArray:
+    """Sum of complex values by group."""
+    return np.asarray(np.bincount(groups, values.real, n) + 1j * np.bincount(groups, values.imag, n))
 
 
 def _solve(matrix: sp.csr_matrix, load: ComplexArray) -> ComplexArray:

@@ -1,7 +1,8 @@
 """Descent vertex by vertex on what the stars lose in shape, with exact signs as the acceptance test.
 
-Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton step of
-its own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented.
+Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton
+step of its own in its tangent plane, and keeps it if its loss falls and every face around it stays positively
+oriented.
 """
 
 from __future__ import annotations
@@ -25,8 +26,6 @@ BoolArray = NDArray[np.bool_]
 
 Polish = Literal["angles", "mips"]
 
-#: Angle differences d count as sqrt(d^2 + this^2), in radians: smooth at zero, nearly their size elsewhere.
-_SMOOTHING = np.radians(0.5)
 #: Steps are over-relaxed, shortened while they are not accepted, and given up until the next sweep.
 _LENGTHS = (1.8, 0.7, 0.2)
 #: Longest step, in units of the distance to the nearest neighbour.
@@ -46,9 +45,13 @@ class Loss(Protocol):
 
 @dataclass(frozen=True)
 class AngleLoss:
-    """Sum of the sizes of the three angle differences, against the corner angles of a source."""
+    """Sum of the sizes of the three angle differences, against the corner angles of a source.
+
+    A difference d counts as sqrt(d^2 + smoothing^2): smooth at zero, and nearly its size elsewhere.
+    """
 
     source: FloatArray  # (m, 3), radians
+    smoothing: float = np.radians(0.5)
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> AngleLoss:
@@ -58,21 +61,26 @@ class AngleLoss:
     def values(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray) -> FloatArray:
         """Smoothed sum of sizes."""
         d = self._differences(a - p, b - p, corner)[0]
-        return np.asarray(np.sqrt(d * d + _SMOOTHING**2).sum(axis=0))
+        return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
     def model(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
               axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gauss-Newton with iteratively reweighted squares."""
-        u, w = a - p, b - p
-        d, normal = self._differences(u, w, corner)
-        weight = 1 / np.sqrt(d * d + _SMOOTHING**2)
-        turn_a = -cross(normal, u) / dot(u, u)[:, None]  # what the angle at a gains where p moves
-        turn_b = cross(normal, w) / dot(w, w)[:, None]
-        turns = np.einsum("cei,eki->cek", (-turn_a - turn_b, turn_a, turn_b), axes)
+        d, turns = self.linearised(p, a, b, corner, axes)
+        weight = 1 / np.sqrt(d * d + self.smoothing**2)
         gradient = np.einsum("ce,cek->ek", weight * d, turns)
         hessian = np.stack([np.einsum("ce,ce,ce->e", weight, turns[..., i], turns[..., j])
                             for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
         return gradient, hessian
+
+    def linearised(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
+                   axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angle differences at p, a, b (3, e), and their derivatives (3, e, 2) as p moves along the axes."""
+        u, w = a - p, b - p
+        d, normal = self._differences(u, w, corner)
+        turn_a = -cross(normal, u) / dot(u, u)[:, None]
+        turn_b = cross(normal, w) / dot(w, w)[:, None]
+        return d, np.einsum("cei,eki->cek", (-turn_a - turn_b, turn_a, turn_b), axes)
 
     def _differences(self, u: FloatArray, w: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
@@ -87,7 +95,8 @@ class AngleLoss:
 
 @dataclass(frozen=True)
 class MipsLoss:
-    """MIPS energy: Dirichlet energy over image area, 1 where a face keeps its angles, weighted by the source's area.
+    """MIPS energy: Dirichlet energy over image area, 1 where a face keeps its angles, weighted by the
+    source's area.
 
     References
     ----------
@@ -104,9 +113,9 @@ class MipsLoss:
 
     def values(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray) -> FloatArray:
         """Weighted ratio of the face."""
-        dirichlet, area, _, weights = self._parts(p, a, b, corner)
-        del weights
-        return np.divide(self.area[corner // 3] * dirichlet, area, out=np.full(len(area), np.inf), where=area > 0)
+        dirichlet, area, _, _ = self._parts(p, a, b, corner)
+        loss = self.area[corner // 3] * dirichlet
+        return np.divide(loss, area, out=np.full(len(area), np.inf), where=area > 0)
 
     def model(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
               axes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -173,7 +182,7 @@ def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = 
     everywhere = np.ones(len(x), dtype=bool)
     classes = _colour_classes(f, everywhere if movable is None else movable)
     for _ in range(sweeps):
-        before, after = np.sum([_step(x, stars, loss, f) for stars in classes], axis=0) if classes else (0.0, 0.0)
+        before, after = np.sum([(0.0, 0.0), *(_step(x, stars, loss, f) for stars in classes)], axis=0)
         if before - after <= tolerance * before:
             break
     return x
