@@ -20,6 +20,7 @@ from igl_spheremap.cli.main import COMMANDS, build_parser
 from igl_spheremap.cli.status_line import Interrupt, StatusLine
 from igl_spheremap.io import read_map, read_mesh, write_mesh
 from igl_spheremap.iterate import Iterate
+from igl_spheremap.repair.rounding import Float32Map
 
 SAMPLE = "sample:spheroid:n_vertices=500"
 CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
@@ -128,6 +129,13 @@ def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, mon
         return result
 
     monkeypatch.setattr(map_command, "spherical_conformal_map", crowded)
+    assert main(["map", SAMPLE, str(tmp_path / "rh.sphere")]) == 0
+    assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
+
+    def plainly(x, f, radius):
+        return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
+
+    monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
     assert main(["map", SAMPLE, str(tmp_path / "lh.sphere")]) == 3
     assert "rounded to this format" in " ".join(capsys.readouterr().out.split())
 
@@ -413,7 +421,7 @@ def test_a_map_without_directions_cannot_be_mended(sphere, tmp_path, capsys):
     x[7] = 0
     write_mesh(tmp_path / "zero.ply", x, f)
     assert main(["repair", SAMPLE, str(tmp_path / "zero.ply"), str(tmp_path / "out.ply")]) == 2
-    assert "e.g. 7" in one_line(capsys)
+    assert "[7]" in one_line(capsys)
 
 
 def test_resample_to_a_regular_sphere_and_to_another_map(sphere, tmp_path, capsys):

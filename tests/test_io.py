@@ -15,6 +15,7 @@ from igl_spheremap import FileError, MeshError, certify, check_mesh, samples, sp
 from igl_spheremap import io as meshio_here
 from igl_spheremap.io import FORMATS, format_of, read_map, read_mesh, read_sphere, write_map, write_mesh
 from igl_spheremap.io.polygons import Polygons
+from igl_spheremap.repair.rounding import Float32Map
 
 EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz")
 ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere")
@@ -184,19 +185,52 @@ def test_a_map_is_certified_as_written(name, radius, result, tmp_path):
     assert certify(x / np.linalg.norm(x, axis=1)[:, None], f).folding_free
 
 
-def test_float32_folds_are_seen(result, tmp_path):
-    pytest.importorskip("nibabel")
+@pytest.fixture
+def tiny(result):
+    """A certified map with one edge of 1e-10, which float32 can't hold."""
     x = result.sphere.copy()
     i, j = result.faces[0, :2]
     x[j] = x[i] + 1e-9 * (x[j] - x[i])
     x /= np.linalg.norm(x, axis=1)[:, None]
-    assert certify(x, result.faces).folding_free  # one edge of 1e-10, which float32 can't hold
-    tiny = dataclasses.replace(result, sphere=x)
+    certificate = certify(x, result.faces)
+    assert certificate.folding_free
+    return dataclasses.replace(result, sphere=x, certificate=certificate)
+
+
+def plainly(x, f, radius=1.0):
+    """Rounding to float32 that mends nothing."""
+    positions = (radius * x).astype(np.float32)
+    return Float32Map(positions, certify(x, f), np.empty(0, dtype=np.int64))
+
+
+def test_float32_folds_are_seen(tiny, tmp_path, monkeypatch):
+    pytest.importorskip("nibabel")
+    monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
     assert not write_map(tmp_path / "s.surf.gii", tiny).certificate.folding_free
     assert write_map(tmp_path / "s.obj", tiny).certificate.folding_free
     with pytest.raises(FileError, match="too coarse"):
         write_map(tmp_path / "s.stl", tiny)
     assert not (tmp_path / "s.stl").exists()
+
+
+@pytest.mark.parametrize("name", ["s.surf.gii", "lh.sphere", "s.stl", "s.glb"])
+def test_float32_folds_are_mended_in_the_file(name, tiny, tmp_path):
+    needs(name)
+    check = write_map(tmp_path / name, tiny)
+    assert check.certificate.folding_free
+    assert 0 < check.moved < 20
+    if not name.endswith(".stl"):
+        x, f = read_sphere(tmp_path / name)
+        assert np.array_equal(f, tiny.faces)
+        shift = np.linalg.norm(x / check.radius - tiny.sphere, axis=1)
+        assert (shift > 1e-6).sum() <= check.moved
+
+
+def test_nothing_is_moved_where_rounding_folds_nothing(result, tmp_path):
+    pytest.importorskip("nibabel")
+    assert write_map(tmp_path / "lh.sphere", result).moved == 0
+    x, _ = read_sphere(tmp_path / "lh.sphere")
+    assert np.array_equal(x, (100 * result.sphere).astype(np.float32))
 
 
 def test_a_map_comes_back_whole(result, tmp_path):

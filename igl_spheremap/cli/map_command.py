@@ -133,6 +133,7 @@ def _figures(source: Source, args: Namespace, result: SphereMap, written: Sphere
         "file": {
             "format": format_of(args.target).name,
             "radius": written.radius,
+            "moved": written.moved,
             "certificate": certificate_figures(written.certificate),
         },
     }
@@ -177,7 +178,8 @@ def _rounds(result: SphereMap) -> list[str]:
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
     if written.certificate.folding_free:
-        return "certified as written"
+        moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
+        return "certified as written" + moved
     if result.certificate.folding_free:
         return (
             f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "

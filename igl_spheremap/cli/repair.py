@@ -6,16 +6,16 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..distortion import angle_differences
-from ..errors import MeshError
-from ..io import certify_radius, check_writable, format_of, write_sphere
-from ..repair.embedding import progressive_embedding
+from ..io import certify_radius, check_writable, format_of, write_map
+from ..repair import repair_foldings
 from .command import Command
 from .exits import Exit
 from .output import add_output, angle_figures, angle_row, certificate_figures, check_json, put_out, row
 from .pair import add_pair, load_pair
+
+_ROUNDING = 1e-14  # positions that differ by less count as unmoved
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -54,21 +54,14 @@ def run(args: Namespace) -> Exit:
     check_json(args)
     source, name, x = load_pair(args)
     before = certify_radius(x, source.f)
-    length = np.linalg.norm(x, axis=1)
-    bad = np.flatnonzero(~(np.isfinite(length) & (length > 0)))
-    if len(bad):
-        raise MeshError(
-            f"{name} has {len(bad)} vertices without a direction, e.g. {bad[0]}; give each a nonzero one"
-        )
-    y = progressive_embedding(x / length[:, None], source.f)
-    written = write_sphere(
-        args.target, y, source.f, force=args.force, radius=before.radius, metadata=source.metadata
-    )
-    moved = int((np.linalg.norm(y - x / length[:, None], axis=1) > 1e-15).sum())
-    angles = [_angles(source.v, source.f, position) for position in (x, y)]
+    result = repair_foldings(source.v, source.f, x)
+    written = write_map(args.target, result, force=args.force, radius=before.radius, metadata=source.metadata)
+    unit = x / np.linalg.norm(x, axis=1, keepdims=True)
+    moved = int((np.linalg.norm(result.sphere - unit, axis=1) > _ROUNDING).sum())
+    angles = [angle_figures(angle_differences(source.v, source.f, each)) for each in (unit, result.sphere)]
     figures: dict[str, Any] = {
         "source": source.name, "repairs": source.repairs, "sphere": name, "target": args.target,
-        "vertices": len(x), "faces": len(source.f), "moved": moved,
+        "vertices": len(x), "faces": len(source.f), "moved": moved, "seconds": result.seconds,
         "before": {"certificate": certificate_figures(before.certificate), "angle_differences": angles[0]},
         "after": {"certificate": certificate_figures(written.certificate), "angle_differences": angles[1]},
     }  # fmt: skip
@@ -78,14 +71,10 @@ def run(args: Namespace) -> Exit:
         angle_row(angles[0]),
         row("after", f"{args.target}: {written.certificate}"),
         angle_row(angles[1]),
-        row("moved", f"{moved} vertices"),
+        row("moved", f"{moved} vertices, in {result.seconds:.2f} s"),
     ]
     put_out(args, figures, "\n".join(summary))
     return Exit.OK if written.certificate.folding_free else Exit.FOLDINGS
-
-
-def _angles(v: NDArray[np.float64], f: NDArray[np.int64], x: NDArray[np.float64]) -> dict[str, float]:
-    return angle_figures(angle_differences(v, f, x))
 
 
 COMMAND = Command(

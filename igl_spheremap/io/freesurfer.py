@@ -104,4 +104,5 @@ FORMAT = Format(
     write,
     magic=(b"\xff\xff\xfe", b"\xff\xff\xff"),
     radius=100.0,
+    single=True,
 )

@@ -75,4 +75,4 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
         path.write_bytes(files["model.gltf"])
 
 
-FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(b"glTF",))
+FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(b"glTF",), single=True)

@@ -80,6 +80,8 @@ class Format:
         How files begin, for those whose name does not tell.
     radius : float
         Of spheres, by the custom of the format's users.
+    single : bool
+        Positions are held in float32.
     """
 
     name: str
@@ -88,3 +90,4 @@ class Format:
     write: Callable[[Path, FloatArray, IntArray, Metadata], None]
     magic: tuple[bytes, ...] = ()
     radius: float = 1.0
+    single: bool = False

@@ -88,4 +88,4 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
         file.write(triangles.tobytes())
 
 
-FORMAT = Format("STL", (".stl",), read, write)
+FORMAT = Format("STL", (".stl",), read, write, single=True)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..certify import UNIT_TOLERANCE, Certificate, certify_checked
 from ..errors import FileError, MeshError
 from ..mesh import check_faces
+from ..repair.rounding import certified_float32
 from ..sphere_map import SphereMap
 from . import npz
 from .files import read_sphere
@@ -34,10 +35,13 @@ class SphereCheck:
         Of the numbers in the file; being off the sphere is meant relative to the radius.
     radius : float
         The median distance of its vertices from the origin.
+    moved : int
+        Vertices that were moved, when the file was written, to keep its float32 numbers from folding.
     """
 
     certificate: Certificate
     radius: float
+    moved: int = 0
 
 
 def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
@@ -102,7 +106,8 @@ def write_map(
     Returns
     -------
     SphereCheck
-        The certificate of the file. Formats in float32 may fold what was not folded: the file is kept.
+        The certificate of the file. Where rounding to float32 folds the map, vertices are moved to mend
+        it; what can't be mended is written all the same.
 
     Raises
     ------
@@ -150,9 +155,14 @@ def write_sphere(
     """
     kind = format_of(path)
     told = {"geometric_type": "Spherical"} | dict(metadata or {})
+    size = kind.radius if radius is None else radius
+    positions, moved = size * x, 0
+    if kind.single:
+        rounded = certified_float32(x, f, size)
+        positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
-        kind.write(partial, x * (kind.radius if radius is None else radius), f, told)
-        return _check_written(partial, path)
+        kind.write(partial, positions, f, told)
+        return replace(_check_written(partial, path), moved=moved)
 
 
 def read_map(path: PathLike) -> SphereMap:
