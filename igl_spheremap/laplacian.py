@@ -190,5 +190,6 @@ def _assemble(half_cotangents: np.ndarray, f: np.ndarray, n: int) -> sp.csr_matr
     L.data += L.T.tocsr().data
     on_diagonal = np.flatnonzero(L.indices == np.repeat(np.arange(n, dtype=np.int32), np.diff(L.indptr)))
     # The old diagonal is that of loops, which intrinsic flips can make, and which carry no energy.
-    L.data[on_diagonal] -= np.add.reduceat(L.data, L.indptr[:-1])
+    with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
+        L.data[on_diagonal] -= np.add.reduceat(L.data, L.indptr[:-1])
     return L

@@ -16,6 +16,7 @@ from .gauge import fix_gauge
 from .iterate import Iterate, Listener
 from .mesh import Mesh, check_mesh, check_rows
 from .methods import METHODS, Draft
+from .repair.ladder import mend_locally
 from .sphere import normalize
 from .sphere_map import SphereMap, Step
 
@@ -44,8 +45,9 @@ def spherical_conformal_map(
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to end with what there is.
     **options
-        The method's own, with its own defaults: see `igl_spheremap.methods`. All but "lai2014" take ``backend``
-        (the factorisation); both take ``tolerance`` and ``max_iterations``.
+        The method's own, with its own defaults: see `igl_spheremap.methods`. Those of "auto" are ``backend`` (the
+        factorisation), ``polish`` ("angles" or "mips"), ``gauge`` ("axis" for bodies beyond float64), ``tolerance`` and
+        ``max_iterations``.
 
     Returns
     -------
@@ -79,9 +81,9 @@ def spherical_conformal_map(
     began = time.perf_counter()
     run = _method(method, options)
     mesh = check_mesh(v, f)
-    recorder = _Recorder(listener)
+    recorder = Recorder(listener)
     draft = run(mesh, recorder, **options)
-    return _finish(mesh, draft, recorder, method, options, began)
+    return finish(mesh, draft, recorder, method, options, began)
 
 
 def minimize_harmonic_energy(v: ArrayLike, f: ArrayLike, x0: ArrayLike | None = None, *,
@@ -167,10 +169,10 @@ def remove_foldings(v: ArrayLike, f: ArrayLike, x0: ArrayLike | None = None, *,
     began = time.perf_counter()
     run = _method("lai2014", options)
     mesh = check_mesh(v, f)
-    start = None if x0 is None else _unit_rows(x0, len(mesh.v))
-    recorder = _Recorder(listener)
+    start = None if x0 is None else unit_rows(x0, len(mesh.v))
+    recorder = Recorder(listener)
     draft = run(mesh, recorder, x0=start, **options)
-    return _finish(mesh, draft, recorder, "lai2014", options, began)
+    return finish(mesh, draft, recorder, "lai2014", options, began)
 
 
 def _method(name: str, options: dict[str, Any]) -> Any:
@@ -184,7 +186,26 @@ def _method(name: str, options: dict[str, Any]) -> Any:
     return METHODS[name]
 
 
-def _unit_rows(x: ArrayLike, n: int) -> FloatArray:
+def unit_rows(x: ArrayLike, n: int) -> FloatArray:
+    """Check a start, and scale its rows to unit length.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        One finite, nonzero row per vertex.
+    n : int
+        Number of vertices.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+
+    Raises
+    ------
+    MeshError
+        If a row is missing, zero or not finite.
+    """
     x = check_rows(x, n, "start")
     length = np.linalg.norm(x, axis=1)
     bad = np.flatnonzero(~np.isfinite(length) | (length == 0))
@@ -194,8 +215,19 @@ def _unit_rows(x: ArrayLike, n: int) -> FloatArray:
     return normalize(x)
 
 
-class _Recorder:
-    """Listener that keeps the history and passes iterates on."""
+class Recorder:
+    """Listener that keeps the history and passes iterates on.
+
+    Parameters
+    ----------
+    listener : callable, optional
+        The next one.
+
+    Attributes
+    ----------
+    steps : list of Step
+        One for each iterate so far.
+    """
 
     def __init__(self, listener: Listener | None) -> None:
         self.steps: list[Step] = []
@@ -208,12 +240,39 @@ class _Recorder:
             self._listener(iterate)
 
 
-def _finish(mesh: Mesh, draft: Draft, recorder: _Recorder, method: str, options: dict[str, Any],
+def finish(mesh: Mesh, draft: Draft, recorder: Recorder, method: str, options: dict[str, Any],
             began: float) -> SphereMap:
-    """Put the draft into the gauge, certify the very numbers that are returned, and close the record."""
-    x = draft.x if draft.in_gauge else fix_gauge(mesh, draft.x, positive_areas(mesh))
-    certificate = certify_checked(x, mesh.f)
+    """Put the draft into the gauge, certify the very numbers that are returned, and close the record.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    draft : Draft
+        What a method left.
+    recorder : Recorder
+        What it told.
+    method : str
+        Its name.
+    options : dict
+        What was asked of it.
+    began : float
+        ``time.perf_counter()`` at the beginning.
+
+    Returns
+    -------
+    SphereMap
+        The result.
+    """
+    x, certificate, notes = draft.x, draft.certificate, draft.notes
+    if certificate is None:
+        x = fix_gauge(mesh, draft.x, positive_areas(mesh))
+        certificate = certify_checked(x, mesh.f)
+        if not certificate.folding_free and certify_checked(draft.x, mesh.f).folding_free:
+            x = mend_locally(mesh, x)
+            certificate = certify_checked(x, mesh.f)
+            notes = (*notes, "the rounding of the last rotation folded a face or two, which were mended")
     moves = sum(step.iteration > 0 for step in recorder.steps)
     return SphereMap(mesh.vertices, mesh.f, x, certificate, draft.energy, draft.status, moves,
                      time.perf_counter() - began, method, tuple(recorder.steps), draft.rounds, draft.backend,
-                     draft.notes, dict(options))
+                     notes, dict(options), draft.gauge, draft.stretch)

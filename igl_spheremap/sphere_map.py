@@ -96,6 +96,12 @@ class SphereMap:
         What was done beyond the ordinary, such as other weights where the mesh's own can't be used.
     settings : dict
         The options that were given.
+    gauge : str
+        "centred": Moebius-centred on the source's area and turned to the Gauss map. "axis", only if asked for: the two
+        deepest tips at the poles.
+    stretch : float
+        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to. Angles
+        had to give there.
     """
 
     vertices: FloatArray
@@ -112,6 +118,8 @@ class SphereMap:
     backend: str = ""
     notes: tuple[str, ...] = ()
     settings: dict[str, Any] = field(default_factory=dict)
+    gauge: str = "centred"
+    stretch: float = 1.0
 
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.

@@ -103,7 +103,7 @@ def test_auto_needs_nothing_but_scipy(monkeypatch):
 
 
 def test_auto_turns_to_multigrid_where_memory_is_short(monkeypatch):
-    monkeypatch.setattr(factor_module, "_free_memory", lambda: 1e5)
+    monkeypatch.setattr(factor_module, "_memory", lambda: 1e5)
     factor = factorize(problem(3))
     assert factor.backend == "multigrid"
     assert not factor.exact

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..certify import Certificate
 from ..iterate import Status
 from ..sphere_map import Round
 
@@ -31,8 +32,12 @@ class Draft:
         Factorisation that was used.
     notes : tuple of str
         What was done beyond the ordinary.
-    in_gauge : bool
-        True if the map is in the package's gauge already, and may not be moved any more.
+    certificate : Certificate, optional
+        Of `x`, which is in its final gauge then and may not be moved any more.
+    gauge : str
+        Which gauge the result is in: "centred", or "axis".
+    stretch : float
+        How far limbs beyond the reach of float64 had to be drawn out; 1 if none had to.
     """
 
     x: FloatArray
@@ -41,4 +46,6 @@ class Draft:
     rounds: tuple[Round, ...] = ()
     backend: str = ""
     notes: tuple[str, ...] = ()
-    in_gauge: bool = False
+    certificate: Certificate | None = None
+    gauge: str = "centred"
+    stretch: float = 1.0

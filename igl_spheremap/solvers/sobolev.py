@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ..distortion import face_areas
 from ..factor import Factor
 from ..iterate import Iterate
+from ..line_search import NonmonotoneSearch
 from ..sphere import cayley_update, center
 from ..sums import along, dot, row_dots, weighted_moment, weighted_sum
 
@@ -20,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 #: The weighted mean of the map may be this far from the origin before the Moebius gauge is restored.
 _OFF_CENTRE = 1e-4
+#: Rise of the energy, as a share of it, that is rounding.
+_ROUNDING = 1e-13
 #: With contraction 1/3 for the lowest mode, l = 2, the energy left after a step is g.D / 12; measured, it is less.
 _LEFT = 18.0
 #: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
@@ -31,7 +35,8 @@ class SobolevCayley:
     """Steps in the metric P = L + tiny M, in which the harmonic map's Hessian has condition number 1.5.
 
     Beyond the Moebius gauge its eigenvalues on the sphere are (l (l + 1) - 2) / (l (l + 1)) for l >= 2, between 2/3
-    and 1, so that a step of length one gains a factor of three at the least and needs no search.
+    and 1, so that a step of length one gains a factor of three at the least. The search of Algorithm 1 shortens it only
+    where bad triangles make the energy rise.
 
     Parameters
     ----------
@@ -73,9 +78,19 @@ class SobolevCayley:
             D = self.factor.solve(g)
             D -= weighted_sum(self.A, D) / self.A.sum()
             left = dot(g, D) / _LEFT
-            x, H, density, energy = self._evaluate(cayley_update(x, D, 1.0))  # Theorem 1, with P^-1 H for H
+            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
+            step = search.search(partial(self._along, x, D), 1.0, -dot(g, D))  # Algorithm 1, step 3
+            if step is None:
+                return
+            x, H, density = step.trial
+            energy = step.energy
             gap = energy - float(face_areas(x, self.f).sum())
-            yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), 1.0)
+            yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), step.tau)
+
+    def _along(self, x: FloatArray, D: FloatArray, tau: float) -> tuple[float, tuple[FloatArray, ...]]:
+        """Energy after a step, and what goes with it."""
+        *state, energy = self._evaluate(cayley_update(x, D, tau))  # Theorem 1, with P^-1 H for H
+        return energy, tuple(state)
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """The map in its gauge, L x, lambda of eq. (9), and the energy."""
