@@ -11,12 +11,14 @@ from .iterate import Iterate, Status
 from .locate import Location, SphereLocator
 from .mesh import Mesh, check_faces, check_mesh
 from .mesh_repair import RepairedMesh, repair_mesh
+from .p_harmonic import p_harmonic_energy
 from .pipeline import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
 from .sphere import cayley_update
 from .sphere_map import Round, SphereMap, Step
 from .starts import gauss_map
 from .texture import Atlas, texture_atlas
 from .transfer import resample, transfer
+from .variational import landmark_map, p_harmonic_map
 
 __all__ = [
     "Atlas",
@@ -45,7 +47,10 @@ __all__ = [
     "conformal_factor",
     "gauss_map",
     "harmonic_energy",
+    "landmark_map",
     "minimize_harmonic_energy",
+    "p_harmonic_energy",
+    "p_harmonic_map",
     "read_map",
     "read_mesh",
     "remove_foldings",

@@ -1,0 +1,151 @@
+"""Landmark matching: the penalty, its sum with the harmonic energy, and maps without foldings."""
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.energy import HarmonicEnergy, SumEnergy, harmonic_problem
+from igl_spheremap.landmarks import check_landmarks, match_landmarks
+from igl_spheremap.smooth_problem import smooth_problem
+from igl_spheremap.sphere import moebius, normalize, tangent
+
+X, F = icosphere(3)
+V = X * [1, 1.3, 2]
+MESH = ism.check_mesh(V, F)
+CHOSEN = np.array([3, 77, 150, 222, 400, 512])
+
+
+def targets(x, size=0.2, seed=0):
+    return normalize(x[CHOSEN] + size * np.random.default_rng(seed).normal(size=(len(CHOSEN), 3)))
+
+
+def wild(seed=0):
+    return normalize(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
+
+
+def test_the_sums_gradient_is_its_first_variation():
+    x, y = wild(), targets(X)
+    energy = SumEnergy(
+        (harmonic_problem(MESH).energy, check_landmarks(len(X), CHOSEN, y, np.arange(6) + 0.5))
+    )
+    direction = np.random.default_rng(1).normal(size=x.shape)
+    _, gradient = energy.evaluate(x)
+    h = 1e-6
+    difference = energy.evaluate(x + h * direction)[0] - energy.evaluate(x - h * direction)[0]
+    assert np.isclose(difference / (2 * h), np.vdot(gradient, direction), rtol=1e-6)
+
+
+def test_energies_add_up():
+    x = wild()
+    terms = (harmonic_problem(MESH).energy, check_landmarks(len(X), CHOSEN, targets(X), 2.0))
+    total = SumEnergy(terms).evaluate(x)
+    parts = [term.evaluate(x) for term in terms]
+    assert np.isclose(total[0], parts[0][0] + parts[1][0])
+    assert np.allclose(total[1], parts[0][1] + parts[1][1])
+
+
+def test_the_penalty_is_half_the_weighted_squared_chord():
+    energy = check_landmarks(3, [1, 1, 2], [[0, 0, 5], [0, 1, 0], [1, 0, 0]], [2, 3, 0])
+    value, gradient = energy.evaluate(np.eye(3))
+    assert value == (2 * 2 + 3 * 0) / 2
+    assert np.array_equal(gradient, [[0, 0, 0], [0, 2, -2], [0, 0, 0]])
+
+
+def test_the_smooth_gradient_is_the_derivative_in_its_metric():
+    """inner(gradient, field) is the derivative along any field, but for the tangential projection."""
+    x = ism.spherical_conformal_map(V, F).sphere
+    problem = smooth_problem(MESH, (check_landmarks(len(X), CHOSEN, targets(x), 10.0),), x)
+    _, derivative = problem.energy.evaluate(x)
+    covector = tangent(x, derivative)
+    field = np.random.default_rng(1).normal(size=x.shape)
+    raw = problem.factor.solve(problem.B[:, None] * problem.factor.solve(covector))
+    assert np.isclose(problem.inner(raw, field), np.vdot(covector, field))
+    _, gradient = problem.evaluate(x)
+    assert np.vdot(covector, gradient) > 0  # its negative is a direction of descent
+
+
+def test_spherical_harmonics_have_the_metrics_eigenvalues():
+    x, f = icosphere(4)
+    problem = smooth_problem(ism.check_mesh(x, f), (), x)
+    z = x[:, 2]
+    for degree, y in ((0, np.ones(len(x))), (1, z), (2, 3 * z**2 - 1)):
+        y = np.column_stack((y, y, y))
+        ratio = problem.inner(y, y) / (problem.B @ (y**2).sum(axis=1))
+        assert np.isclose(ratio, (degree * (degree + 1) + 1) ** 2, rtol=2e-2)
+
+
+def test_moebius_maps_are_recovered_from_landmarks():
+    moved = moebius(X, [0.3, -0.1, 0.2])
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    y = moved @ turn
+    found = match_landmarks(X, check_landmarks(len(X), CHOSEN, y[CHOSEN], 1.0), stiffness=0.0)
+    assert np.allclose(found, y, atol=1e-6)
+
+
+def test_landmarks_that_are_matched_already_leave_the_map_conformal():
+    conformal = ism.spherical_conformal_map(V, F)
+    moved = moebius(conformal.sphere, [0.1, 0.2, 0.0])
+    result = ism.landmark_map(V, F, CHOSEN, moved[CHOSEN])
+    assert np.abs(result.sphere - moved).max() < 0.02
+    before = ism.harmonic_energy(V, F, moved)
+    assert 0.998 * before < result.energy <= before
+
+
+def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
+    x = ism.spherical_conformal_map(V, F).sphere
+    y = targets(x)
+    misses, energies = [], []
+    for weight in (1.0, 10.0, 100.0):
+        result = ism.landmark_map(V, F, CHOSEN, y, weight)
+        assert result.certificate.folding_free
+        misses.append(np.linalg.norm(result.sphere[CHOSEN] - y, axis=1).mean())
+        energies.append(result.energy)
+    assert misses[0] > 2 * misses[1] > 4 * misses[2]
+    assert misses[2] < 0.02
+    assert energies == sorted(energies)
+
+
+def test_foldings_of_strong_landmarks_are_reported_and_confinement_removes_them():
+    x = ism.spherical_conformal_map(V, F).sphere
+    y = targets(x, 0.5, seed=3)
+    loose = ism.landmark_map(V, F, CHOSEN, y, 1000.0, confine=False)
+    assert loose.rounds[0].foldings_after == loose.certificate.foldings > 0
+    confined = ism.landmark_map(V, F, CHOSEN, y, 1000.0)
+    assert confined.certificate.folding_free
+    start = np.linalg.norm(match_landmarks(x, check_landmarks(len(X), CHOSEN, y, 1.0))[CHOSEN] - y, axis=1)
+    assert np.linalg.norm(confined.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
+
+
+def test_a_turned_problem_has_a_turned_answer():
+    x = ism.spherical_conformal_map(V, F).sphere
+    y = targets(x)
+    quarter = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    straight, turned = (ism.landmark_map(V, F, CHOSEN, y @ R).sphere for R in (np.eye(3), quarter))
+    assert np.abs(straight @ quarter - turned).max() < 1e-2
+
+
+def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
+    x = ism.spherical_conformal_map(V, F).sphere
+    y = targets(x)
+    result = ism.landmark_map(V, F, CHOSEN, y, 5.0)
+    penalty = 2.5 * ((result.sphere[CHOSEN] - y) ** 2).sum()
+    assert np.isclose(result.energy, ism.harmonic_energy(V, F, result.sphere))
+    assert np.isclose(result.history[-1].energy, result.energy + penalty)
+    assert isinstance(harmonic_problem(MESH).energy, HarmonicEnergy)
+
+
+@pytest.mark.parametrize(
+    ("where", "goal", "weight", "words"),
+    [
+        ([0, 9999], np.eye(3)[:2], 1, "landmark 1 is vertex 9999"),
+        ([0.5], np.eye(3)[:1], 1, "whole number"),
+        ([0, 1], np.eye(3), 1, "3 rows"),
+        ([0, 1], np.zeros((2, 3)), 1, "target of landmark 0"),
+        ([0, 1], np.eye(3)[:2], [1, -1], "weight of landmark 1"),
+    ],
+)
+def test_bad_landmarks_are_named(where, goal, weight, words):
+    with pytest.raises(ism.MeshError, match=words):
+        ism.landmark_map(V, F, where, goal, weight)

@@ -1,0 +1,119 @@
+"""The p-harmonic energy: its first variation, its two known cases, and maps that minimise it."""
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.p_harmonic import p_harmonic_problem
+from igl_spheremap.sphere import moebius, normalize, tangent
+
+X, F = icosphere(3)
+V = X * [1, 1.3, 2]
+MESH = ism.check_mesh(V, F)
+
+
+def wild(seed=0):
+    return normalize(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
+
+
+@pytest.mark.parametrize("p", [1.2, 1.5, 2, 3, 6])
+def test_gradient_is_the_first_variation(p):
+    energy, x = p_harmonic_problem(MESH, p).energy, wild()
+    direction = np.random.default_rng(1).normal(size=x.shape)
+    _, gradient = energy.evaluate(x)
+    h = 1e-6
+    difference = energy.evaluate(x + h * direction)[0] - energy.evaluate(x - h * direction)[0]
+    assert np.isclose(difference / (2 * h), np.vdot(gradient, direction), rtol=1e-6)
+
+
+def test_p_2_is_the_harmonic_energy_with_its_derivatives():
+    x = wild()
+    value, gradient = p_harmonic_problem(MESH, 2).energy.evaluate(x)
+    expected, derivative = ism.energy.harmonic_problem(MESH).energy.evaluate(x)
+    assert np.isclose(value, expected, rtol=1e-12)
+    assert np.allclose(gradient, derivative, atol=1e-10 * np.abs(derivative).max())
+
+
+def test_energy_of_a_similarity_is_the_power_of_its_scale():
+    """Onto a scaled copy of itself each face has |grad F|^2 = 2 s^2, so that E_p = 2^(p/2) s^p / p."""
+    s = np.sqrt(4 * np.pi) * 0.7
+    for p in (1.5, 2, 4):
+        assert np.isclose(p_harmonic_problem(MESH, p).energy.evaluate(s * MESH.v)[0], 2 ** (p / 2) * s**p / p)
+
+
+def test_energies_are_homogeneous_of_degree_p():
+    x = wild()
+    for p in (1.5, 2, 4):
+        energy = p_harmonic_problem(MESH, p).energy
+        assert np.isclose(energy.evaluate(3 * x)[0], 3**p * energy.evaluate(x)[0])
+
+
+def test_powers_are_ordered_by_hoelder():
+    """On unit area the p-means of |grad F| rise with p."""
+    x = wild()
+    means = [(p * ism.p_harmonic_energy(V, F, x, p)) ** (1 / p) for p in (1.1, 1.5, 2, 3, 5)]
+    assert (np.diff(means) > 0).all()
+
+
+def test_constant_faces_have_no_gradient_whatever_p():
+    x = np.tile([0.0, 0.0, 1.0], (len(X), 1))
+    for p in (1.5, 2, 4):
+        value, gradient = p_harmonic_problem(MESH, p).energy.evaluate(x)
+        assert value == 0
+        assert not gradient.any()
+
+
+def test_boosts_lower_the_energy_below_2_and_raise_it_above():
+    """Why the gauge is fixed up to p = 2 only."""
+    boosted = moebius(X, [0, 0, 0.8])
+    for p, falls in ((1.5, True), (3, False)):
+        change = ism.p_harmonic_energy(X, F, boosted, p) - ism.p_harmonic_energy(X, F, X, p)
+        assert (change < 0) == falls
+        assert p_harmonic_problem(MESH, p).gauge == falls
+
+
+def test_p_2_minimises_to_the_conformal_map():
+    conformal = ism.spherical_conformal_map(V, F)
+    start = normalize(conformal.sphere + 0.02 * np.random.default_rng(2).normal(size=X.shape))
+    result = ism.p_harmonic_map(V, F, 2, start, tolerance=1e-3)
+    assert result.certificate.folding_free
+    assert np.abs(result.sphere - conformal.sphere).max() < 5e-3
+    assert np.isclose(result.energy, conformal.energy, rtol=1e-6)
+
+
+@pytest.mark.parametrize("p", [1.5, 4])
+def test_minimisers_are_stationary_and_lower_than_the_conformal_map(p):
+    conformal = ism.spherical_conformal_map(V, F)
+    result = ism.p_harmonic_map(V, F, p, plateau=1e-10)
+    assert result.certificate.folding_free
+    assert (
+        ism.p_harmonic_energy(V, F, result.sphere, p)
+        < ism.p_harmonic_energy(V, F, conformal.sphere, p) - 1e-3
+    )
+    assert result.energy > conformal.energy
+    problem = p_harmonic_problem(MESH, p)
+    _, before = problem.evaluate(conformal.sphere)
+    _, after = problem.evaluate(result.sphere)
+    assert problem.inner(after, after) < 1e-4 * problem.inner(before, before)
+
+
+def test_the_round_sphere_is_p_harmonic_for_every_p():
+    """By symmetry the icosahedron's identity is at rest."""
+    x, f = icosphere(0)
+    mesh = ism.check_mesh(x, f)
+    for p in (1.5, 2, 5):
+        _, derivative = p_harmonic_problem(mesh, p).energy.evaluate(normalize(x))
+        assert np.abs(tangent(normalize(x), derivative)).max() < 1e-12
+
+
+def test_p_must_be_above_one():
+    for p in (1, 0.5, np.nan, np.inf):
+        with pytest.raises(ValueError, match="above 1"):
+            ism.p_harmonic_map(V, F, p)
+
+
+def test_faces_without_area_do_not_spoil_it():
+    v = V.copy()
+    v[F[0, 1]] = v[F[0, 0]]
+    assert np.isfinite(ism.p_harmonic_energy(v, F, X, 3))
