@@ -69,7 +69,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     >>> ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1]])
     Traceback (most recent call last):
         ...
-    igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes (and weld coincident vertices if the mesh is a triangle soup)
+    igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes ...
     """
     vertices = _positions(v)
     faces = check_triangles(f)

@@ -177,10 +177,10 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
         if size <= tolerance:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        step = np.linalg.solve(2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3), mean)
+        step: FloatArray = np.linalg.solve(2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3), mean)
         length = float(np.linalg.norm(step))
         if length > 0.5:
-            step *= np.tanh(min(length, 2.0)) / length  # the ball ends at 1
+            step = step * (np.tanh(min(length, 2.0)) / length)  # the ball ends at 1
         while True:
             trial = _compose(centre, step)
             moved = moebius(x, trial)

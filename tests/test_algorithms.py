@@ -1,5 +1,7 @@
 """Algorithms 1 and 2 as they run: descent, the rule of the search, ways to end, foldings removed."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from triangulations import icosphere
@@ -34,7 +36,7 @@ def test_iterates_stay_on_the_sphere_and_obey_the_search():
     run(listener=seen.append, max_iterations=60)
     assert [it.iteration for it in seen] == list(range(61))
     C, Q = seen[0].energy, 1.0
-    for before, after in zip(seen[:-1], seen[1:], strict=True):
+    for before, after in pairwise(seen):
         assert np.abs(np.linalg.norm(after.x, axis=1) - 1).max() < 1e-12
         assert after.energy <= C - 1e-4 * after.tau * before.residual**2 + 1e-9  # Algorithm 1, step 3
         Q, last = 0.85 * Q + 1, Q
