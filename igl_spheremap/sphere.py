@@ -177,7 +177,8 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
         if size <= tolerance:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        step: FloatArray = np.linalg.solve(2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3), mean)
+        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3)
+        step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > 0.5:
             step = step * (np.tanh(min(length, 2.0)) / length)  # the ball ends at 1
