@@ -46,3 +46,7 @@ class FactorisationFailed(RuntimeError):
 
     Another Laplacian of the same surface, with mollified or intrinsic Delaunay weights, may do.
     """
+
+
+class DisplayError(RuntimeError):
+    """Nothing can be drawn here; the message is one line that says what is missing."""

@@ -1,0 +1,191 @@
+"""Make every picture of the README and the docs, into docs/images.
+
+python demos/gallery.py
+python demos/gallery.py dino curves --to elsewhere
+"""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polyscope as ps
+from PIL import Image
+
+import igl_spheremap as ism
+from igl_spheremap.cli.exits import Exit
+from igl_spheremap.distortion import face_areas
+from igl_spheremap.errors import DisplayError
+from igl_spheremap.plot import plot_run
+from igl_spheremap.recording import Recording
+from igl_spheremap.viewer import Body, Stage, window
+from igl_spheremap.viewer.colouring import Colouring, colouring, folded_faces
+from igl_spheremap.viewer.pose import fit, pose
+from igl_spheremap.viewer.style import sequential
+
+#: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
+_COLOURS = 256
+_NONE = np.empty(0, dtype=np.int64)
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
+
+
+def dino(path: Path) -> None:
+    """A surface, its Gauss map with the folded faces, and its folding-free map."""
+    mesh, turn = _sample("dino")
+    gauss = ism.gauss_map(mesh.vertices, mesh.f)
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    angles = np.abs(result.angle_differences()).mean()
+    colours = sequential("from tail to head", 0, 1).colours(
+        _rank(mesh, result.sphere, fit(mesh.v, turn)[:, 0])
+    )
+    captions = (
+        f"a surface\n{len(mesh.v):,} vertices",
+        f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} of {len(mesh.f):,} faces are folded (vermilion)",
+        f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees on average",
+    )
+    stage = _row(3, (1200, 440))
+    for k, (x, caption) in enumerate(zip((None, gauss, result.sphere), captions, strict=True)):
+        body = _body(f"part {k}", mesh, turn, x)
+        folded = _NONE if x is None else folded_faces(mesh, x)
+        Colouring(colours, folded, None).apply(stage.place(0, k, body))
+        body.caption = caption
+    _save(stage, path)
+
+
+def eigen_projection(path: Path) -> None:
+    """Fig. 9 of the paper: conformal factor, map and eigenfunctions, on the way through Algorithm 2."""
+    mesh, turn = _sample("dino")
+    recording = Recording(mesh.f)
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f, "lai2014", listener=recording)
+    first = [frame.iterate for frame in recording.frames if frame.iterate.round == 0]
+    early = next(iterate for iterate in first if iterate.energy < 4 * np.pi + 1)
+    rows = (
+        (f"Algorithm 1, iteration {early.iteration}", early.x),
+        ("Algorithm 1, end", first[-1].x),
+        ("Algorithm 2, end", result.sphere),
+    )
+    stage = _grid(3, 3, (900, 960))
+    for row, (name, x) in enumerate(rows):
+        projection = ism.weighted_eigen_projection(mesh.vertices, mesh.f, x)
+        folds = replace(colouring(mesh, x, "foldings"), legend=None)
+        source = _body(f"source {row}", mesh, turn, None)
+        replace(colouring(mesh, x, "conformal factor", reach=2.0), folded=_NONE).apply(
+            stage.place(row, 0, source)
+        )
+        image = _body(f"image {row}", mesh, turn, x)
+        folds.apply(stage.place(row, 1, image))
+        phi = _body(f"phi {row}", mesh, turn, projection.phi * np.sqrt(4 * np.pi / 3))
+        folds.apply(stage.place(row, 2, phi))
+        source.caption = f"{name}:\nconformal factor"
+        image.caption = f"{name}:\nimage, {len(folds.folded):,} folded faces"
+        values = ", ".join(f"{value:.2f}" for value in projection.eigenvalues)
+        phi.caption = f"eigenfunctions under that factor\neigenvalues {values}"
+    _save(stage, path)
+
+
+def curves(path: Path) -> None:
+    """Energy, foldings and angle differences of a run of the paper's algorithms."""
+    v, f = ism.samples.make("dino")
+    recording = Recording(f)
+    result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    figure = plot_run(
+        recording.history, recording.foldings, result.angle_differences(), title="dino, lai2014"
+    )
+    figure.savefig(path, dpi=110)
+    _shrink(path)
+
+
+def _demo(name: str, *arguments: str) -> Callable[[Path], None]:
+    """A maker that takes a demo's own picture, in a process of its own as demos are run."""
+
+    def make(path: Path) -> None:
+        import subprocess
+
+        script = Path(__file__).parent / f"{name}.py"
+        subprocess.run([sys.executable, str(script), *arguments, "--screenshot", str(path)], check=True)
+        _shrink(path)
+
+    make.__doc__ = f"The demo {name}."
+    return make
+
+
+PICTURES: dict[str, Callable[[Path], None]] = {
+    "dino": dino,
+    "eigen_projection": eigen_projection,
+    "curves": curves,
+    "folding_removal": _demo("folding_removal", "sample:dino", "--frame", "400"),
+    "compare_methods": _demo("compare_methods", "sample:dino"),
+    "conformal_texture": _demo("conformal_texture", "sample:dino"),
+}
+
+
+def _sample(name: str) -> tuple[ism.Mesh, np.ndarray]:
+    mesh = ism.check_mesh(*ism.samples.make(name))
+    return mesh, pose(mesh.v)
+
+
+def _rank(mesh: ism.Mesh, x: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Faces in order of height, spread over 0 to 1 so that both surfaces show all colours."""
+    order = np.argsort(height[mesh.f].mean(axis=1), kind="stable")
+    rank = np.zeros(len(mesh.f))
+    for positions in (mesh.v, x):
+        area = face_areas(positions, mesh.f)[order]
+        rank[order] += np.cumsum(area) / area.sum() / 2
+    return rank
+
+
+def _row(columns: int, size: tuple[int, int]) -> Stage:
+    return _grid(1, columns, size)
+
+
+def _grid(rows: int, columns: int, size: tuple[int, int]) -> Stage:
+    window.open_window(size=size, offscreen=True)
+    return Stage(rows, columns, panel=0)
+
+
+def _body(name: str, mesh: ism.Mesh, turn: np.ndarray, x: np.ndarray | None) -> Body:
+    """The source, or an image of it with its edges."""
+    if x is None:
+        return Body(name, fit(mesh.v, turn), mesh.f)
+    body = Body(name, x @ turn.T, mesh.f, lift=True)
+    body.show_edges(0.5)
+    return body
+
+
+def _save(stage: Stage, path: Path) -> None:
+    ps.set_user_callback(stage.draw)
+    window.save(path)
+    _shrink(path)
+
+
+def _shrink(path: Path) -> None:
+    with Image.open(path) as image:
+        image.convert("RGB").quantize(_COLOURS, kmeans=2, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make the pictures that are named, or all."""
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PICTURES)}; default: all")
+    parser.add_argument("--to", type=Path, default=IMAGES, metavar="DIR", help="default: docs/images")
+    args: Namespace = parser.parse_args(arguments)
+    unknown = sorted(set(args.names) - set(PICTURES))
+    if unknown:
+        parser.error(f"there is no picture {', '.join(unknown)}")
+    args.to.mkdir(parents=True, exist_ok=True)
+    for name in args.names or PICTURES:
+        try:
+            PICTURES[name](args.to / f"{name}.png")
+        except DisplayError as error:
+            print(f"{parser.prog}: {error}", file=sys.stderr)
+            return int(Exit.FAILED)
+        print(args.to / f"{name}.png")
+    return int(Exit.OK)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

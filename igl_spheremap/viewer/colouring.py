@@ -1,0 +1,128 @@
+"""What the colours of a surface tell: foldings, conformal factor, angle differences."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..certify import orientation_signs
+from ..distortion import mesh_angle_differences
+from ..eigen_projection import finite_conformal_factor
+from ..mesh import Mesh
+from . import style
+from .body import Body, Legend
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: What can be shown, in the order of the menus.
+SUBJECTS = ("foldings", "conformal factor", "angle differences")
+FOLDED_LEGEND = ("folded face", style.FOLDED)
+_U = "log conformal factor u (purple: shrunk)"
+_ANGLES = "angle difference in degrees"
+
+
+@dataclass(frozen=True, eq=False)
+class Colouring:
+    """Colours of the faces and what they mean.
+
+    Attributes
+    ----------
+    colours : (m, 3) float64 array
+        As they shall look.
+    folded : int64 array
+        Faces that are flipped or degenerate; they are painted over.
+    legend : Ramp or (str, colour)
+        Their meaning.
+    """
+
+    colours: FloatArray
+    folded: IntArray
+    legend: Legend
+
+    def apply(self, *bodies: Body) -> None:
+        """Paint bodies.
+
+        Parameters
+        ----------
+        *bodies : Body
+            With the faces of the map.
+
+        Returns
+        -------
+        None
+        """
+        for body in bodies:
+            body.paint(self.colours, self.folded)
+            body.legend = self.legend
+
+
+def folded_faces(mesh: Mesh, x: FloatArray) -> IntArray:
+    """Faces whose image is flipped or degenerate.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+
+    Returns
+    -------
+    int64 array
+        Indices.
+    """
+    return np.flatnonzero(orientation_signs(np.ascontiguousarray(x), mesh.f) <= 0)
+
+
+def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+
+    Returns
+    -------
+    (n,) float64 array
+        Finite.
+    """
+    return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x) / (4 * math.pi)))  # eq. (14)
+
+
+def colouring(mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None) -> Colouring:
+    """Colours that show a subject.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+    subject : str
+        One of `SUBJECTS`.
+    reach : float, optional
+        Value at the end of the colours; chosen from the map by default.
+
+    Returns
+    -------
+    Colouring
+        For source and image alike.
+    """
+    folded = folded_faces(mesh, x)
+    if subject == "foldings":
+        return Colouring(np.tile(style.SURFACE, (len(mesh.f), 1)), folded, FOLDED_LEGEND)
+    if subject == "conformal factor":
+        u = log_factor(mesh, x)
+        ramp = style.diverging(_U, reach or style.round_up(float(u.max())))
+        values = u[mesh.f].mean(axis=1)
+    else:
+        values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
+        ramp = style.sequential(_ANGLES, 0, reach or style.round_up(float(np.percentile(values, 95))))
+    return Colouring(ramp.colours(values), folded, ramp)

@@ -1,0 +1,83 @@
+"""The panel at the right edge, and the widgets that more than one demo has."""
+
+from __future__ import annotations
+
+from .colouring import SUBJECTS
+
+
+def begin_panel(title: str, width: float) -> None:
+    """Begin a panel over the whole height of the right edge.
+
+    Parameters
+    ----------
+    title : str
+        In its bar.
+    width : float
+        In pixels.
+
+    Returns
+    -------
+    None
+    """
+    import polyscope as ps
+    from polyscope import imgui, implot
+
+    imgui.StyleColorsLight()  # polyscope dresses every context anew in its own colours
+    implot.StyleColorsLight()
+    w, h = ps.get_window_size()
+    imgui.SetNextWindowPos((w - width, 0))
+    imgui.SetNextWindowSize((width, h))
+    imgui.Begin(
+        title,
+        imgui.ImGuiWindowFlags_NoMove
+        | imgui.ImGuiWindowFlags_NoResize
+        | imgui.ImGuiWindowFlags_NoCollapse
+        | imgui.ImGuiWindowFlags_NoSavedSettings,
+    )
+    imgui.PushItemWidth(0.55 * width)
+
+
+def end_panel() -> None:
+    """End the panel."""
+    from polyscope import imgui
+
+    imgui.PopItemWidth()
+    imgui.End()
+
+
+def subject_combo(subject: str) -> str:
+    """Choose what the colours tell.
+
+    Parameters
+    ----------
+    subject : str
+        One of `SUBJECTS`.
+
+    Returns
+    -------
+    str
+        The choice.
+    """
+    from polyscope import imgui
+
+    _, chosen = imgui.Combo("colours", SUBJECTS.index(subject), list(SUBJECTS))
+    return SUBJECTS[chosen]
+
+
+def paragraph(text: str) -> None:
+    """Write text that wraps.
+
+    Parameters
+    ----------
+    text : str
+        To write.
+
+    Returns
+    -------
+    None
+    """
+    from polyscope import imgui
+
+    imgui.PushTextWrapPos(0.0)
+    imgui.TextUnformatted(text)
+    imgui.PopTextWrapPos()

@@ -1,0 +1,76 @@
+"""Whether pictures can be drawn here, and how tests run code that draws: each in a process of its own."""
+
+import ctypes
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DEMOS = ROOT / "demos"
+
+
+def _missing():
+    if not sys.platform.startswith("linux"):
+        return "pictures without a window are drawn by EGL, which is Linux's"
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return "libEGL.so.1 is missing: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
+    return ""
+
+
+needs_drawing = pytest.mark.skipif(bool(_missing()), reason=_missing())
+
+_PREAMBLE = """
+import json, sys
+from argparse import Namespace
+from pathlib import Path
+import numpy as np
+import polyscope as ps
+import igl_spheremap as ism
+from igl_spheremap.viewer import app, window
+from igl_spheremap.viewer.style import FOLDED
+
+def vermilion(image):
+    'Share of pixels of the colour of folded faces, in any light.'
+    r, g, b = (image[..., k].astype(float) for k in range(3))
+    return float(((r > 60) & (g < 0.45 * r) & (b < 0.3 * r)).mean())
+
+def drawn(image):
+    'Share of pixels that are not background.'
+    return float((image.min(axis=2) < 250).mean())
+
+def start(module, arguments, offscreen=True):
+    'A demo on its stage, as its own main would put it there.'
+    from common import load
+    args = module.parser().parse_args([*arguments, '--screenshot', 'unused.png'])
+    app.open_for(args, 'test')
+    own = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
+    demo = next(c for c in own if issubclass(c, app.App))(args, load(args.source))
+    ps.set_user_callback(lambda: app._still(demo))
+    return demo
+"""
+
+
+def drive(code):
+    """Run code that ends with a dict called `told`, and return it."""
+    script = f"{_PREAMBLE}\n{code}\nprint(json.dumps(told))"
+    done = run([sys.executable, "-c", script])
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def run(command, **environment):
+    """Run a command with the demos in reach."""
+    path = os.pathsep.join((str(DEMOS), str(ROOT), os.environ.get("PYTHONPATH", "")))
+    return subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+    )

@@ -1,0 +1,197 @@
+"""Each demo, off screen: its numbers against the library's, and its picture not blank."""
+
+import struct
+import sys
+
+import numpy as np
+import pytest
+from drawing import DEMOS, ROOT, drive, needs_drawing, run
+
+import igl_spheremap as ism
+
+pytestmark = needs_drawing
+
+
+def png_size(path):
+    header = path.read_bytes()[:24]
+    assert header[:8] == b"\x89PNG\r\n\x1a\n"
+    return struct.unpack(">II", header[16:])
+
+
+def test_folding_removal_tells_every_iterate():
+    told = drive("""
+import folding_removal
+demo = start(folding_removal, ['sample:dino:n_vertices=1500'])
+demo.prepare()
+stars = sum(step.stage == 'star map' for step in demo.run.result.history)
+shots = {}
+for name, frame in (('first', 0), ('last', demo.frames() - 1)):
+    demo.go_to(frame)
+    image = window.grab()
+    shots[name] = [vermilion(image), drawn(image)]
+told = dict(slides=demo.frames(), iterates=len(demo.run.result.history), stars=stars,
+            foldings=[s.frame.foldings for s in demo.slides], titles=[s.title for s in demo.slides],
+            free=demo.run.result.certificate.folding_free, shots=shots)
+""")
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    assert told["slides"] == told["iterates"] + 2 * told["stars"] + 1
+    assert told["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings > 100
+    assert told["stars"] >= 1
+    star = told["titles"].index("Star map of round 1")
+    assert told["titles"][star - 2 : star] == ["Conformal factor of the last map", "Eigenfunctions Phi^u"]
+    assert told["free"]
+    assert told["foldings"][-1] == 0
+    assert told["shots"]["first"][0] > 0.1 > 0.002 > told["shots"]["last"][0]
+    assert min(shot[1] for shot in told["shots"].values()) > 0.3
+
+
+def test_folding_removal_draws_while_it_computes():
+    told = drive("""
+import folding_removal
+demo = start(folding_removal, ['sample:dino:n_vertices=3000', '--tolerance', '1e-9'])
+seen = [0]
+while demo.run.running and len(set(seen)) < 5:
+    demo.tick()
+    ps.request_redraw()
+    ps.frame_tick()
+    seen.append(len(demo.slides))
+demo.close()
+demo.run.wait()
+demo.tick()
+told = dict(seen=seen, status=demo.run.result.status.name, error=str(demo.run.error))
+""")
+    assert told["error"] == "None"
+    assert len(set(told["seen"])) == 5
+    assert told["seen"] == sorted(told["seen"])
+    assert told["status"] == "STOPPED"
+
+
+def test_folding_removal_starts_another_run_and_tells_what_is_wrong():
+    told = drive("""
+import folding_removal
+demo = start(folding_removal, ['sample:sphere:n_vertices=300', '--method', 'auto'])
+demo.prepare()
+first = demo.frames()
+demo.run = demo.start(lambda: ism.samples.make('bird', n_vertices=1500))
+demo.prepare()
+faces = len(demo.mesh.f)
+demo.go_to(demo.last_frame())
+image = window.grab()
+demo.run = demo.start(lambda: ([[0, 0, 0]], [[0, 0, 0]]))
+demo.run.wait()
+demo.tick()
+window.grab()
+told = dict(first=first, faces=faces, error=type(demo.run.error).__name__, drawn=drawn(image))
+""")
+    assert told["faces"] == len(ism.samples.make("bird", n_vertices=1500)[1])
+    assert told["error"] == "MeshError"
+    assert told["drawn"] > 0.3
+
+
+def test_compare_methods_judges_as_the_library_does():
+    told = drive("""
+import compare_methods
+demo = start(compare_methods, ['sample:dino:n_vertices=1500', '--methods', 'auto', 'lai2014'])
+shots = []
+for frame in range(demo.frames()):
+    demo.go_to(frame)
+    shots.append(drawn(window.grab()))
+told = dict(names=[c.name for c in demo.contenders], means=[c.mean for c in demo.contenders],
+            foldings=[c.foldings for c in demo.contenders], shots=shots,
+            mass=[float(c.density.sum() * 0.5) for c in demo.contenders])
+""")
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    result = ism.spherical_conformal_map(v, f)
+    assert told["names"] == ["Gauss map", "auto", "lai2014"]
+    assert told["means"][1] == pytest.approx(np.abs(result.angle_differences()).mean())
+    assert told["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings
+    assert told["foldings"][1] == 0
+    assert 0.9 < told["mass"][1] <= 1  # its angle differences are nearly all within the histogram
+    assert min(told["shots"]) > 0.15
+
+
+def test_conformal_texture_moves_by_conformal_maps_only():
+    told = drive("""
+import conformal_texture
+demo = start(conformal_texture, ['sample:spheroid:n_vertices=3000'])
+before = np.abs(ism.angle_differences(demo.mesh.vertices, demo.mesh.f, demo.y)).mean()
+window.grab()
+at = demo.handle()
+demo.drag_to(at + [40.0, -25.0])
+image = window.grab()
+moved = demo.handle() - at
+after = np.abs(ism.angle_differences(demo.mesh.vertices, demo.mesh.f, demo.y)).mean()
+demo.stage.rotate(1.0, 0.5)
+front = int(np.argmax((demo.image.x @ demo.stage.turn.T)[:, 2]))
+demo.stage.draw()
+demo.pick(demo.stage.to_pixels(0, 1, demo.image.x[front]))
+free = ism.certify(demo.y, demo.mesh.f).folding_free
+told = dict(before=before, after=after, moved=moved.tolist(), free=free,
+            strength=float(np.linalg.norm(demo.centre)), drawn=drawn(image), picked=demo.picked, front=front)
+""")
+    assert told["moved"] == pytest.approx([40, -25])
+    assert 0.1 < told["strength"] < 0.95
+    assert told["free"]
+    assert told["after"] < 2 * told["before"] + 0.2
+    assert told["drawn"] > 0.3
+    assert told["picked"] == told["front"]
+
+
+def test_gallery_makes_the_first_picture(tmp_path):
+    done = run([sys.executable, str(DEMOS / "gallery.py"), "dino", "--to", str(tmp_path)])
+    assert done.returncode == 0, done.stderr
+    assert png_size(tmp_path / "dino.png") == (1200, 440)
+    assert 20_000 < (tmp_path / "dino.png").stat().st_size < 300_000
+
+
+def test_the_pictures_in_the_repository_are_the_gallery_s():
+    names = run([sys.executable, "-c", "import gallery; print(*gallery.PICTURES)"]).stdout.split()
+    images = {path.stem: path for path in (ROOT / "docs" / "images").glob("*.png")}
+    assert set(names) <= set(images)
+    assert max(path.stat().st_size for path in images.values()) < 300_000
+
+
+def test_video_is_numbered_pictures(tmp_path):
+    script = str(DEMOS / "conformal_texture.py")
+    done = run(
+        [
+            sys.executable,
+            script,
+            "sample:sphere:n_vertices=300",
+            "--video",
+            str(tmp_path),
+            "--length",
+            "3",
+            "--size",
+            "500",
+            "300",
+        ]
+    )
+    assert done.returncode == 0, done.stderr
+    pictures = sorted(tmp_path.iterdir())
+    assert [path.name for path in pictures] == ["00000.png", "00001.png", "00002.png"]
+    assert {png_size(path) for path in pictures} == {(500, 300)}
+    assert len({path.read_bytes() for path in pictures}) == 3
+
+
+@pytest.mark.parametrize("name", ["folding_removal", "compare_methods", "conformal_texture"])
+def test_what_is_wrong_takes_one_line(name, tmp_path):
+    script = str(DEMOS / f"{name}.py")
+    picture = str(tmp_path / "out.png")
+    for arguments, status in (
+        (["sample:unicorn", "--screenshot", picture], 64),
+        (["nowhere.obj", "--screenshot", picture], 74),
+        (["sample:sphere:n_vertices=200", "--screenshot", picture, "--frame", "100000"], 70),
+    ):
+        done = run([sys.executable, script, *arguments])
+        assert done.returncode == status
+        assert len(done.stderr.splitlines()) == 1
+        assert done.stderr.startswith(f"{name}.py: ")
+
+
+def test_without_a_display_a_window_is_refused_in_one_line():
+    script = str(DEMOS / "folding_removal.py")
+    done = run([sys.executable, script, "sample:sphere:n_vertices=200"], DISPLAY="", WAYLAND_DISPLAY="")
+    assert done.returncode == 70
+    assert len(done.stderr.splitlines()) == 1
+    assert "--screenshot" in done.stderr

@@ -1,0 +1,53 @@
+"""What a recording keeps."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.iterate import Iterate
+from igl_spheremap.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def dino():
+    return ism.samples.make("dino", n_vertices=1500)
+
+
+def feed(recording, x, lengths):
+    for stage, length in enumerate(lengths):
+        for k in range(length):
+            recording(Iterate(f"stage {stage}", stage, k, x, float(k)))
+
+
+def test_it_is_the_history_and_the_certificates(dino):
+    v, f = dino
+    recording = Recording(f)
+    result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    assert len(recording.history) == len(result.history)
+    assert [step.energy for step in recording.history] == [step.energy for step in result.history]
+    for frame in recording.frames[::200]:
+        assert frame.foldings == ism.certify(frame.iterate.x, f).foldings == recording.foldings[frame.index]
+
+
+@pytest.mark.parametrize("lengths", [(1,), (1000,), (1, 1, 700), (317, 5, 900, 1)])
+@pytest.mark.parametrize("room", [4, 37])
+def test_it_thins_evenly_and_keeps_both_ends_of_each_stage(lengths, room):
+    x, f = np.eye(3), np.array([[0, 1, 2]])
+    recording = Recording(f, budget=room * x.nbytes)
+    feed(recording, x, lengths)
+    kept = [frame.index for frame in recording.frames]
+    ends = np.cumsum(lengths)
+    assert len(recording.history) == len(recording.foldings) == ends[-1]
+    assert set(kept) >= {0, *(ends - 1), *ends[:-1]}
+    assert kept == sorted(set(kept))
+    assert len(kept) <= room + 2 * len(lengths) + 1
+    steps = np.diff(kept)
+    assert steps.max(initial=1) <= max(1, 4 * ends[-1] / room)
+
+
+def test_the_latest_iterate_is_always_there():
+    x, f = np.eye(3), np.array([[0, 1, 2]])
+    recording = Recording(f, budget=5 * x.nbytes)
+    for k in range(300):
+        recording(Iterate("stage", 0, k, x, float(k)))
+        assert recording.frames[-1].index == k

@@ -1,0 +1,172 @@
+"""The parts of the viewer that need no window, and the pictures of a result."""
+
+import ctypes
+import sys
+
+import numpy as np
+import pytest
+from drawing import drive, needs_drawing, run
+
+import igl_spheremap as ism
+from igl_spheremap.errors import DisplayError
+from igl_spheremap.recording import Recording
+from igl_spheremap.viewer import style, window
+from igl_spheremap.viewer.chart import deepest_tips, mercator_corners
+from igl_spheremap.viewer.colouring import SUBJECTS, colouring, log_factor
+from igl_spheremap.viewer.pose import UPS, fit, pose
+from igl_spheremap.viewer.timeline import final_slide, slides
+
+
+@pytest.fixture(scope="module")
+def dino():
+    return ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
+
+
+@pytest.mark.parametrize("up", UPS)
+def test_a_pose_is_a_rotation_with_up_upwards(dino, up):
+    rotation = pose(dino.v, up)
+    assert rotation @ rotation.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(rotation) == pytest.approx(1)
+    assert rotation[1] @ UPS[up] > 0.9
+
+
+def test_fitting_moves_no_shape(dino):
+    x = fit(dino.v, pose(dino.v))
+    assert np.linalg.norm(x, axis=1).max() == pytest.approx(1)
+    assert ism.angle_differences(dino.v, dino.f, x) == pytest.approx(0, abs=1e-6)
+
+
+def test_ramps_give_their_stops_and_clamp_what_is_beyond():
+    ramp = style.diverging("u", 2.0)
+    assert ramp.colours(np.array([-2.0, 2.0])) == pytest.approx(ramp.stops[[0, -1]])
+    assert ramp.colours(np.array([-np.inf, np.inf])) == pytest.approx(ramp.stops[[0, -1]])
+    level = style.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(level) > 0).all()  # lightness alone tells the order
+
+
+def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes():
+    # Vienot, Brettel, Mollon 1999, deuteranopia, on linear RGB
+    blind = np.array([[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]])
+    others = np.vstack((style.SURFACE, style.sequential("", 0, 1).stops, style.diverging("", 1).stops))
+    folded = style.linear(np.array(style.FOLDED))
+    for see in (np.eye(3), blind):
+        apart = np.linalg.norm((style.linear(others) - folded) @ see.T, axis=1)
+        assert apart.min() > 0.1
+
+
+def test_log_factor_is_zero_on_the_unit_sphere_itself():
+    mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=2500))
+    assert np.abs(log_factor(mesh, mesh.vertices)).max() < 5e-3
+
+
+def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
+    x = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
+    planted = x.copy()
+    vertex = int(np.argmax(ism.conformal_factor(dino.vertices, dino.f, x)))
+    planted[vertex] = -planted[vertex]
+    around = np.flatnonzero((dino.f == vertex).any(axis=1))
+    for subject in SUBJECTS:
+        assert len(colouring(dino, x, subject).folded) == 0
+        found = colouring(dino, planted, subject)
+        assert found.colours.shape == dino.f.shape
+        assert 0 <= found.colours.min() <= found.colours.max() <= 1
+        assert len(found.folded)
+        assert set(found.folded) <= set(around)
+
+
+@pytest.mark.parametrize("poles", [[[0, 0, 1], [0, 0, -1]], [[0.6, 0, 0.8], [0, 1, 0]]])
+def test_the_chart_keeps_the_angles_of_small_faces(poles):
+    poles = np.array(poles, dtype=float)
+    errors = []
+    for n in (2500, 10000):
+        y, f = ism.samples.make("sphere", n_vertices=n)
+        corners = mercator_corners(y, f, poles).reshape(-1, 3, 2)
+        away = (y @ poles.T).max(axis=1)[f].max(axis=1) < 0.8
+        flat = np.concatenate((corners, np.zeros((len(f), 3, 1))), axis=2)[away].reshape(-1, 3)
+        own = np.arange(len(flat)).reshape(-1, 3)
+        chart, sphere = (_angles(p, g) for p, g in ((flat, own), (y, f[away])))
+        errors.append(np.abs(chart - sphere).mean())
+    assert 1.7 < errors[0] / errors[1] < 2.4
+    assert errors[1] < 0.01
+
+
+def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_first(dino):
+    y = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
+    tips = deepest_tips(dino, y)
+    corners = mercator_corners(y, dino.f, tips).reshape(-1, 3, 2)
+    assert np.isfinite(corners).all()
+    assert np.abs(corners[..., 0] - corners[:, :1, 0]).max() <= 0.5
+    latitude = np.full(len(y), np.nan)
+    latitude[dino.f] = corners[..., 1]
+    assert np.argmax(latitude) in np.argsort(np.linalg.norm(y - tips[0], axis=1))[:8]
+    assert np.argmin(latitude) in np.argsort(np.linalg.norm(y - tips[1], axis=1))[:8]
+
+
+def _angles(p, f):
+    from igl_spheremap.distortion import corner_angles
+
+    return corner_angles(p, f)
+
+
+def test_slides_tell_a_round_as_the_paper_does(dino):
+    recording = Recording(dino.f)
+    result = ism.spherical_conformal_map(dino.vertices, dino.f, "lai2014", listener=recording)
+    told = slides(recording.frames)
+    star = next(k for k, slide in enumerate(told) if slide.frame.iterate.stage == "star map")
+    factor, phi, start = told[star - 2 : star + 1]
+    assert factor.x is phi.image
+    assert factor.subject == phi.subject == "conformal factor"
+    # The star map is the direction of the eigenfunctions from the place where their source mean is.
+    shift = phi.x - start.x * ((phi.x * start.x).sum(axis=1)[:, None])
+    assert np.median(np.linalg.norm(shift, axis=1)) < 0.2
+    last = final_slide(result, recording.frames[-1])
+    assert last.x is result.sphere
+    assert "certified folding-free" in last.title
+
+
+def test_a_missing_library_is_one_line_with_the_packages(monkeypatch):
+    def missing(name):
+        raise OSError(name)
+
+    monkeypatch.setattr(window.sys, "platform", "linux")
+    monkeypatch.setattr(ctypes, "CDLL", missing)
+    with pytest.raises(DisplayError, match=r"libEGL.*apt install libegl1") as error:
+        window._backend(offscreen=True)
+    assert "\n" not in str(error.value)
+
+
+@needs_drawing
+def test_opengl_that_does_not_start_is_one_line(tmp_path):
+    code = """
+from igl_spheremap.viewer import window
+try:
+    window.open_window(offscreen=True)
+except RuntimeError as error:
+    print(type(error).__name__, error)
+"""
+    done = run([sys.executable, "-c", code], __EGL_VENDOR_LIBRARY_FILENAMES=str(tmp_path / "none"))
+    assert done.returncode == 0
+    assert done.stdout.startswith("DisplayError OpenGL did not start")
+    assert len(done.stdout.splitlines()) == 1
+    assert done.stderr == ""
+
+
+@needs_drawing
+def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
+    told = drive(f"""
+from igl_spheremap.viewer import screenshot
+v, f = ism.samples.make('sphere', n_vertices=600)
+result = ism.spherical_conformal_map(v, f)
+screenshot(result, {str(tmp_path / "a.png")!r})
+image = window.grab()
+screenshot(result, {str(tmp_path / "b.png")!r}, subject='conformal factor', size=(600, 400))
+smaller = window.grab()
+told = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
+            lightest=np.percentile(image[image.min(axis=2) < 240].reshape(-1, 3), 90, axis=0).tolist())
+""")
+    assert told["shape"] == [600, 1000, 3]
+    assert told["smaller"] == [400, 600, 3]
+    assert 0.2 < told["drawn"] < 0.6
+    assert told["vermilion"] < 0.002  # the legend alone
+    assert told["lightest"] == pytest.approx(255 * np.array(style.SURFACE), abs=15)
+    assert (tmp_path / "a.png").stat().st_size > 5000
