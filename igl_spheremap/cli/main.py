@@ -10,13 +10,13 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from ..errors import FactorisationFailed, FileError, FoldingsRemain, MeshError
-from . import check, completion, export, info, map_command, repair, resample
+from . import check, completion, export, info, map_command, repair, reproduce, resample
 from .command import Command, UsageError
 from .exits import HELP, Exit
 
 #: All subcommands. A further one is a module with a COMMAND, and a word here.
 COMMANDS: tuple[Command, ...] = tuple(
-    module.COMMAND for module in (map_command, check, info, repair, resample, export, completion)
+    module.COMMAND for module in (map_command, check, info, repair, resample, export, reproduce, completion)
 )
 
 _DESCRIPTION = "Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings."

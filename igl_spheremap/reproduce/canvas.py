@@ -1,0 +1,108 @@
+"""Empty matplotlib figures, and pictures of maps on them."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..certify import orientation_signs
+from ..errors import FileError
+from .drawing import FOLDED, PLAIN, draw, painted, shading, view_of
+from .surfaces import Surface
+
+FloatArray = NDArray[np.float64]
+
+
+def new_figure(rows: int, columns: int, title: str, size: float = 3.2) -> tuple[Any, Any]:
+    """A figure with a grid of axes.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Of the grid.
+    title : str
+        Over all.
+    size : float
+        Width and height of a panel in inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Known to no window system.
+    (rows, columns) array of axes
+
+    Raises
+    ------
+    FileError
+        If matplotlib is not installed.
+    """
+    try:
+        figure_module = importlib.import_module("matplotlib.figure")
+    except ImportError:
+        raise FileError("figures need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'") from None
+    figure = figure_module.Figure(figsize=(size * columns, size * rows + 0.4), layout="constrained", dpi=150)
+    figure.suptitle(title, fontsize=10)
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def show_source(ax: Any, surface: Surface, x: FloatArray | None = None) -> None:
+    """The source, and in vermilion what a map folds.
+
+    Parameters
+    ----------
+    ax : matplotlib axes
+        Where to.
+    surface : Surface
+        The source.
+    x : (n, 3) float64 array, optional
+        The map.
+    """
+    view = view_of(surface.v)
+    draw(ax, surface.v, surface.f, _marked(surface, x) * shading(surface.v, surface.f, view)[:, None], view)
+
+
+def show_sphere(ax: Any, surface: Surface, x: FloatArray) -> None:
+    """The map, lit as the source is, so that its shape can be made out; and in vermilion what it folds.
+
+    Parameters
+    ----------
+    ax : matplotlib axes
+        Where to.
+    surface : Surface
+        The source.
+    x : (n, 3) float64 array
+        The map.
+    """
+    view = view_of(surface.v)
+    draw(ax, x, surface.f, _marked(surface, x) * shading(surface.v, surface.f, view)[:, None], view)
+
+
+def show_function(ax: Any, surface: Surface, values: FloatArray, x: FloatArray | None = None) -> None:
+    """A function of the vertices in colours, on the source or on a map.
+
+    Parameters
+    ----------
+    ax : matplotlib axes
+        Where to.
+    surface : Surface
+        The source.
+    values : (n,) float64 array
+        The function; white is its median.
+    x : (n, 3) float64 array, optional
+        The map to draw it on.
+    """
+    view, where = view_of(surface.v), surface.v if x is None else x
+    values = values - np.median(values)
+    reach = float(np.percentile(np.abs(values), 99)) or 1.0
+    colours = painted(values, surface.f, reach) * shading(where, surface.f, view)[:, None]
+    draw(ax, where, surface.f, colours, view)
+
+
+def _marked(surface: Surface, x: FloatArray | None) -> FloatArray:
+    colours = np.tile(PLAIN, (len(surface.f), 1))
+    if x is not None:
+        colours[orientation_signs(x, surface.f) <= 0] = FOLDED
+    return colours

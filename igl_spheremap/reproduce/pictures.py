@@ -1,0 +1,181 @@
+"""Figs. 3, 5, 6, 9 and 10: surfaces and their maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import samples
+from ..certify import orientation_signs
+from ..distortion import conformal_factor
+from ..eigen_projection import weighted_eigen_projection
+from .canvas import new_figure, show_function, show_source, show_sphere
+from .curves import histogram
+from .measures import mean_angle
+from .paper import TABLE_1
+from .runs import Outcome, Runs
+from .surfaces import Surface, load_surface
+
+FloatArray = NDArray[np.float64]
+
+_FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
+#: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
+_PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
+
+
+def figure_3(runs: Runs, folder: Path | None) -> Any:
+    """Fig. 3: surfaces, their harmonic maps, and u on the surfaces.
+
+    Parameters
+    ----------
+    runs : Runs
+        Computes or recalls.
+    folder : Path, optional
+        Folder of meshes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not shown.
+    """
+    figure, axes = new_figure(3, len(TABLE_1), "Fig. 3. Surfaces, harmonic maps by Algorithm 1, and u of e^2u on them")
+    for column, row in enumerate(TABLE_1):
+        surface = load_surface(row.surface, folder)
+        outcome = runs.get(surface, "Algorithm 1")
+        show_source(axes[0][column], surface)
+        axes[0][column].set_title(f"{row.surface}: {surface.source}", fontsize=8)
+        show_sphere(axes[1][column], surface, outcome.sphere)
+        axes[1][column].set_title(f"{outcome.foldings} foldings", fontsize=8)
+        show_function(axes[2][column], surface, _u(surface, outcome.sphere))
+    return figure
+
+
+def figure_5(runs: Runs, folder: Path | None) -> Any:
+    """Fig. 5: what Algorithm 1 folds of a dinosaur.
+
+    Parameters
+    ----------
+    runs : Runs
+        Computes or recalls.
+    folder : Path, optional
+        Folder of meshes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not shown.
+    """
+    surface = load_surface("Dino", folder)
+    outcome = runs.get(surface, "Algorithm 1")
+    figure, axes = new_figure(1, 2, "Fig. 5. Foldings of Algorithm 1 from the Gauss map", size=4)
+    show_source(axes[0][0], surface, outcome.sphere)
+    axes[0][0].set_title(f"{surface.source}: folded faces", fontsize=8)
+    show_sphere(axes[0][1], surface, outcome.sphere)
+    axes[0][1].set_title(f"{outcome.foldings} of {len(surface.f)} faces folded", fontsize=8)
+    return figure
+
+
+def figure_6(runs: Runs, folder: Path | None) -> Any:
+    """Fig. 6: the first three nontrivial eigenfunctions of the sphere, and the surface that they make.
+
+    Parameters
+    ----------
+    runs : Runs
+        Not used: the sphere needs no run.
+    folder : Path, optional
+        Not used: the package makes spheres itself.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not shown.
+    """
+    v, f = samples.make("sphere", n_vertices=10_242)
+    surface = Surface("Sphere", v, f, "sample:sphere", "the same")
+    projection = weighted_eigen_projection(v, f, v)
+    figure, axes = new_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface")
+    for k in range(3):
+        show_function(axes[0][k], surface, projection.phi[:, k])
+        axes[0][k].set_title(f"eigenvalue {projection.eigenvalues[k]:.4f}", fontsize=8)
+    show_sphere(axes[0][3], surface, projection.phi)
+    axes[0][3].set_title(_roundness(projection.phi), fontsize=8)
+    return figure
+
+
+def figure_9(runs: Runs, folder: Path | None) -> Any:
+    """Fig. 9: map, u, and the surface of the weighted eigenfunctions before and after each folding removal.
+
+    Parameters
+    ----------
+    runs : Runs
+        Computes or recalls.
+    folder : Path, optional
+        Folder of meshes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not shown.
+    """
+    surface = load_surface("Dino", folder)
+    outcome = runs.get(surface, "Algorithm 2")
+    figure, axes = new_figure(
+        len(outcome.maps), 3, f"Fig. 9. Algorithm 2 on {surface.source}: map, u, surface of Phi^u"
+    )
+    for k, x in enumerate(outcome.maps):
+        folded = int((orientation_signs(x, surface.f) <= 0).sum())
+        show_sphere(axes[k][0], surface, x)
+        axes[k][0].set_title(f"{'before removal' if k == 0 else f'removal {k}'}: {folded} foldings", fontsize=8)
+        show_function(axes[k][1], surface, _u(surface, x))
+        projection = weighted_eigen_projection(surface.v, surface.f, x)
+        show_sphere(axes[k][2], surface, projection.phi)
+        values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
+        axes[k][2].set_title(f"eigenvalues {values}; {_roundness(projection.phi)}", fontsize=8)
+    return figure
+
+
+def figure_10(runs: Runs, folder: Path | None) -> Any:
+    """Fig. 10: the algorithm of Gu and Yau and Algorithm 2 on surfaces with long, sharp features.
+
+    Parameters
+    ----------
+    runs : Runs
+        Computes or recalls.
+    folder : Path, optional
+        Folder of meshes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not shown.
+    """
+    figure, axes = new_figure(len(_FIG_10), 5, "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 (vermilion: folded)")
+    for line, name in zip(axes, _FIG_10, strict=True):
+        surface = load_surface(name, folder)
+        show_source(line[0], surface)
+        line[0].set_title(f"{name}: {surface.source}", fontsize=8)
+        for panel, method in ((1, "Gu-Yau"), (3, "Algorithm 2")):
+            outcome = runs.get(surface, method)
+            show_sphere(line[panel], surface, outcome.sphere)
+            line[panel].set_title(_verdict(surface, method, outcome), fontsize=8)
+            histogram(line[panel + 1], surface, outcome)
+    return figure
+
+
+def _u(surface: Surface, x: FloatArray) -> FloatArray:
+    """u of the conformal factor e^{2u}, eq. (14)."""
+    factor = conformal_factor(surface.v, surface.f, x)
+    return np.asarray(0.5 * np.log(np.maximum(factor, 1e-30)))
+
+
+def _roundness(phi: FloatArray) -> str:
+    """How far the surface of the eigenfunctions is from the sphere of Theorem 2."""
+    radius = np.linalg.norm(phi, axis=1) / _PHI_RADIUS
+    return f"|Phi| from {radius.min():.3f} to {radius.max():.3f} of a round sphere's"
+
+
+def _verdict(surface: Surface, method: str, outcome: Outcome) -> str:
+    return f"{method}: {outcome.foldings} foldings, mean {mean_angle(surface, outcome):.2f} degrees"
