@@ -38,8 +38,9 @@ def axis_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> FloatA
     """
     north, south = tips
     x = x @ _turn_north(x[north]).T
-    from_north = np.maximum(1 - x[:, 2], 1e-30)
-    w = (x[:, 0] + 1j * x[:, 1]) / from_north
+    across = x[:, 0] + 1j * x[:, 1]
+    across[across == 0] = 1e-150  # the tip in the north, of which w is infinite
+    w = np.where(x[:, 2] > 0, (1 + x[:, 2]) / across.conj(), across / (1 - np.minimum(x[:, 2], 0)))
     w -= w[south]
     distance = np.log(np.maximum(np.abs(w), 1e-300))
     low, high = -distance.max(), -distance.min()
@@ -81,12 +82,10 @@ def axis_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, fact
     """
     depth = -predicted_log_edges(v, f, x, factor, area)
     tips = _tips(x, depth)
-    for _ in range(2):  # the second time from tips that are known as precisely as they can be
-        x = axis_gauge(x, tips, area)
-        depth = -predicted_log_edges(v, f, x, factor, area)
-        limbs = solve_limbs(x, L, depth, area, tips)
-        x = limbs.onto_sphere(x, tips)
-    return x, limbs
+    x = axis_gauge(x, tips, area)
+    depth = -predicted_log_edges(v, f, x, factor, area)
+    limbs = solve_limbs(x, L, depth, area, tips)
+    return limbs.onto_sphere(x, tips), limbs
 
 
 def _tips(x: FloatArray, depth: FloatArray) -> tuple[int, int]:

@@ -57,7 +57,8 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
     n = len(v)
     source, image = log_edges(v, f), log_edges(x, f)
     load = np.bincount(f.ravel(), corner_angles(v, f).ravel(), n) - 2 * np.pi  # -K
-    pole = int(np.argmax(np.where(A < np.median(A), -np.inf, image - source)))
+    large = np.median(A) <= A
+    pole = int(np.argmax(np.where(large, image - source, -np.inf)))
     load[pole] += 4 * np.pi
     away = np.sqrt(np.einsum("ij,ij->i", x - x[pole], x - x[pole]))
     scale = factor.solve(load) + 2 * np.log(np.maximum(away, np.exp(image[pole])))

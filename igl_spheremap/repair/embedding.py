@@ -87,10 +87,7 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
     x = unit_rows(x)
     if certify_checked(x, f).folding_free:
         return x
-    y = x
-    if (orientation_signs(x, f) < 0).sum() > len(f) / 2:  # a mirror image
-        y = x * [1, 1, -1]
-    y = embed_locally(y, f, watch=watch)
+    y = embed_locally(upright(x, f), f, watch=watch)
     if certify_checked(y, f).folding_free:
         return y
     everywhere = np.ones(len(x), dtype=bool)
@@ -131,6 +128,12 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
             forced[failure.vertices] = True
             forced = dilate(f, forced, rings)
     return x
+
+
+def upright(x: FloatArray, f: IntArray) -> FloatArray:
+    """The map or its mirror image: that which has more faces positively oriented."""
+    signs = orientation_signs(x, f)
+    return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
 
 
 def unit_rows(x: FloatArray) -> FloatArray:

@@ -31,7 +31,7 @@ from ..metric import Metric, build_metric
 from ..sphere_map import Round
 from .axis import axis_limbs
 from .depth import log_edges, predicted_log_edges
-from .embedding import Watch, dilate, progressive_embedding
+from .embedding import Watch, dilate, progressive_embedding, upright
 from .nested import solve_limbs
 from .relax import AngleLoss, descend
 
@@ -132,6 +132,7 @@ def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> Float
     (n, 3) float64 array
         Unit rows, certified free of foldings.
     """
+    x = upright(x, mesh.f)
     y = progressive_embedding(x, mesh.f, watch)
     return _relaxed(mesh, y, dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS))
 

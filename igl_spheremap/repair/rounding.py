@@ -18,7 +18,7 @@ Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 
 #: Edges shorter than exp(-this) do not survive in float32.
-_FLOOR = 15.0
+_FLOOR = 14.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,147 @@
+"""The ladder: nothing for nothing, a certificate for everything, and the cheapest rung first."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from triangulations import icosphere, unit
+
+from igl_spheremap import repair, samples
+from igl_spheremap.certify import certify, certify_checked
+from igl_spheremap.distortion import angle_differences
+from igl_spheremap.errors import MeshError
+from igl_spheremap.fast import fast_map
+from igl_spheremap.gauge import fix_gauge
+from igl_spheremap.mesh import check_mesh
+from igl_spheremap.metric import build_metric
+
+
+def _mapped(name, **parameters):
+    mesh = check_mesh(*samples.make(name, **parameters))
+    metric = build_metric(mesh)
+    return mesh, metric, fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
+
+
+def _mean(mesh, x):
+    return np.abs(angle_differences(mesh.v, mesh.f, x)).mean()
+
+
+@pytest.fixture(scope="module")
+def spheroid():
+    return _mapped("spheroid", n_vertices=2000)
+
+
+@pytest.fixture(scope="module")
+def folded(spheroid):
+    """A good map with two neighbours exchanged."""
+    mesh, metric, x = spheroid
+    y = x.copy()
+    y[mesh.f[7, :2]] = x[mesh.f[7, 1::-1]]
+    assert certify(y, mesh.f).foldings
+    return mesh, metric, y
+
+
+def test_a_map_without_foldings_is_handed_back(spheroid):
+    mesh, metric, x = spheroid
+    mended = repair.climb(mesh, metric, x)
+    assert mended.x is x
+    assert mended.rounds == ()
+    assert mended.stretch == 1
+
+
+def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
+    mesh, metric, x = folded
+    mended = repair.climb(mesh, metric, x)
+    assert mended.certificate.folding_free
+    assert [r.start for r in mended.rounds] == ["map", "embedding"]
+    far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
+    assert (mended.x[far] == x[far]).all()
+    assert _mean(mesh, mended.x) < 1.02 * _mean(mesh, spheroid[2])
+
+
+def test_long_arms_come_back_certified_and_conformal():
+    mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
+    assert not certify_checked(x, mesh.f).folding_free
+    seen = []
+    mended = repair.climb(mesh, metric, x, seen.append)
+    assert certify(mended.x, mesh.f).folding_free
+    assert mended.stretch > 1
+    assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in mended.rounds]
+    assert _mean(mesh, mended.x) < _mean(mesh, x)
+
+
+def test_the_axis_gauge_holds_a_spring_better():
+    mesh, metric, x = _mapped("spring", n_vertices=9000)
+    plain, axis = (repair.climb(mesh, metric, x, axis=axis) for axis in (False, True))
+    assert plain.certificate.folding_free
+    assert axis.certificate.folding_free
+    assert axis.on_axis
+    assert not plain.on_axis
+    assert _mean(mesh, axis.x) < _mean(mesh, plain.x) / 2
+    assert np.abs(axis.x[:, 2]).max() == 1
+
+
+def test_the_axis_gauge_is_left_alone_where_float64_suffices(spheroid):
+    mesh, metric, x = spheroid
+    mended = repair.climb(mesh, metric, x, axis=True)
+    assert not mended.on_axis
+    assert (mended.x == x).all()
+
+
+def test_any_map_is_mended_and_the_listener_sees_foldings_vanish(folded):
+    mesh, _, x = folded
+    seen = []
+    result = repair.repair_foldings(mesh.v, mesh.f, x, listener=seen.append)
+    assert result.certificate.folding_free
+    assert seen[0].residual == certify(x, mesh.f).foldings > 0
+    assert seen[-1].residual == 0
+    assert {it.stage for it in seen} == {"map", "embedding", "mended"}
+
+
+def test_a_good_map_of_another_program_stays_bit_for_bit():
+    x, f = icosphere(2)
+    single = x.astype(np.float32)
+    result = repair.repair_foldings(x, f, single)
+    assert (result.sphere == single).all()
+    assert result.certificate.folding_free
+
+
+def test_a_map_turned_inside_out_is_reflected():
+    x, f = icosphere(3)
+    v = x * [1.0, 1.1, 1.2]
+    result = repair.repair_foldings(v, f, -x)
+    assert result.certificate.folding_free
+    assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(angle_differences(v, f, x)).mean())
+
+
+@pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
+def test_rows_without_direction_are_refused(bad):
+    x, f = icosphere(1)
+    y = x.copy()
+    y[5] = bad
+    with pytest.raises(MeshError):
+        repair.repair_foldings(x, f, y)
+
+
+@pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])
+def test_float32_positions_are_certified_as_they_are(radius):
+    mesh, _, x = _mapped("octopus", n_vertices=3000, arm_length=3.0)
+    assert certify(x, mesh.f).folding_free
+    rounded = (radius * x).astype(np.float32)
+    assert certify(unit(rounded.astype(float)), mesh.f).foldings
+    single = repair.certified_float32(x, mesh.f, radius, mesh.v)
+    assert single.positions.dtype == np.float32
+    assert single.certificate.folding_free
+    # the certificate is that of the very numbers: a power of two is exact to divide by
+    exact = single.positions.astype(float) / 2.0 ** np.round(np.log2(radius))
+    assert (certify(exact, mesh.f).foldings, certify(exact, mesh.f).degree) == (0, 1)
+    stayed = np.setdiff1d(np.arange(len(x)), single.moved)
+    assert (single.positions[stayed] == rounded[stayed]).all()
+    assert len(stayed) > len(x) / 3
+
+
+def test_float32_says_so_where_it_has_no_room():
+    x, f = icosphere(3)
+    crowded = unit(x + 3e9)
+    single = repair.certified_float32(crowded, f)
+    assert not single.certificate.folding_free

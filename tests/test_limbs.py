@@ -1,0 +1,143 @@
+"""Deep limbs: their scale is foreseen, their solution is precise at every depth, drift draws them out as it should."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from triangulations import icosphere, unit
+
+from igl_spheremap import samples
+from igl_spheremap.certify import orientation_signs
+from igl_spheremap.distortion import corner_angles
+from igl_spheremap.fast import fast_map
+from igl_spheremap.mesh import check_mesh
+from igl_spheremap.metric import build_metric
+from igl_spheremap.repair.axis import _turn_north, axis_gauge, axis_limbs
+from igl_spheremap.repair.depth import log_edges, predicted_log_edges
+from igl_spheremap.repair.nested import _from_chart, _to_chart, solve_limbs
+
+
+def _mapped(name, **parameters):
+    mesh = check_mesh(*samples.make(name, **parameters))
+    metric = build_metric(mesh, weights="delaunay")
+    x = fast_map(mesh, metric).last.x
+    return mesh, metric, x, -predicted_log_edges(mesh.v, mesh.f, x, metric.factor, metric.A)
+
+
+@pytest.fixture(scope="module")
+def octopus():
+    return _mapped("octopus", n_vertices=3000, arm_length=3.0)
+
+
+def test_the_predicted_scale_is_that_of_the_map(octopus):
+    mesh, _, x, depth = octopus
+    error = depth + log_edges(x, mesh.f)
+    assert depth.max() > 10
+    assert np.percentile(np.abs(error), 95) < 0.3
+
+
+def test_log_edges_of_a_regular_solid():
+    tetrahedron = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    assert np.allclose(log_edges(tetrahedron, f), np.log(np.sqrt(8)))
+
+
+def test_limbs_solved_in_frames_agree_with_the_solution_as_a_whole(octopus):
+    mesh, metric, x, depth = octopus
+    limbs = solve_limbs(x, metric.L, depth, metric.A)
+    assert limbs.stretch == 1
+    assert limbs.parent.max() >= 0
+    y = limbs.onto_sphere(x)
+    deep = limbs.frame >= 0
+    assert deep.sum() > 100
+    assert (y[~deep] == x[~deep]).all()
+    # Edges are compared in units of themselves; the whole solution knows them to about 1e-12.
+    edges = mesh.f[deep[mesh.f].all(axis=1)][:, :2]
+    e, e0 = (z[edges[:, 0]] - z[edges[:, 1]] for z in (y, x))
+    assert np.median(np.linalg.norm(e - e0, axis=1) / np.linalg.norm(e0, axis=1)) < 0.05
+
+
+def test_charts_are_inverse_to_each_other_at_every_scale():
+    rng = np.random.default_rng(0)
+    pole = unit(rng.normal(size=(40, 3)))
+    for size in (1.0, 1e-5):
+        z = size * (rng.normal(size=40) + 1j * rng.normal(size=40))
+        assert np.abs(_to_chart(_from_chart(z, pole), pole) - z).max() < 1e-14
+
+
+def _tube(around, rings):
+    """Weights of a tube of squares that ends in one vertex, its open ring being outside; depths along it."""
+    n = around * rings
+    i = np.arange(n)
+    right = (i // around) * around + (i + 1) % around
+    down = i[:-around] + around
+    rows, columns = np.concatenate((i, i[:-around], i[-around:])), np.concatenate((right, down, np.full(around, n)))
+    W = sp.coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(n + 1, n + 1)).tocsr()
+    W = W + W.T
+    step = 2 * np.pi / around  # nepers a ring, in the limit of small squares
+    depth = np.append(i // around, rings) * step
+    return sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W, depth
+
+
+def test_drift_shortens_a_limb_to_the_floor():
+    around, rings = 60, 560
+    L, depth = _tube(around, rings)
+    x = np.zeros((around * rings + 1, 3))
+    turn = 2 * np.pi * np.arange(around * rings) / around
+    radius = np.exp(-depth[:-1])
+    x[:-1] = np.column_stack((radius * np.cos(turn), radius * np.sin(turn), np.ones(around * rings)))
+    x[-1, 2] = 1
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    area = np.where(depth < 5, 1.0, 1e-3)
+    for floor in (100.0, 40.0):
+        limbs = solve_limbs(x, L.tocsr(), depth, area, floor=floor)
+        size = limbs.scale.copy()
+        for k in np.flatnonzero(limbs.parent >= 0):
+            size[k] *= size[limbs.parent[k]]
+        # the radius of a ring two thirds down the tube, against exp(-kappa * its depth below the onset at 9)
+        ring = np.arange(around) + around * (2 * rings // 3)
+        z = size[limbs.frame[ring]] * limbs.z[ring]
+        across = np.log(np.abs(z - z.mean()).mean())
+        kappa = 1 / limbs.stretch
+        first = np.flatnonzero(limbs.frame < 0).max() // around
+        expected = np.log(radius[first * around]) - kappa * (depth[ring[0]] - depth[first * around])
+        assert kappa == pytest.approx(min(1.0, (floor - 9) / (depth.max() - 9)))
+        assert across == pytest.approx(expected, abs=0.03 * abs(expected))
+
+
+@pytest.mark.parametrize("p", [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0.6, 0, -0.8], [0.1, -0.2, -0.97]])
+def test_a_turn_to_the_north_is_a_rotation(p):
+    p = np.array(p) / np.linalg.norm(p)
+    turn = _turn_north(p)
+    assert np.allclose(turn @ turn.T, np.eye(3))
+    assert np.isclose(np.linalg.det(turn), 1)
+    assert np.allclose(turn @ p, [0, 0, 1])
+
+
+def test_the_axis_gauge_is_a_moebius_map_with_tips_at_the_poles():
+    x, f = icosphere(3)
+    area = np.ones(len(x))
+    y = axis_gauge(x, (3, 77), area)
+    assert (y[3] == [0, 0, 1]).all()
+    assert (y[77] == [0, 0, -1]).all()
+    assert abs(y[:, 2].mean()) < 1e-9
+    assert (orientation_signs(y, f) > 0).all()
+    a, b, c, d = (np.random.default_rng(k).permutation(len(x))[:200] for k in range(4))
+    keep = (a != b) & (c != d) & (a != d) & (b != c)
+    ratio = [np.linalg.norm(z[a] - z[b], axis=1) * np.linalg.norm(z[c] - z[d], axis=1)
+             / np.maximum(np.linalg.norm(z[a] - z[d], axis=1) * np.linalg.norm(z[b] - z[c], axis=1), 1e-300)
+             for z in (x, y)]
+    assert np.allclose(ratio[0][keep], ratio[1][keep])
+
+
+def test_a_spring_beyond_float64_is_held_on_the_axis():
+    mesh, metric, x, depth = _mapped("spring", n_vertices=9000)
+    assert depth.max() > 40
+    x = solve_limbs(x, metric.L, depth, metric.A).onto_sphere(x)
+    y, limbs = axis_limbs(mesh.v, mesh.f, x, metric.L, metric.factor, metric.A)
+    assert limbs.stretch == 1
+    assert (orientation_signs(y, mesh.f) > 0).all()
+    assert log_edges(y, mesh.f).min() < -40
+    drawn, held = (np.degrees(np.abs(corner_angles(z, mesh.f) - corner_angles(mesh.v, mesh.f))).mean() for z in (x, y))
+    assert held < drawn / 2

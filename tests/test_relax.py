@@ -1,0 +1,83 @@
+"""Descent on the loss of stars: right derivatives, no folding, less loss."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from triangulations import icosphere, unit
+
+from igl_spheremap.certify import orientation_signs
+from igl_spheremap.distortion import corner_angles
+from igl_spheremap.repair.kernel import tangent_axes
+from igl_spheremap.repair.relax import LOSSES, descend
+
+
+def _stretched(level=3):
+    """A sphere, the same sphere stretched as a source, and noise that folds nothing."""
+    x, f = icosphere(level)
+    noisy = unit(x + 0.1 * 0.5**level * np.random.default_rng(0).normal(size=x.shape))
+    assert (orientation_signs(noisy, f) > 0).all()
+    return x * [1.0, 1.2, 1.5], noisy, f
+
+
+def _total(loss, x, f):
+    corner = 3 * np.arange(len(f))
+    return loss.values(x[f[:, 0]], x[f[:, 1]], x[f[:, 2]], corner).sum()
+
+
+@pytest.mark.parametrize("kind", ["angles", "mips"])
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_gradients_agree_with_differences(kind, k):
+    v, x, f = _stretched()
+    loss = LOSSES[kind].of(v, f)
+    corner = 3 * np.arange(len(f)) + k
+    p, a, b = (x[f[:, (k + j) % 3]] for j in range(3))
+    axes = np.stack(tangent_axes(p), axis=1)
+    gradient = loss.model(p, a, b, corner, axes)[0]
+    h = 1e-6
+    for i in range(2):
+        step = h * axes[:, i]
+        slope = (loss.values(p + step, a, b, corner) - loss.values(p - step, a, b, corner)) / (2 * h)
+        assert np.allclose(gradient[:, i], slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("kind", ["angles", "mips"])
+def test_loss_falls_with_every_sweep_and_no_face_folds(kind):
+    v, x, f = _stretched()
+    loss = LOSSES[kind].of(v, f)
+    last = _total(loss, x, f)
+    for _ in range(4):
+        x = descend(x, f, loss, sweeps=1, tolerance=0)
+        now = _total(loss, x, f)
+        assert now < last
+        assert (orientation_signs(x, f) > 0).all()
+        last = now
+
+
+def test_an_isometric_image_is_a_fixed_point():
+    x, f = icosphere(2)
+    assert np.abs(descend(x, f, LOSSES["angles"].of(x, f)) - x).max() < 1e-9
+
+
+def test_only_movable_vertices_move():
+    v, x, f = _stretched()
+    movable = x[:, 2] > 0.5
+    y = descend(x, f, LOSSES["angles"].of(v, f), movable)
+    moved = (x != y).any(axis=1)
+    assert moved.any()
+    assert not moved[~movable].any()
+
+
+def test_the_mips_loss_of_a_similar_face_is_its_source_area():
+    v, _, f = _stretched()
+    loss = LOSSES["mips"].of(v, f)
+    assert np.isclose(_total(loss, 7 * v, f), loss.area.sum())
+    assert _total(loss, v * [1, 1, 3], f) > loss.area.sum()
+
+
+def test_angle_differences_of_a_similar_image_vanish():
+    v, _, f = _stretched()
+    loss = LOSSES["angles"].of(v, f)
+    d = loss.linearised(v[f[:, 0]], v[f[:, 1]], v[f[:, 2]], 3 * np.arange(len(f)), np.zeros((len(f), 2, 3)))[0]
+    assert np.abs(d).max() < 1e-7
+    assert np.allclose(corner_angles(v, f).sum(axis=1), np.pi)
