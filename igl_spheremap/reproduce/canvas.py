@@ -97,7 +97,8 @@ def show_function(ax: Any, surface: Surface, values: FloatArray, x: FloatArray |
     view, where = view_of(surface.v), surface.v if x is None else x
     values = values - np.median(values)
     reach = float(np.percentile(np.abs(values), 99)) or 1.0
-    colours = painted(values, surface.f, reach) * shading(where, surface.f, view)[:, None]
+    # Soft shades, for dark ones would be taken for strong colours.
+    colours = painted(values, surface.f, reach) * shading(where, surface.f, view, ambient=0.75)[:, None]
     draw(ax, where, surface.f, colours, view)
 
 

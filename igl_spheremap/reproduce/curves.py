@@ -76,6 +76,6 @@ def histogram(ax: Any, surface: Surface, outcome: Outcome) -> None:
     differences = angle_differences(surface.v, surface.f, outcome.sphere).ravel()
     size = np.abs(differences)
     ax.hist(np.clip(differences, -_REACH, _REACH), bins=91, range=(-_REACH, _REACH), color=_BLUE)
-    ax.set(xlabel="angle difference (degrees)", yticks=[])
+    ax.set(xlabel="angle difference (degrees; ends hold the rest)", yticks=[])
     within = 100 * float((size < 5).mean())
     ax.set_title(f"mean {size.mean():.2f}, {within:.0f} percent below 5 degrees", fontsize=8)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Where the light comes from, in the frame of the view; and how much falls on what it misses.
-_LIGHT, _AMBIENT = np.array([-0.35, 0.45, 0.82]), 0.35
+#: Where the light comes from, in the frame of the view.
+_LIGHT = np.array([-0.35, 0.45, 0.82])
 PLAIN, FOLDED = (0.80, 0.84, 0.88), (0.84, 0.24, 0.0)
 
 
@@ -37,7 +37,7 @@ def view_of(v: FloatArray) -> FloatArray:
     return axes.T
 
 
-def shading(v: FloatArray, f: IntArray, view: FloatArray) -> FloatArray:
+def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.35) -> FloatArray:
     """Brightness of each face.
 
     Parameters
@@ -48,15 +48,17 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray) -> FloatArray:
         Faces.
     view : (3, 3) float64 array
         Rotation from `view_of`.
+    ambient : float
+        Brightness of what the light grazes.
 
     Returns
     -------
     (m,) float64 array
-        Between 0 and 1.
+        Between `ambient` and 1.
     """
     normals = _normals(v @ view, f)
     light = np.abs(normals @ _LIGHT) / np.linalg.norm(_LIGHT)
-    return np.asarray(_AMBIENT + (1 - _AMBIENT) * light)
+    return np.asarray(ambient + (1 - ambient) * light)
 
 
 def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatArray) -> None:

@@ -176,7 +176,6 @@ def load_surface(name: str, folder: Path | None) -> Surface:
         source, relation = one.file, one.relation
         if one.simplify_to:
             v, f = _simplified(v, f, one.simplify_to)
-            source += f", {one.simplify_to} vertices"
     elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
         v, f = _read(shipped)
         source, relation = f"nilearn's {shipped.name}", one.relation
