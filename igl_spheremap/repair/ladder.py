@@ -1,12 +1,11 @@
 """Which remedy is taken when: from a map with foldings to one that is certified to have none.
 
-1. *map*: free of foldings, it is returned as it is, and only the certificate was paid for. 2. *delaunay*:
-with more than a few foldings, the map of the intrinsic Delaunay weights, which are not negative. 3. *limbs*:
-with more than a few foldings left, and edges so short that the solver's absolute error folds them, the
-   deep limbs are solved again in nested frames, drawn out where float64 ends; first with the Delaunay
-   weights, then with those of the mesh's own edges made positive, which suit limbs of few vertices around.
-4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with
-the
+1. *map*: free of foldings, it is returned as it is, and only the certificate was paid for.
+2. *delaunay*: with more than a handful of foldings, the map of the intrinsic Delaunay weights: none is negative.
+3. *limbs*: with more than a few left, and edges so short that the solver's absolute error folds them, the deep limbs
+   are solved again in nested frames, drawn out where float64 ends; first with the Delaunay weights, then with those
+   of the mesh's own edges made positive, which suit limbs of few vertices around.
+4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with the
    fewest foldings and the one with the least angle differences are both tried, and the better result is kept.
 5. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
@@ -38,9 +37,9 @@ from .relax import AngleLoss, descend
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Foldings, as a number and as a share of the faces, that are mended without looking for a better map first.
-_FEW = 20
-_FEW_SHARE = 2e-4
+#: Foldings, as a number and as a share of the faces, that are mended in the first map, and in a later one.
+_HANDFUL = (2, 4e-5)
+_FEW = (20, 2e-4)
 #: Limbs are solved again if an image edge is predicted to be shorter than exp(-this).
 _DEEP = 20.0
 #: Image edges shorter than exp(-this) suffer from the rounding of positions.
@@ -103,10 +102,10 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
         return Mended(x, certificate)
     ladder = _Ladder(mesh, metric, listener)
     ladder.add("map", x)
-    if not ladder.nearly:
+    if not ladder.nearly(_HANDFUL):
         ladder.delaunay()
-    if not ladder.nearly:
-        ladder.limbs()
+        if not ladder.nearly(_FEW):
+            ladder.limbs()
     if not ladder.free:
         ladder.embedding()
     if axis:
@@ -168,11 +167,10 @@ class _Ladder:
         """Whether the last map is free of foldings."""
         return self.tried[-1].certificate.folding_free
 
-    @property
-    def nearly(self) -> bool:
+    def nearly(self, few: tuple[int, float]) -> bool:
         """Whether the last map has so few foldings that they are mended where they are."""
         certificate = self.tried[-1].certificate
-        return certificate.degree == 1 and certificate.foldings <= max(_FEW, _FEW_SHARE * len(self.mesh.f))
+        return certificate.degree == 1 and certificate.foldings <= max(few[0], few[1] * len(self.mesh.f))
 
     @cached_property
     def metric(self) -> Metric:
@@ -195,7 +193,7 @@ class _Ladder:
             L = self.metric.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
             limbs = solve_limbs(x, L, depth, self.metric.A)
             self.add("limbs", limbs.onto_sphere(x), limbs.stretch)
-            if self.nearly:
+            if self.nearly(_FEW):
                 break
 
     def embedding(self) -> None:
