@@ -16,7 +16,7 @@ MESH = ism.check_mesh(X * [1, 1.2, 1.5], F)
 
 def test_mass_matrix_of_unit_weight_is_libigls_full_one():
     full = igl.massmatrix(MESH.v, F, igl.MASSMATRIX_TYPE_FULL)
-    assert np.abs((weighted_mass(MESH, np.ones(len(X))) - full)).max() < 1e-15
+    assert np.abs(weighted_mass(MESH, np.ones(len(X))) - full).max() < 1e-15
 
 
 def test_mass_matrix_integrates_cubic_products_exactly():
