@@ -32,7 +32,7 @@ class EigenProjection:
     star_map : (n, 3) float64 array
         Unit rows, Theorem 2; turned (and mirrored if need be) to agree best with the map that gave the weights.
     phi : (n, 3) float64 array
-        Eigenfunctions, orthonormal in B_u, turned like the star map. On the sphere, |phi|^2 = 3 / (4 pi).
+        Eigenfunctions, orthonormal in B_u, turned like the star map. On the sphere, ``|phi|^2`` = 3 / (4 pi).
     eigenvalues : (3,) float64 array
         Ascending; 2, 2, 2 if the weights are those of a conformal map to the unit sphere.
     """

@@ -79,8 +79,8 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
 
     References
     ----------
-    Lai et al., Theorem 1. With T the part of H orthogonal to F and s = tau |F| |T| / 2 its coefficients are those of
-    the rational parametrisation of a rotation: written so, nothing cancels when H is almost parallel to F.
+    Lai et al., Theorem 1. With T the part of H orthogonal to F and s = ``tau |F| |T| / 2`` its coefficients are those
+    of the rational parametrisation of a rotation: written so, nothing cancels when H is almost parallel to F.
 
     Examples
     --------

@@ -66,7 +66,7 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     projection : {"equirectangular", "octahedral"}
-        Longitude and latitude, poles up and down; or the octahedron |x| + |y| + |z| = 1 unfolded onto the
+        Longitude and latitude, poles up and down; or the octahedron ``|x| + |y| + |z| = 1`` unfolded onto the
         square, which has no poles and leaves no part of the picture unused.
 
     Returns

@@ -133,7 +133,7 @@ def read_map(path: Path) -> SphereMap:
     data = _load(path)
     if not {"sphere", "json"} <= data.keys():
         raise MeshError(
-            "the archive holds no map; give a file that was written by save_map or `igl-spheremap map`"
+            "the archive holds no map; give a file that was written by write_map or `igl-spheremap map`"
         )
     plain = json.loads(str(data["json"]))
     certificate = {name: data[f"certificate_{name}"] for name in _CERTIFICATE}

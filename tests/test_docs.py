@@ -1,0 +1,216 @@
+"""README and docs: their code runs, their commands exist and do what is said, their pages are in the index."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.cli import main
+from igl_spheremap.cli.exits import Exit
+from igl_spheremap.cli.main import COMMANDS, build_parser
+from igl_spheremap.io import FORMATS, write_mesh
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+BUILT = {DOCS / "_build", DOCS / "reference" / "generated"}
+PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
+EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",)}
+FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+#: Words of command lines that open a window or take minutes; their own tests run them.
+ELSEWHERE = {"view", "reproduce", "--report", "--plot"}
+COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
+
+pages = pytest.mark.parametrize("page", PAGES, ids=NAMES)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block, and the extras that it says it needs (```python needs=io)."""
+
+    language: str
+    needs: tuple[str, ...]
+    text: str
+    line: int
+
+
+def blocks(page: Path, language: str) -> list[Block]:
+    text = page.read_text()
+    return [
+        Block(found[1], tuple(re.findall(r"needs=(\w+)", found[2])), found[3], text[: found.start()].count("\n") + 1)
+        for found in FENCE.finditer(text)
+        if found[1] == language
+    ]
+
+
+def require(extras):
+    for extra in extras:
+        for package in EXTRAS[extra]:
+            if importlib.util.find_spec(package) is None:
+                pytest.skip(f"the rest of this page needs {package}, of the extra {extra}")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A folder with the files that pages speak of, small ones."""
+    folder = tmp_path_factory.mktemp("files")
+    v, f = ism.samples.make("spheroid", n_vertices=500)
+    write_mesh(folder / "bunny.ply", v, f)
+    write_mesh(folder / "bunny.obj", v, f)
+    write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
+    x = np.array(ism.gauss_map(v, f))
+    x[:5] *= -1
+    write_mesh(folder / "folded.ply", x, f)
+    if importlib.util.find_spec("nibabel") is not None:
+        brain = ism.samples.make("brain", n_vertices=3500)
+        for name in ("lh.pial", "rh.white", "lh.pial.surf.gii"):
+            write_mesh(folder / name, *brain)
+    return folder
+
+
+def scan_faces(f, n):
+    """The mesh, and some loose triangles besides."""
+    return np.concatenate([f, n + np.arange(60).reshape(-1, 3)])
+
+
+@pytest.fixture
+def desk(files, tmp_path, monkeypatch):
+    """A copy of that folder, as the working directory."""
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pages
+def test_python_blocks_run(page, desk, monkeypatch, capsys):
+    found = blocks(page, "python")
+    namespace = {"__name__": "__main__"}
+    for block in found:
+        require(block.needs)
+        if "display" in block.needs:
+            without_window(monkeypatch)
+        code = "\n" * block.line + block.text  # so that a traceback shows the page's own line
+        exec(compile(code, str(page), "exec"), namespace)
+
+
+def without_window(monkeypatch):
+    """polyscope with its backend that draws nothing."""
+    import polyscope as ps
+
+    init = ps.init
+    monkeypatch.setattr(ps, "init", lambda: init("openGL_mock"))
+    monkeypatch.setattr(ps, "show", ps.frame_tick)
+
+
+@pages
+def test_shell_commands_run(page, desk, capfd):
+    for command in commands(page):
+        words = shlex.split(command)
+        require(needs(words))
+        if words[0] != "igl-spheremap" or set(words) & {"|", "<", ">"}:
+            assert in_a_shell(command, desk) == 0, command
+        elif ELSEWHERE & set(words):
+            build_parser().parse_args(words[1:])
+        else:
+            assert main(words[1:]) == Exit.OK, f"{command}\n{capfd.readouterr().err}"
+
+
+def commands(page: Path) -> list[str]:
+    """What sh blocks run of this package; how it is installed and tested is left out."""
+    lines = [line.partition(" #")[0].strip() for block in blocks(page, "sh") for line in block.text.splitlines()]
+    return [part for line in lines for part in line.split(" && ") if "igl-spheremap " in part]
+
+
+def needs(words):
+    if words[1:2] == ["completion"]:
+        return ["completion"]
+    ours = (".glb", ".gltf", ".gii", ".pial", ".white", ".sphere")
+    textured = {"equirectangular", "octahedral"} & set(words)
+    return ["io"] if textured or any(word.endswith(ours) or "lh" in word for word in words) else []
+
+
+def in_a_shell(command, folder):
+    """The exit status of a line with pipes or loops, the command being this checkout's."""
+    program = folder / "bin" / "igl-spheremap"
+    program.parent.mkdir(exist_ok=True)
+    program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m igl_spheremap "$@"\n')
+    program.chmod(0o755)
+    path = os.pathsep.join([str(program.parent), os.environ["PATH"]])
+    places = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    environment = {**os.environ, "PATH": path, "PYTHONPATH": places}
+    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment, timeout=60).returncode
+
+
+@pages
+def test_commands_that_are_named_exist(page):
+    known = {command.name for command in COMMANDS}
+    assert set(COMMAND.findall(page.read_text())) <= known
+
+
+@pages
+def test_links_and_pictures_exist(page):
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
+
+
+@pages
+def test_files_that_are_named_exist(page):
+    named = re.findall(r"`(?:python )?((?:docs|demos|benchmarks|tests)/[\w./]+\.\w+)`", page.read_text())
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_every_page_is_reachable():
+    index = (DOCS / "index.md").read_text()
+    listed = re.findall(r"^(?:guide|reference)/\w+$|^\*$", index, re.MULTILINE)
+    reached = {page for entry in listed for page in DOCS.glob(f"{entry}.md")}
+    assert reached == {page for page in PAGES if DOCS in page.parents}
+
+
+def test_every_command_is_documented():
+    text = (DOCS / "reference" / "command_line.md").read_text()
+    assert {command.name for command in COMMANDS} == set(COMMAND.findall(text))
+    assert [flag for flag in long_flags() if not re.search(rf"`{flag}\b", text)] == []
+
+
+def long_flags():
+    """Of all commands."""
+    subparsers = next(action for action in build_parser()._actions if action.dest == "command")
+    options = {o for one in subparsers.choices.values() for action in one._actions for o in action.option_strings}
+    return sorted(flag for flag in options - {"--help"} if flag.startswith("--"))
+
+
+def test_exit_statuses_are_documented():
+    text = (DOCS / "reference" / "command_line.md").read_text()
+    assert [int(row) for row in re.findall(r"^\| (\d+) \|", text, re.MULTILINE)] == [int(each) for each in Exit]
+
+
+def test_every_format_is_documented():
+    text = (DOCS / "reference" / "files.md").read_text()
+    for entry in FORMATS:
+        row = next(line for line in text.splitlines() if line.startswith(f"| {entry.name} |"))
+        assert ("float32" in row) == entry.single
+        assert entry.name == "FreeSurfer" or f"`{entry.suffixes[0]}`" in row
+
+
+def test_every_public_name_is_in_the_reference():
+    text = (DOCS / "reference" / "api.md").read_text()
+    listed = set(re.findall(r"^   ([\w.]+)$", text, re.MULTILINE))
+    shapes = {f"samples.{name}" for name in ism.samples.names()}
+    assert (set(ism.__all__) - {"samples"}) | shapes <= listed
+
+
+def test_every_picture_is_shown():
+    shown = {Path(name).name for page in PAGES for name in re.findall(r"images/(\w+\.png)", page.read_text())}
+    assert shown == {path.name for path in (DOCS / "images").glob("*.png")}
