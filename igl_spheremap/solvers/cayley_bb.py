@@ -93,8 +93,10 @@ class CayleyBB:
                 y = cayley_update(x, gradient, step)  # Theorem 1
                 if problem.gauge and np.linalg.norm(weighted_sum(problem.A, y)) > off_centre:
                     y = center(y, problem.A)
+                if free and not self._free(y):
+                    return np.inf, (y, gradient)
                 value, slope = problem.evaluate(y)
-                return np.inf if free and not self._free(y) else value, (y, slope)
+                return value, (y, slope)
 
             step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
             if step is None:
