@@ -9,14 +9,15 @@ HEADER = """# Benchmarks
 
 Written by `python benchmarks/peers.py`. CPU and wall seconds from arrays to result, certificate included for this
 package; medians over rounds in which the competitors take turns, each in a process of its own, with one thread and
-after a warm-up. *Memory* is the growth of the process's peak, in MB, over what holds the mesh. *Foldings* are exact
+after a warm-up. *Memory* is the growth of the process's peak, in MB, over a process that holds the mesh. *Foldings* are exact
 (`ism.certify`); *mean* and *99 %* are of the angle differences in degrees, over all corners. *Speed-up* is CPU time of
 the row over that of `ours, cvxopt` and of `ours, scipy`. *Over factor* is CPU time, and in brackets memory, over those of
 ordering and factorisation alone with the same backend.
 
-- `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators below an
-  absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
-- `mean curvature flow`: conformalised (Kazhdan, Solomon, Ben-Chen 2012), in a few lines, factorised by the fastest backend here.
+- `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators
+  below an absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
+- `mean curvature flow`: conformalised (Kazhdan, Solomon, Ben-Chen 2012), in a few lines, factorised by the fastest
+  backend here.
 - `lai2014`: the paper's Algorithm 2 around Algorithm 1, up to 20,000 vertices.
 
 Machine: {machine}, Python {python}.
@@ -47,11 +48,15 @@ def table(row: dict) -> str:
 
 def cells(name: str, trial: dict, trials: dict) -> list[str]:
     """One row's figures."""
-    judged = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"] if "mean" in trial else ["-"] * 3
+    judged = ["-", "-", "-"]
+    if "mean" in trial:
+        judged = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"]
     base = [trials.get(other, {}).get("cpu") for other in ("ours, cvxopt", "ours, scipy")]
     quotient = " / ".join(f"{trial['cpu'] / cpu:.1f}" for cpu in base if cpu)
     factor = trials.get(name.replace("ours", "factor"), {}) if name.startswith("ours") else {}
-    over = f"{trial['cpu'] / factor['cpu']:.2f} ({trial['memory'] / factor['memory']:.2f})" if "cpu" in factor else "-"
+    over = "-"
+    if "cpu" in factor:
+        over = f"{trial['cpu'] / factor['cpu']:.2f} ({trial['memory'] / factor['memory']:.2f})"
     return [f"{trial['cpu']:.2f}", f"{trial['wall']:.2f}", f"{trial['memory']:.0f}", *judged,
             "-" if name.startswith("factor") else quotient, over]
 
@@ -68,8 +73,9 @@ def plot(rows: list[dict], path: Path) -> None:
     for colour, name in enumerate(names):
         done = sorted((row["vertices"], row["trials"][name]["cpu"]) for row in rows
                       if "cpu" in row["trials"].get(name, {}))
-        axes.loglog(*zip(*done, strict=True), "o-", markersize=3, linewidth=2 if name.startswith("ours") else 1,
-                    color=f"C{colour}", label=name) if done else None
+        if done:
+            axes.loglog(*zip(*done, strict=True), "o-", markersize=3, linewidth=2 if name.startswith("ours") else 1,
+                        color=f"C{colour}", label=name)
     axes.set(xlabel="vertices", ylabel="CPU seconds")
     axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=8)

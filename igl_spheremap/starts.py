@@ -80,6 +80,8 @@ def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
     """
     length = np.linalg.norm(x, axis=1)
     known = np.isfinite(length) & (length > 0.5e-150)
+    if known.all():
+        return x / length[:, None]
     x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)
     edges = np.vstack((f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]))
     while not known.all():
