@@ -92,6 +92,7 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
         return y
     everywhere = np.ones(len(x), dtype=bool)
     with suppress(_TooCoarse):
+        y = y.copy()
         _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, watch)
         return y
     return x

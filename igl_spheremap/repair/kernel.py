@@ -106,7 +106,7 @@ class _HalfPlanes:
     start: IntArray
     centre: FloatArray
     axes: FloatArray  # (k, 2, 3), scaled by the size of the star
-    disc: FloatArray  # (k,) squared radius that z must keep
+    size: FloatArray  # (k,)
 
     def lift(self, z: FloatArray) -> FloatArray:
         """Unit vectors of the chart's points."""
@@ -130,14 +130,14 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
     length = np.sqrt(dot(slope, slope))
     length = np.where(length > 0, length, 1.0)
     return _HalfPlanes(slope / length[:, None], level / length, owner, stars.start, centre,
-                       np.stack((e1, e2), axis=1) * size[:, None], (_CHART_RADIUS / size[:, 0]) ** 2)
+                       np.stack((e1, e2), axis=1) * size[:, None], size[:, 0])
 
 
 def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
     """Move each centre to the analytic centre of its star's kernel, the neighbours held.
 
-    The point that maximises the product of the distances to the kernel's sides, hence of the areas of the
-    faces around, in the chart of central projection. It is affinely invariant: thin kernels do no harm.
+    The point that maximises the product of det(x, a, b), so that the faces around share the room. For stars that
+    are small on the sphere it is affinely invariant: thin kernels do no harm.
 
     Parameters
     ----------
@@ -192,15 +192,18 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray) -> FloatArray:
 
 
 def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
-    """Damped Newton steps towards the maximum of sum log(distance to the sides), within the chart's disc."""
+    """Damped Newton steps towards the maximum of sum log det(x, a, b) over unit x, within the chart's disc."""
+    valence = np.bincount(planes.owner)
+    bend = planes.size**2
     for _ in range(_NEWTON_STEPS):
         h = planes.offset + dot(planes.normal, z[planes.owner])
         unit = planes.normal / np.where(h > 0, h, np.inf)[:, None]
-        disc = planes.disc - dot(z, z)
-        g = np.add.reduceat(unit, planes.start, axis=0) - 2 * z / disc[:, None]
-        xx, xy, yy = (np.add.reduceat(unit[:, i] * unit[:, j], planes.start) + 4 * z[:, i] * z[:, j] / disc**2
-                      for i, j in ((0, 0), (0, 1), (1, 1)))
-        xx, yy = xx + 2 / disc, yy + 2 / disc
+        square = bend * dot(z, z)
+        # The chart's points are longer than 1, which each determinant is divided by; and a barrier for the disc.
+        pull = bend * (valence / (1 + square) + 2 / (_CHART_RADIUS**2 - square))
+        g = np.add.reduceat(unit, planes.start, axis=0) - pull[:, None] * z
+        xx, xy, yy = (np.add.reduceat(unit[:, i] * unit[:, j], planes.start) for i, j in ((0, 0), (0, 1), (1, 1)))
+        xx, yy = xx + pull, yy + pull
         scale = xx * yy - xy * xy
         scale = np.where(scale > 0, scale, np.inf)
         step = np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1) / scale[:, None]
