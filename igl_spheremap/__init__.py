@@ -5,7 +5,7 @@ from .certify import Certificate, certify
 from .distortion import angle_differences, conformal_factor
 from .eigen_projection import EigenProjection, weighted_eigen_projection
 from .energy import harmonic_energy
-from .errors import FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
+from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
 from .io import read_map, read_mesh, write_map, write_mesh
 from .iterate import Iterate, Status
 from .locate import Location, SphereLocator
@@ -13,16 +13,20 @@ from .mesh import Mesh, check_faces, check_mesh
 from .mesh_repair import RepairedMesh, repair_mesh
 from .p_harmonic import p_harmonic_energy
 from .pipeline import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
+from .recording import Recording
+from .repair import repair_foldings
 from .sphere import cayley_update
 from .sphere_map import Round, SphereMap, Step
 from .starts import gauss_map
 from .texture import Atlas, texture_atlas
 from .transfer import resample, transfer
 from .variational import landmark_map, p_harmonic_map
+from .viewer import screenshot, show
 
 __all__ = [
     "Atlas",
     "Certificate",
+    "DisplayError",
     "EigenProjection",
     "FactorisationFailed",
     "FileError",
@@ -33,6 +37,7 @@ __all__ = [
     "Mesh",
     "MeshError",
     "NotConverged",
+    "Recording",
     "RepairedMesh",
     "Round",
     "SphereLocator",
@@ -54,9 +59,12 @@ __all__ = [
     "read_map",
     "read_mesh",
     "remove_foldings",
+    "repair_foldings",
     "repair_mesh",
     "resample",
     "samples",
+    "screenshot",
+    "show",
     "spherical_conformal_map",
     "texture_atlas",
     "transfer",

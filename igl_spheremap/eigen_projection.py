@@ -123,7 +123,7 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     >>> import numpy as np
     >>> import igl_spheremap as ism
     >>> mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=600))
-    >>> round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9)
+    >>> float(round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9))
     1.0
     """
     n, area = len(mesh.v), face_areas(mesh.v, mesh.f)
