@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..io import read_sphere
+from .command import UsageError
 from .source import Source, add_source, load_source, tell_repairs
+from .streams import STREAM, read_stream
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,7 +39,7 @@ def add_pair(parser: ArgumentParser, source: str, optional: bool = False) -> Non
         "sphere",
         metavar="SPHERE",
         nargs="?" if optional else None,
-        help="its map: the same faces, vertices on a sphere of any radius about the origin" + left_out,
+        help="its map: the same faces, vertices on a sphere of any radius about the origin; - for stdin" + left_out,
     )
 
 
@@ -63,10 +65,13 @@ def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:
     FileError, MeshError, UsageError
         If one of them can't be read, or they do not fit.
     """
+    if args.source == STREAM and args.sphere in (None, STREAM):
+        raise UsageError("stdin is read once: give the mesh or its map as a file")
     source = load_source(args)
     tell_repairs(source)
     name = args.sphere or source.name
-    x, f = read_sphere(name)
+    x, f = read_stream(name, args, read_sphere)
+    name = "stdin" if name == STREAM else name
     if len(x) != len(source.v):
         raise MeshError(
             f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io import check_writable, format_of, read_sphere, write_mesh
+from ..io import read_sphere, write_mesh
 from ..locate import SphereLocator
 from ..mesh import check_faces
 from ..transfer import interpolate, regular_mesh
@@ -16,6 +16,7 @@ from .command import Command, UsageError
 from .exits import Exit
 from .output import add_output, check_json, put_out, row
 from .pair import add_pair, load_pair
+from .streams import check_target, target_format, write_target
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -31,7 +32,7 @@ def configure(parser: ArgumentParser) -> None:
     None
     """
     add_pair(parser, "IN")
-    parser.add_argument("target", metavar="OUT", help="the resampled surface")
+    parser.add_argument("target", metavar="OUT", help="the resampled surface; - for stdout")
     parser.add_argument(
         "--to",
         metavar="MESH",
@@ -56,14 +57,13 @@ def run(args: Namespace) -> Exit:
     Exit
         OK; a map that folds is refused with FOLDINGS.
     """
-    format_of(args.target)
-    check_writable(args.target, args.force)
+    check_target(args)
     check_json(args)
     points, faces = _target_sphere(args.to)
     source, name, x = load_pair(args)
     locator = SphereLocator(x / np.median(np.linalg.norm(x, axis=1)), source.f)
     v = interpolate(source.v, source.f, locator.locate(points))
-    write_mesh(args.target, v, faces, force=args.force, metadata=source.metadata)
+    write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
     figures: dict[str, Any] = {
         "source": source.name, "sphere": name, "to": args.to, "target": args.target,
         "vertices": len(v), "faces": len(faces),
@@ -72,7 +72,7 @@ def run(args: Namespace) -> Exit:
         row("source", f"{source.name}: {len(source.v)} vertices, {len(source.f)} faces"),
         row("sphere", f"{name}, resampled at the vertices of {args.to}"),
         row(
-            "written", f"{args.target} ({format_of(args.target).name}): {len(v)} vertices, {len(faces)} faces"
+            "written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(faces)} faces"
         ),
     ]
     put_out(args, figures, "\n".join(summary))

@@ -17,6 +17,7 @@ from ..io import read_mesh
 from ..mesh import check_mesh
 from ..mesh_repair import repair_mesh
 from .command import UsageError
+from .streams import STREAM, add_format, read_stream
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -62,7 +63,8 @@ def add_source(parser: ArgumentParser, name: str = "IN") -> None:
     -------
     None
     """
-    parser.add_argument("source", metavar=name, help="a mesh file, or sample:NAME[:key=value,...]")
+    parser.add_argument("source", metavar=name, help="a mesh file, sample:NAME[:key=value,...], or - for stdin")
+    add_format(parser)
     add_repair(parser)
 
 
@@ -94,7 +96,7 @@ def load_source(args: Namespace) -> Source:
     Parameters
     ----------
     args : Namespace
-        With ``source``, ``repair`` and ``keep_largest``.
+        With ``source``, ``repair``, ``keep_largest``, and ``format`` where the source is stdin.
 
     Returns
     -------
@@ -117,7 +119,8 @@ def load_source(args: Namespace) -> Source:
         except ValueError as error:
             raise UsageError(str(error)) from None
         return Source(name, v, f, {})
-    mesh = read_mesh(name, triangulate=args.repair)
+    mesh = read_stream(name, args, lambda path: read_mesh(path, triangulate=args.repair))
+    name = "stdin" if name == STREAM else name
     try:
         if not args.repair:
             check_mesh(mesh.v, mesh.f)
