@@ -9,6 +9,7 @@ from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain
 from .io import read_map, read_mesh, write_map, write_mesh
 from .iterate import Iterate, Status
 from .locate import Location, SphereLocator
+from .mapper import SphereMapper
 from .mesh import Mesh, check_faces, check_mesh
 from .mesh_repair import RepairedMesh, repair_mesh
 from .p_harmonic import p_harmonic_energy
@@ -42,6 +43,7 @@ __all__ = [
     "Round",
     "SphereLocator",
     "SphereMap",
+    "SphereMapper",
     "Status",
     "Step",
     "angle_differences",

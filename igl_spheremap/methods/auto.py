@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..certify import certify_checked
 from ..energy import HarmonicEnergy
 from ..fast import TOLERANCE, fast_map
 from ..gauge import fix_gauge
 from ..iterate import Listener, Status
 from ..mesh import Mesh
-from ..metric import build_metric
+from ..metric import Metric, build_metric
 from ..repair.ladder import climb
 from ..repair.polish import polish_map
 from ..repair.relax import Polish
 from .draft import Draft
+
+FloatArray = NDArray[np.float64]
+Gauge = Literal["centred", "axis"]
 
 
 def auto(
@@ -24,7 +30,7 @@ def auto(
     tolerance: float = TOLERANCE,
     max_iterations: int = 30,
     backend: str = "auto",
-    gauge: Literal["centred", "axis"] = "centred",
+    gauge: Gauge = "centred",
     polish: Polish | None = None,
 ) -> Draft:
     """Map a mesh by preconditioned Cayley steps, and mend what folds.
@@ -59,12 +65,51 @@ def auto(
     ValueError
         If `backend`, `gauge` or `polish` is unknown.
     """
+    check_choices(gauge, polish)
+    return map_in_metric(mesh, build_metric(mesh, backend), None, listener, tolerance=tolerance,
+                         max_iterations=max_iterations, gauge=gauge, polish=polish)
+
+
+def check_choices(gauge: str, polish: str | None) -> None:
+    """Raise unless both are known, before anything is computed.
+
+    Parameters
+    ----------
+    gauge, polish : str
+        As of `auto`.
+
+    Raises
+    ------
+    ValueError
+        If one is unknown.
+    """
     if gauge not in ("centred", "axis"):
         raise ValueError(f"unknown gauge {gauge!r}: choose 'centred' or 'axis'")
     if polish not in (None, "angles", "mips"):
         raise ValueError(f"unknown polish {polish!r}: choose 'angles' or 'mips'")
-    metric = build_metric(mesh, backend)
-    minimum = fast_map(mesh, metric, tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+
+
+def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener: Listener | None, *,
+                  tolerance: float, max_iterations: int, gauge: Gauge, polish: Polish | None) -> Draft:
+    """What `auto` does once the Laplacian is factorised.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    metric : Metric
+        Its factorised Laplacian; its areas `A` are what the gauge balances.
+    start : (n, 3) float64 array, optional
+        Unit rows; the punctured harmonic map by default.
+    listener, tolerance, max_iterations, gauge, polish
+        As of `auto`.
+
+    Returns
+    -------
+    Draft
+        Certified folding-free, unless a listener stopped it.
+    """
+    minimum = fast_map(mesh, metric, start, tolerance=tolerance, max_iterations=max_iterations, listener=listener)
     x, energy, status = fix_gauge(mesh, minimum.last.x, metric.A), minimum.last.energy, minimum.status
     if status is Status.STOPPED:
         return Draft(x, energy, status, backend=metric.factor.backend, notes=metric.notes,

@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -174,9 +174,10 @@ class _Ladder:
 
     @cached_property
     def metric(self) -> Metric:
-        """Laplacian of intrinsic Delaunay weights, factorised."""
-        return self._metric if self._metric.weights == "delaunay" else build_metric(
-            self.mesh, self._metric.factor.backend, "delaunay")
+        """Laplacian of intrinsic Delaunay weights, factorised, with the same areas to balance."""
+        if self._metric.weights == "delaunay":
+            return self._metric
+        return replace(build_metric(self.mesh, self._metric.factor.backend, "delaunay"), A=self._metric.A)
 
     def delaunay(self) -> None:
         """The harmonic map of the intrinsic Delaunay weights."""

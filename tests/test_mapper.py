@@ -1,0 +1,86 @@
+"""The stateful twin: the same maps as the function's, one factorisation, any weights."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap import metric as metric_module
+
+V, F = ism.samples.make("dino", n_vertices=1500)
+
+
+@pytest.fixture(scope="module")
+def mapper():
+    return ism.SphereMapper(V, F)
+
+
+@pytest.mark.parametrize("options", [{}, {"tolerance": 1e-8}, {"max_iterations": 1}, {"polish": "angles"}], ids=str)
+def test_gives_the_same_numbers_as_the_function(mapper, options):
+    there, here = ism.spherical_conformal_map(V, F, **options), mapper.map(**options)
+    np.testing.assert_array_equal(here.sphere, there.sphere)
+    assert (here.energy, here.history, here.status) == (there.energy, there.history, there.status)
+    assert (here.backend, here.notes, here.method) == (there.backend, there.notes, there.method)
+
+
+def test_a_map_leaves_nothing_behind_for_the_next(mapper):
+    before = mapper.map().sphere
+    mapper.map(weights=np.arange(1, len(V) + 1), start=V - V.mean(axis=0))
+    np.testing.assert_array_equal(mapper.map().sphere, before)
+
+
+def test_factorises_once(monkeypatch):
+    v, f = ism.samples.make("spheroid", n_vertices=800)
+    calls, factorize = [], metric_module.factorize
+    monkeypatch.setattr(metric_module, "factorize", lambda *args: calls.append(1) or factorize(*args))
+    mapper = ism.SphereMapper(v, f)
+    for scale in (1.0, 2.0, 3.0):
+        assert mapper.map(weights=np.exp(scale * v[:, 0])).certificate.folding_free
+    assert len(calls) == 1
+
+
+def test_the_weights_that_are_given_are_balanced(mapper):
+    weights = np.exp(V[:, 2] / np.ptp(V[:, 2]))
+    result = mapper.map(weights=weights)
+    assert result.certificate.folding_free
+    assert np.linalg.norm(weights @ result.sphere) < 1e-9 * weights.sum()
+    assert np.linalg.norm(weights @ mapper.map().sphere) > 1e-2 * weights.sum()
+
+
+def test_weights_move_the_map_by_a_moebius_map_only():
+    """Cross-ratios of four vertices, up to what discretisation leaves."""
+    v, f = ism.samples.make("spheroid", n_vertices=4000)
+    mapper = ism.SphereMapper(v, f)
+    four = [0, 1000, 2000, 3000]
+
+    def cross_ratio(x):
+        a, b, c, d = x[four]
+        between = np.linalg.norm
+        return between(a - b) * between(c - d) / (between(a - c) * between(b - d))
+
+    plain = mapper.map(tolerance=1e-9).sphere
+    heavy = mapper.map(weights=np.exp(2 * v[:, 0] / np.abs(v).max()), tolerance=1e-9).sphere
+    assert np.abs(plain - heavy).max() > 0.1
+    assert abs(cross_ratio(plain) / cross_ratio(heavy) - 1) < 5e-3
+
+
+def test_all_starts_lead_to_one_map():
+    v, f = ism.samples.make("spheroid", n_vertices=1500)
+    mapper = ism.SphereMapper(v, f)
+    plain = mapper.map(tolerance=1e-12)
+    other = mapper.map(start=ism.gauss_map(v, f), tolerance=1e-12)
+    assert np.abs(plain.sphere - other.sphere).max() < 1e-6
+    assert other.history[0].energy > plain.history[0].energy
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"weights": [1.0]}, "one number each"),
+    ({"weights": -np.ones(len(V))}, "negative or not finite"),
+    ({"weights": np.full(len(V), np.nan)}, "negative or not finite"),
+    ({"weights": np.eye(len(V))[7]}, "vertex 7 has half"),
+    ({"start": np.zeros_like(V)}, "zero or not finite"),
+    ({"gauge": "left"}, "unknown gauge"),
+    ({"polish": "floor"}, "unknown polish"),
+], ids=lambda value: value if isinstance(value, str) else "")
+def test_bad_options_are_named(mapper, options, message):
+    with pytest.raises(ValueError, match=message):
+        mapper.map(**options)
