@@ -10,7 +10,7 @@ from igl_spheremap.cli.command import UsageError
 from igl_spheremap.cli.exits import Exit
 from igl_spheremap.cli.source import Source, add_repair, load_source
 from igl_spheremap.errors import DisplayError, FileError, MapError, MeshError
-from igl_spheremap.viewer import App, add_picture_arguments, open_for, run_app
+from igl_spheremap.viewer import UPS, App, add_picture_arguments, guess_up, open_for, run_app
 
 _STATUS = {MeshError: Exit.NO_MESH, FileError: Exit.FILE, UsageError: Exit.USAGE}
 
@@ -30,9 +30,7 @@ def demo_parser(description: str | None, source: str) -> ArgumentParser:
         metavar="IN",
         help=f"a mesh file, or sample:NAME[:key=value,...] (default {source})",
     )
-    parser.add_argument(
-        "--up", choices=("x", "-x", "y", "-y", "z", "-z"), default="z", help="which way is up (default z)"
-    )
+    parser.add_argument("--up", choices=tuple(UPS), help="which way is up (default z, but y for .obj, .glb, .gltf)")
     add_repair(parser)
     add_picture_arguments(parser)
     return parser
@@ -48,6 +46,7 @@ def main(
     args = parser.parse_args(arguments)
     try:
         source = load_source(args)
+        args.up = args.up or guess_up(source.name)
         open_for(args, title)
         run_app(build(args, source), args)
     except (MeshError, FileError, UsageError, DisplayError, MapError) as error:

@@ -189,9 +189,7 @@ class ConformalTexture(App):
 def parser() -> ArgumentParser:
     """The arguments of this demo."""
     arguments = demo_parser(__doc__, "sample:dino")
-    arguments.add_argument(
-        "--squares", type=int, default=24, metavar="N", help="around the equator (default 24)"
-    )
+    arguments.add_argument("--squares", type=int, default=24, metavar="N", help="around the equator (default 24)")
     return arguments
 
 

@@ -105,7 +105,6 @@ class FoldingRemoval(App):
         self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
         self.source.caption = f"Source: {self.name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self.image = self.stage.place(0, 1, Body("image", fit(mesh.v, self.turn), mesh.f, lift=True))
-        self.image.show_edges(edge_width(mesh))
 
     def draw_slide(self) -> None:
         """Show where the run is."""
@@ -115,7 +114,9 @@ class FoldingRemoval(App):
         slide = self.slides[self.at]
         assert self.mesh is not None
         self.image.set_positions(slide.x @ self.turn.T)
-        colouring(self.mesh, slide.image, slide.subject or self.subject).apply(self.source, self.image)
+        subject = slide.subject or self.subject
+        colouring(self.mesh, slide.image, subject).apply(self.source, self.image)
+        self.image.show_edges(edge_width(self.mesh, subject))
         foldings = slide.frame.foldings
         self.image.caption = f"{slide.title}\n{foldings:,} folded face{'s' * (foldings != 1)}"
 
@@ -202,16 +203,10 @@ class FoldingRemoval(App):
 def parser() -> ArgumentParser:
     """The arguments of this demo."""
     arguments = demo_parser(__doc__, "sample:dino")
-    arguments.add_argument(
-        "--method", choices=tuple(METHODS), default="lai2014", help="default: lai2014, the paper"
-    )
-    arguments.add_argument(
-        "--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's"
-    )
+    arguments.add_argument("--method", choices=tuple(METHODS), default="lai2014", help="default: lai2014, the paper")
+    arguments.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
     arguments.add_argument("--max-iterations", type=int, metavar="N", help="default: the method's")
-    arguments.add_argument(
-        "--rounds", type=int, metavar="N", help="of Algorithm 2 at the most; default: the method's"
-    )
+    arguments.add_argument("--rounds", type=int, metavar="N", help="of Algorithm 2 at the most; default: the method's")
     return arguments
 
 

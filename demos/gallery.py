@@ -39,9 +39,7 @@ def dino(path: Path) -> None:
     gauss = ism.gauss_map(mesh.vertices, mesh.f)
     result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
     angles = np.abs(result.angle_differences()).mean()
-    colours = sequential("from tail to head", 0, 1).colours(
-        _rank(mesh, result.sphere, fit(mesh.v, turn)[:, 0])
-    )
+    colours = sequential("from tail to head", 0, 1).colours(_rank(mesh, result.sphere, fit(mesh.v, turn)[:, 0]))
     captions = (
         f"a surface\n{len(mesh.v):,} vertices",
         f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} of {len(mesh.f):,} faces are folded (vermilion)",
@@ -73,9 +71,7 @@ def eigen_projection(path: Path) -> None:
         projection = ism.weighted_eigen_projection(mesh.vertices, mesh.f, x)
         folds = replace(colouring(mesh, x, "foldings"), legend=None)
         source = _body(f"source {row}", mesh, turn, None)
-        replace(colouring(mesh, x, "conformal factor", reach=2.0), folded=_NONE).apply(
-            stage.place(row, 0, source)
-        )
+        replace(colouring(mesh, x, "conformal factor", reach=2.0), folded=_NONE).apply(stage.place(row, 0, source))
         image = _body(f"image {row}", mesh, turn, x)
         folds.apply(stage.place(row, 1, image))
         phi = _body(f"phi {row}", mesh, turn, projection.phi * np.sqrt(4 * np.pi / 3))
@@ -92,9 +88,7 @@ def curves(path: Path) -> None:
     v, f = ism.samples.make("dino")
     recording = Recording(f)
     result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
-    figure = plot_run(
-        recording.history, recording.foldings, result.angle_differences(), title="dino, lai2014"
-    )
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), title="dino, lai2014")
     figure.savefig(path, dpi=110)
     _shrink(path)
 

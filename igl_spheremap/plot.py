@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+#: What a figure can be saved as.
+FORMATS = (".png", ".svg", ".pdf")
 _BLUE, _VERMILION, _GREY = "#0072B2", "#D63D00", "#9AA3AC"
 
 
-def plot_run(
-    history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, *, title: str = ""
-) -> Any:
+def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, *, title: str = "") -> Any:
     """Plot what a run went through.
 
     Parameters
@@ -54,9 +54,7 @@ def plot_run(
     try:
         figure_module = importlib.import_module("matplotlib.figure")
     except ImportError:
-        raise FileError(
-            "plots need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'"
-        ) from None
+        raise FileError("plots need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'") from None
     count = 2 if foldings is None else 3
     figure = figure_module.Figure(figsize=(4 * count, 3.2), layout="constrained")
     axes = list(figure.subplots(1, count))

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from .certify import Certificate
 from .distortion import angle_differences, conformal_factor
+from .figures import result_rows
 from .iterate import Status
+from .markup import table
+from .plot import plot_run
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -140,6 +143,25 @@ class SphereMap:
             As from `igl_spheremap.conformal_factor`.
         """
         return conformal_factor(self.vertices, self.faces, self.sphere)
+
+    def plot(self) -> Any:
+        """Plot the course of the energy and the histogram of angle differences.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Notebooks show it; save it by its ``savefig``.
+
+        Raises
+        ------
+        FileError
+            If matplotlib is not installed.
+        """
+        return plot_run(self.history, None, self.angle_differences(), title=f"method {self.method}")
+
+    def _repr_html_(self) -> str:
+        """The figures as notebooks show them."""
+        return table(result_rows(self))
 
     def __repr__(self) -> str:
         verdict = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ..distortion import angle_differences
 from ..energy import harmonic_energy
+from ..figures import angle_figures
 from ..io import SphereCheck, certify_radius
 from .command import Command
 from .exits import Exit
 from .output import (
     add_output,
-    angle_figures,
     angle_row,
     certificate_figures,
     check_json,

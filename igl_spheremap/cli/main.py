@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
-from ..errors import FactorisationFailed, FileError, FoldingsRemain, MeshError
-from . import check, completion, export, info, map_command, repair, reproduce, resample
+from ..errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MeshError
+from . import check, completion, export, info, map_command, repair, reproduce, resample, view
 from .command import Command, UsageError
 from .exits import HELP, Exit
 
 #: All subcommands. A further one is a module with a COMMAND, and a word here.
 COMMANDS: tuple[Command, ...] = tuple(
-    module.COMMAND for module in (map_command, check, info, repair, resample, export, reproduce, completion)
+    module.COMMAND for module in (map_command, check, info, view, repair, resample, export, reproduce, completion)
 )
 
 _DESCRIPTION = "Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings."
@@ -86,6 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         args = build_parser().parse_args(arguments)
+        args.words = list(sys.argv[1:] if arguments is None else arguments)
         return int(args.run(args))
     except SystemExit as error:  # argparse: --help, --version and its complaints
         return int(error.code or 0)
@@ -106,7 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(Exit.FILE, error.strerror or error)
     except MemoryError:
         return _fail(Exit.FAILED, "out of memory; try a smaller mesh or more memory")
-    except FactorisationFailed as error:
+    except (FactorisationFailed, DisplayError) as error:
         return _fail(Exit.FAILED, error)
 
 

@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from ..figures import angle_figures
 from ..io import SphereCheck, check_writable, format_of, write_map
 from ..iterate import Iterate, Listener, Status
 from ..methods import METHODS
@@ -15,7 +16,6 @@ from .command import Command, UsageError
 from .exits import Exit
 from .output import (
     add_output,
-    angle_figures,
     angle_row,
     certificate_figures,
     check_json,
@@ -23,6 +23,7 @@ from .output import (
     put_out,
     row,
 )
+from .reporting import add_reporting, check_reporting, put_report, recorder
 from .source import Source, add_source, load_source, tell_repairs
 from .status_line import Interrupt, IterationLog, StatusLine
 
@@ -57,6 +58,7 @@ def configure(parser: ArgumentParser) -> None:
         metavar="R",
         help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
     )
+    add_reporting(parser)
     add_output(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
 
@@ -79,10 +81,13 @@ def run(args: Namespace) -> Exit:
     format_of(args.target)
     check_writable(args.target, args.force)
     check_json(args)
+    check_reporting(args)
     source = load_source(args)
     tell_repairs(source)
-    result, interrupted = _map(source, args)
+    recording = recorder(args, source)
+    result, interrupted = _map(source, args, [] if recording is None else [recording])
     written = write_map(args.target, result, force=args.force, radius=args.radius, metadata=source.metadata)
+    put_report(args, source, result, recording)
     put_out(args, _figures(source, args, result, written), _summary(source, args, result, written))
     if interrupted:
         return Exit.INTERRUPTED
@@ -90,7 +95,7 @@ def run(args: Namespace) -> Exit:
     return Exit.OK if certified else Exit.FOLDINGS
 
 
-def _map(source: Source, args: Namespace) -> tuple[SphereMap, bool]:
+def _map(source: Source, args: Namespace, recorders: list[Listener]) -> tuple[SphereMap, bool]:
     """The map, and whether Ctrl-C ended it early."""
     options: dict[str, Any] = {
         key: value
@@ -99,7 +104,7 @@ def _map(source: Source, args: Namespace) -> tuple[SphereMap, bool]:
     }
     line = StatusLine(sys.stderr, source.f)
     with Interrupt() as interrupt:
-        listeners: list[Listener] = [IterationLog(sys.stderr) if args.verbose else line, interrupt]
+        listeners: list[Listener] = [*recorders, IterationLog(sys.stderr) if args.verbose else line, interrupt]
 
         def tell(iterate: Iterate) -> None:
             for listener in listeners:
@@ -195,6 +200,7 @@ COMMAND = Command(
 igl-spheremap map sample:dino dino_sphere.obj
 igl-spheremap map lh.pial lh.sphere
 igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
+igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
 igl-spheremap map scan.stl sphere.ply --repair --keep-largest""",
     configure,
     run,

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..certify import Certificate
 from ..io.replacing import check_writable, replacing
@@ -131,24 +130,6 @@ def certificate_figures(certificate: Certificate) -> dict[str, Any]:
         where: Sequence[int] = getattr(certificate, name)
         figures[name] = {"count": len(where), "first": [int(i) for i in where[:_SHOWN]]}
     return figures
-
-
-def angle_figures(differences: NDArray[np.float64]) -> dict[str, float]:
-    """How the sizes of the angle differences are spread.
-
-    Parameters
-    ----------
-    differences : (m, 3) float64 array
-        Degrees.
-
-    Returns
-    -------
-    dict
-        Mean, median, 95th and 99th percentile, and maximum, in degrees.
-    """
-    size = np.abs(differences).ravel()
-    median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
-    return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
 
 
 def angle_row(angles: Mapping[str, float]) -> str:

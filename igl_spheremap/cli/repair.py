@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from ..distortion import angle_differences
+from ..figures import angle_figures
 from ..io import certify_radius, check_writable, format_of, write_map
 from ..repair import repair_foldings
 from .command import Command
 from .exits import Exit
-from .output import add_output, angle_figures, angle_row, certificate_figures, check_json, put_out, row
+from .output import add_output, angle_row, certificate_figures, check_json, put_out, row
 from .pair import add_pair, load_pair
 
 _ROUNDING = 1e-14  # positions that differ by less count as unmoved

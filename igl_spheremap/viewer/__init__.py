@@ -3,18 +3,24 @@
 from .app import App, add_picture_arguments, open_for
 from .app import run as run_app
 from .body import Body
-from .result_view import ResultView, screenshot, show
+from .colouring import SUBJECTS
+from .pose import UPS, guess_up
+from .result_view import ResultView, picture_of, screenshot, show
 from .run import Run
 from .stage import Stage
 
 __all__ = [
+    "SUBJECTS",
+    "UPS",
     "App",
     "Body",
     "ResultView",
     "Run",
     "Stage",
     "add_picture_arguments",
+    "guess_up",
     "open_for",
+    "picture_of",
     "run_app",
     "screenshot",
     "show",

@@ -74,9 +74,7 @@ def add_picture_arguments(parser: ArgumentParser) -> None:
     """
     parser.add_argument("--screenshot", metavar="OUT.png", help="write one picture; needs no display")
     parser.add_argument("--frame", type=int, metavar="K", help="of --screenshot, from 0; -1 is the last")
-    parser.add_argument(
-        "--video", metavar="DIR", help="write numbered PNGs of the whole run; needs no display"
-    )
+    parser.add_argument("--video", metavar="DIR", help="write numbered PNGs of the whole run; needs no display")
     parser.add_argument(
         "--length",
         type=int,
@@ -181,9 +179,7 @@ def _frame(app: App, asked: int | None) -> int:
 
 def _video(app: App, folder: Path, length: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = np.unique(
-        np.linspace(0, app.frames() - 1, max(1, min(length, app.frames()))).round().astype(int)
-    )
+    chosen = np.unique(np.linspace(0, app.frames() - 1, max(1, min(length, app.frames()))).round().astype(int))
     for number, frame in enumerate(chosen.tolist()):
         app.go_to(frame)
         window.save(folder / f"{number:05d}.png")

@@ -117,7 +117,7 @@ class Body:
             self.points[label] = cloud, radius
         self.version += 1
 
-    def move(self, centre: FloatArray, radius: float, turn: FloatArray) -> None:
+    def move(self, centre: FloatArray, radius: float, turn: FloatArray, zoom: float) -> None:
         """Put the body somewhere.
 
         Parameters
@@ -128,6 +128,8 @@ class Body:
             Of the unit ball.
         turn : (3, 3) float64 array
             Rotation.
+        zoom : float
+            By which the radius was magnified; dots are not.
 
         Returns
         -------
@@ -137,7 +139,7 @@ class Body:
         if self._folded is not None:
             self._at(self._folded, centre, radius * _LIFT, turn)
         for cloud, size in self.points.values():
-            cloud.set_radius(size * radius, relative=False)
+            cloud.set_radius(size * radius / zoom, relative=False)
             self._at(cloud, centre, radius * _LIFT, turn)
 
     def show_edges(self, width: float) -> None:
@@ -153,6 +155,8 @@ class Body:
         None
         """
         self.mesh.set_edge_width(width)
+        if self._folded is not None:
+            self._folded.set_edge_width(width)
 
     def remove(self) -> None:
         """Take the body off the stage."""

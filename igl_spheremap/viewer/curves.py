@@ -75,5 +75,7 @@ def _plot(title: str, y: FloatArray, at: int, height: float, scale: int) -> None
     if len(y):
         x = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
         implot.PlotLine(title, x.astype(np.float64), np.ascontiguousarray(y[x]))
+        if scale == implot.ImPlotScale_SymLog:
+            implot.PlotLine("none", np.array([0.0, len(y) - 1.0]), np.zeros(2))  # so that 0 is always in sight
         implot.PlotInfLines("shown", np.array([float(at)]))
     implot.EndPlot()

@@ -9,7 +9,29 @@ FloatArray = NDArray[np.float64]
 
 #: Directions that may be up, by the names that users give.
 UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
+_Y_UP = (".obj", ".glb", ".gltf")
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
+
+
+def guess_up(name: str) -> str:
+    """Which way is up in a file, by its format's custom.
+
+    Parameters
+    ----------
+    name : str
+        Of the file or sample.
+
+    Returns
+    -------
+    str
+        "y" for Wavefront OBJ and glTF, "z" else: anatomy, engineering and the samples.
+
+    Examples
+    --------
+    >>> guess_up("bunny.obj"), guess_up("lh.pial"), guess_up("sample:dino")
+    ('y', 'z', 'z')
+    """
+    return "y" if name.lower().endswith(_Y_UP) else "z"
 
 
 def pose(v: FloatArray, up: str = "z") -> FloatArray:

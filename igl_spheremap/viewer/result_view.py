@@ -6,7 +6,11 @@ import os
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..certify import certify_checked
+from ..distortion import mesh_angle_differences
+from ..figures import angle_figures
 from ..mesh import Mesh, check_mesh
 from . import window
 from .app import App
@@ -18,6 +22,8 @@ from .stage import PANEL, Stage
 
 if TYPE_CHECKING:
     from ..sphere_map import SphereMap
+
+FloatArray = NDArray[np.float64]
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
 _EDGES = 30_000
@@ -46,8 +52,8 @@ class ResultView(App):
     def __init__(
         self,
         mesh: Mesh,
-        x: np.ndarray,
-        caption: str = "Map",
+        x: FloatArray,
+        caption: str = "map",
         *,
         up: str = "z",
         subject: str = SUBJECTS[0],
@@ -59,9 +65,14 @@ class ResultView(App):
         turn = pose(mesh.v, up)
         self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, turn), mesh.f))
         self.image = self.stage.place(0, 1, Body("sphere", x @ turn.T, mesh.f, lift=True))
-        self.image.show_edges(edge_width(mesh))
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self._map_caption = caption
+        angles = angle_figures(mesh_angle_differences(mesh, x))
+        self._facts = (
+            f"{certify_checked(x, mesh.f)}.\n"
+            "Angles differ by {mean:.3g} degrees on average; 99% by less than {p99:.3g}, none by more than "
+            "{max:.3g}.".format(**angles)
+        )
         self.show_subject(subject)
 
     def show_subject(self, subject: str) -> None:
@@ -79,6 +90,7 @@ class ResultView(App):
         self.subject = subject
         colours = colouring(self.mesh, self.x, subject)
         colours.apply(self.source, self.image)
+        self.image.show_edges(edge_width(self.mesh, subject))
         count = len(colours.folded)
         self.image.caption = f"{self._map_caption}\n{count:,} folded faces"
 
@@ -94,30 +106,34 @@ class ResultView(App):
     def panel(self) -> None:
         if not self._with_panel:
             return
+        from polyscope import imgui
+
         begin_panel("Map", self.stage.panel)
         subject = subject_combo(self.subject)
         if subject != self.subject:
             self.show_subject(subject)
-        paragraph(
-            "Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset."
-        )
+        paragraph(self._facts)
+        imgui.Separator()
+        paragraph("Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset.")
         end_panel()
 
 
-def edge_width(mesh: Mesh) -> float:
+def edge_width(mesh: Mesh, subject: str) -> float:
     """Width of the edges on images of a mesh.
 
     Parameters
     ----------
     mesh : Mesh
         The checked source.
+    subject : str
+        What the colours tell.
 
     Returns
     -------
     float
-        0 where there are too many.
+        0 where there are too many, or where they would hide a scale of colours.
     """
-    return _EDGE_WIDTH if len(mesh.f) <= _EDGES else 0.0
+    return _EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
 
 
 def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> None:
@@ -142,7 +158,8 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
         If there is no display or no OpenGL.
     """
     window.open_window()
-    view = _view(result, up, subject, panel=True)
+    mesh = check_mesh(result.vertices, result.faces)
+    view = ResultView(mesh, result.sphere, _caption(result), up=up, subject=subject)
 
     def frame() -> None:
         view.stage.mouse()
@@ -184,14 +201,46 @@ def screenshot(
     DisplayError
         If there is no OpenGL.
     """
+    mesh = check_mesh(result.vertices, result.faces)
+    picture_of(mesh, result.sphere, path, caption=_caption(result), up=up, subject=subject, size=size)
+
+
+def picture_of(
+    mesh: Mesh,
+    x: FloatArray,
+    path: str | os.PathLike[str],
+    *,
+    caption: str,
+    up: str = "z",
+    subject: str = SUBJECTS[0],
+    size: tuple[int, int] = window.SIZE,
+) -> None:
+    """`screenshot` of any map.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+    path : path
+        Ends in .png or .jpg.
+    caption : str
+        Over the sphere.
+    up, subject, size
+        As in `screenshot`.
+
+    Returns
+    -------
+    None
+    """
     import polyscope as ps
 
     window.open_window(size=size, offscreen=True)
-    view = _view(result, up, subject, panel=False)
+    view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False)
     ps.set_user_callback(view.stage.draw)
     window.save(path)
 
 
-def _view(result: SphereMap, up: str, subject: str, panel: bool) -> ResultView:
-    mesh = check_mesh(result.vertices, result.faces)
-    return ResultView(mesh, result.sphere, f"Map ({result.method})", up=up, subject=subject, panel=panel)
+def _caption(result: SphereMap) -> str:
+    return f"map ({result.method})"

@@ -107,7 +107,7 @@ class Stage:
             self._laid_out = state
             aim(ps.get_window_size()[1])
             for place, body in self.bodies.items():
-                body.move(*self.frame(place), self.turn)
+                body.move(*self.frame(place), self.turn, self.zoom)
         for place, body in self.bodies.items():
             self._annotate(place, body)
 

@@ -84,7 +84,7 @@ def slides(frames: Sequence[Frame]) -> list[Slide]:
                     "conformal factor",
                 )
             )
-        told.append(Slide(_title(iterate), iterate.x, iterate.x, frame))
+        told.append(Slide(title_of(iterate), iterate.x, iterate.x, frame))
     return told
 
 
@@ -109,7 +109,25 @@ def final_slide(result: SphereMap, last: Frame) -> Slide:
     return Slide(f"Result: {verdict}", result.sphere, result.sphere, frame)
 
 
-def _title(iterate: Iterate) -> str:
+def title_of(iterate: Iterate) -> str:
+    """What an iterate is, in words.
+
+    Parameters
+    ----------
+    iterate : Iterate
+        Any.
+
+    Returns
+    -------
+    str
+        Such as "Algorithm 1, round 1, iteration 20".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> title_of(Iterate("gauss map", 0, 0, np.eye(3), 0.0))
+    'Gauss map'
+    """
     name = _NAMES.get(iterate.stage, iterate.stage)
     name = name[0].upper() + name[1:]
     if iterate.stage == "star map":

@@ -67,9 +67,7 @@ def _polyscope() -> ModuleType:
     try:
         import polyscope
     except ImportError as error:
-        raise DisplayError(
-            f"polyscope can't be loaded ({error}); Debian and Ubuntu: apt install {_PACKAGES}"
-        ) from None
+        raise DisplayError(f"polyscope can't be loaded ({error}); Debian and Ubuntu: apt install {_PACKAGES}") from None
     return polyscope
 
 

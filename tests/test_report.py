@@ -1,0 +1,137 @@
+"""Reports, plots, and what notebooks show."""
+
+import base64
+import re
+import sys
+from html.parser import HTMLParser
+
+import pytest
+from drawing import needs_drawing, run
+
+import igl_spheremap as ism
+from igl_spheremap.figures import angle_figures
+from igl_spheremap.markup import page, table
+
+pytest.importorskip("matplotlib", reason="pip install 'igl_spheremap[plot]'")
+
+
+@pytest.fixture(scope="module")
+def result():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    return ism.spherical_conformal_map(v, f)
+
+
+def command(*words):
+    return run([sys.executable, "-m", "igl_spheremap", *map(str, words)])
+
+
+class Balance(HTMLParser):
+    """Every tag that opens closes, in order."""
+
+    VOID = ("meta", "img", "br")
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.seen = [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.seen.append((tag, dict(attributes)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_pages_escape_what_they_are_given():
+    text = page("<title>", "", table([("<b>", "a & b")], header=("<i>", "x")))
+    tags = [tag for tag, _ in Balance(text).seen]
+    assert "b" not in tags
+    assert "i" not in tags
+    assert "a &amp; b" in text
+
+
+def test_notebooks_see_the_figures_of_the_result(result):
+    text = result._repr_html_()
+    Balance(text)
+    assert f"{len(result.vertices):,} vertices" in text
+    assert f"{angle_figures(result.angle_differences())['mean']:.3g} degrees" in text
+    assert str(result.certificate) in text
+
+
+def test_the_plot_shows_the_history_and_every_angle_within_its_range(result):
+    figure = result.plot()
+    energy, histogram = figure.axes
+    (line,) = energy.get_lines()[:1]
+    assert len(line.get_ydata()) == len(result.history)
+    counted = sum(patch.get_height() for patch in histogram.patches)
+    assert 0.99 * result.faces.size <= counted <= result.faces.size
+
+
+@needs_drawing
+def test_the_report_is_one_page_without_a_network(tmp_path):
+    done = command("map", "sample:dino:n_vertices=1200", tmp_path / "out.obj", "--method", "lai2014",
+                   "--report", tmp_path / "report", "--json", tmp_path / "figures.json")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert [path.name for path in (tmp_path / "report").iterdir()] == ["report.html"]
+    text = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    tags = Balance(text).seen
+    links = [value for _, attributes in tags for name, value in attributes.items() if name in ("src", "href", "srcset")]
+    assert all(link.startswith(("data:", "#")) for link in links)
+    assert not re.search(r"@import|url\((?!#)", text)
+    pictures = [attributes["src"] for tag, attributes in tags if tag == "img"]
+    assert len(pictures) == 4
+    for picture in pictures:
+        assert base64.b64decode(picture.partition(",")[2]).startswith(b"\x89PNG")
+    assert sum(tag == "svg" for tag, _ in tags) == 1
+    assert "folding-free: every face is positively oriented" in text
+    assert f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014" in text
+    assert len(text) < 1_500_000
+
+
+def test_a_report_without_opengl_says_why_it_has_no_pictures(tmp_path):
+    words = ["map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--report", tmp_path / "report"]
+    code = """
+import ctypes, sys
+def missing(name):
+    raise OSError(name)
+sys.platform, ctypes.CDLL = 'linux', missing
+from igl_spheremap.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    done = run([sys.executable, "-c", code, *map(str, words)])
+    assert done.returncode == 0, done.stderr
+    assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
+def test_curves_are_drawn_in_the_format_that_is_named(tmp_path, name, start):
+    done = command("map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--plot", tmp_path / name)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / name).read_bytes().startswith(start)
+
+
+def test_a_plot_of_no_known_format_is_refused_before_the_work(tmp_path):
+    done = command("map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--plot", tmp_path / "a.doc")
+    assert done.returncode == 64
+    assert len(done.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@needs_drawing
+def test_view_draws_a_map_that_is_given(tmp_path):
+    source, sphere = "sample:dino:n_vertices=1200", tmp_path / "sphere.npz"
+    assert command("map", source, sphere).returncode == 0
+    pictures = [tmp_path / f"{k}.png" for k in range(2)]
+    for picture, words in zip(pictures, ([source, sphere], [sphere]), strict=True):
+        done = command("view", *words, "--screenshot", picture, "--show", "angles")
+        assert done.returncode == 0, done.stderr
+        assert picture.stat().st_size > 20_000
+
+
+def test_view_without_a_display_is_one_line(tmp_path):
+    done = run([sys.executable, "-m", "igl_spheremap", "view", "sample:sphere"], DISPLAY="", WAYLAND_DISPLAY="")
+    assert done.returncode == 70
+    assert len(done.stderr.splitlines()) == 1
