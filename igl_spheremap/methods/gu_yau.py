@@ -25,7 +25,8 @@ def gu_yau(
     mesh: Mesh,
     listener: Listener | None = None,
     *,
-    step: float = 1.0,
+    step: float = 1.8,
+    uniform: bool = False,
     tutte: bool = True,
     tolerance: float = 1e-3,
     tutte_plateau: float = 1e-3,
@@ -41,7 +42,9 @@ def gu_yau(
     listener : callable, optional
         Called with every iterate; those of the Tutte map have round 0, those of the harmonic one round 1.
     step : float
-        Step size in units of 1 / (largest eigenvalue of the Laplacian); below 2.
+        Step size, between 0 and 2, in the units that `GuYau` explains.
+    uniform : bool
+        Whether all vertices take the same step.
     tutte : bool
         Whether the Tutte (barycentric) map is made first, as the authors do. Without it the harmonic descent
         starts at the Gauss map, as in the comparisons of Lai et al.
@@ -73,9 +76,7 @@ def gu_yau(
     algorithms 1 and 2.
     """
     if not 0 < step < 2:
-        raise ValueError(
-            f"step {step:g} is unstable; give one between 0 and 2, in units of 1 / (largest eigenvalue)"
-        )
+        raise ValueError(f"step {step:g} is unstable; give one between 0 and 2, in units of what the weights allow")
     problem = harmonic_problem(mesh)
     rounds: list[Round] = []
 
@@ -83,7 +84,7 @@ def gu_yau(
         began = time.perf_counter()
         start = Iterate(name, len(rounds), 0, x, problem.energy.evaluate(x)[0])
         minimum = minimize(
-            GuYau(step, stage).iterates(objective, x),
+            GuYau(step, uniform, stage).iterates(objective, x),
             tolerance=tolerance,
             plateau=flat,
             max_iterations=max_iterations,

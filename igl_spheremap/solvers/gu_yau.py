@@ -25,7 +25,7 @@ _SLACK = 1.02
 
 @dataclass(frozen=True)
 class GuYau:
-    """Descent by the "absolute derivative", a step of fixed length, and zero mass-centre by a Moebius map.
+    """Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map.
 
     The derivative is the one of its authors, L x without division by areas: the weights of a Laplacian in the
     plane have no scale, so that this is the better conditioned one where vertices are unevenly spread.
@@ -33,8 +33,13 @@ class GuYau:
     Parameters
     ----------
     step : float
-        Step size in units of 1 / (largest eigenvalue of L). At 1 no step can raise the energy: normalising
-        ``x - L x / lambda_max`` minimises a quadratic upper bound of it. From 2 on the iteration is unstable.
+        Step size: in units of 1 / (sum of the sizes of a vertex's row of L) at each vertex, or, if `uniform`,
+        of 1 / (largest eigenvalue of L) at all of them. Up to 1 no step can raise the energy, for normalising
+        ``x - step L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is
+        unstable.
+    uniform : bool
+        Whether all vertices take the same step, which must be as small as the worst of them demands: a single
+        sliver among thousands of vertices makes it ten times smaller.
     stage : str
         What the iterates are called.
 
@@ -42,11 +47,11 @@ class GuYau:
     ----------
     Gu and Yau 2002, *Computing conformal structures of surfaces* (reference [1] of Lai et al.); Gu, Wang,
     Chan, Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface
-    mapping*, algorithms 1 and 2. They leave the step to the user; the eigenvalue makes it the same for every
-    mesh.
+    mapping*, algorithms 1 and 2. They leave the step to the user.
     """
 
-    step: float = 1.0
+    step: float = 1.8
+    uniform: bool = False
     stage: str = "harmonic"
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
@@ -65,14 +70,16 @@ class GuYau:
             Its residual is that of `CayleyBB`: the L2 norm of the tangential gradient without boosts.
         """
         assert isinstance(problem.energy, HarmonicEnergy)
-        tau = self.step / largest_eigenvalue(problem.energy.L)
+        L = problem.energy.L
+        bound = largest_eigenvalue(L) if self.uniform else np.asarray(abs(L).sum(axis=1)).reshape(-1, 1)
+        tau = self.step / np.maximum(bound, np.finfo(float).tiny)
         for k in count():
             x = _zero_mass_centre(x, problem.A)
             energy, derivative = problem.energy.evaluate(x)
             D = tangent(x, derivative)
             gradient = remove_boosts(x, D / problem.A[:, None], problem.A)
             residual = np.sqrt(problem.inner(gradient, gradient))
-            yield Iterate(self.stage, 0, k, x, energy, float(residual), tau if k else 0.0)
+            yield Iterate(self.stage, 0, k, x, energy, float(residual), float(np.median(tau)) if k else 0.0)
             x = normalize(x - tau * D)
 
 
