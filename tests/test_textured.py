@@ -1,0 +1,102 @@
+"""A GLB file taken apart by the words of the glTF 2.0 specification, without the library that wrote it."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.io import write_textured
+from igl_spheremap.texture import checker_image
+
+pytest.importorskip("trimesh")
+image = pytest.importorskip("PIL.Image")
+
+TYPES = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+@pytest.fixture(scope="module", params=["equirectangular", "octahedral"])
+def written(request, tmp_path_factory):
+    v, f = ism.samples.make("spheroid", n_vertices=1000)
+    atlas = ism.texture_atlas(ism.spherical_conformal_map(v, f).sphere, f, request.param)
+    path = tmp_path_factory.mktemp("glb") / "body.glb"
+    write_textured(path, v, f, atlas, checker_image(64))
+    return v, f, atlas, path.read_bytes()
+
+
+def chunks(data):
+    """The JSON and the binary chunk; every length must add up."""
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    found, at = {}, 12
+    while at < length:
+        size, kind = struct.unpack_from("<I4s", data, at)
+        assert size % 4 == 0
+        found[kind] = data[at + 8 : at + 8 + size]
+        at += 8 + size
+    assert at == length
+    assert list(found) == [b"JSON", b"BIN\0"]
+    return json.loads(found[b"JSON"]), found[b"BIN\0"]
+
+
+def accessor(tree, binary, number):
+    """The numbers of an accessor, which must lie within its view, aligned, with true bounds."""
+    entry = tree["accessors"][number]
+    view = tree["bufferViews"][entry["bufferView"]]
+    dtype, width = np.dtype(TYPES[entry["componentType"]]), WIDTHS[entry["type"]]
+    assert "byteStride" not in view
+    start = view.get("byteOffset", 0) + entry.get("byteOffset", 0)
+    assert start % dtype.itemsize == 0
+    assert entry.get("byteOffset", 0) + entry["count"] * width * dtype.itemsize <= view["byteLength"]
+    assert view.get("byteOffset", 0) + view["byteLength"] <= tree["buffers"][view["buffer"]]["byteLength"]
+    values = np.frombuffer(binary, dtype, entry["count"] * width, start).reshape(-1, width)
+    assert "min" not in entry or np.array_equal(np.float32(entry["min"]), values.min(axis=0).astype(np.float32))
+    assert "max" not in entry or np.array_equal(np.float32(entry["max"]), values.max(axis=0).astype(np.float32))
+    return values
+
+
+def test_the_surface_is_all_there(written):
+    v, _, atlas, data = written
+    tree, binary = chunks(data)
+    assert tree["asset"]["version"] == "2.0"
+    (mesh,) = tree["meshes"]
+    (part,) = mesh["primitives"]
+    assert part.get("mode", 4) == 4
+    assert {"min", "max"} <= tree["accessors"][part["attributes"]["POSITION"]].keys()
+    told = {name: accessor(tree, binary, number) for name, number in part["attributes"].items()}
+    faces = accessor(tree, binary, part["indices"]).reshape(-1, 3)
+    assert np.array_equal(faces, atlas.f)
+    assert np.array_equal(told["POSITION"], atlas.carry(v).astype(np.float32))
+    assert np.allclose(np.linalg.norm(told["NORMAL"], axis=1), 1, atol=1e-6)
+    corners = told["POSITION"][faces].astype(float)
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    middle = told["NORMAL"][faces].mean(axis=1)
+    assert (np.einsum("ij,ij->i", flat, middle)[np.linalg.norm(flat, axis=1) > 1e-9] > 0).all()
+    # glTF counts rows of a picture from above.
+    assert np.allclose(told["TEXCOORD_0"], np.column_stack([atlas.uv[:, 0], 1 - atlas.uv[:, 1]]), atol=1e-6)
+
+
+def test_the_picture_is_the_one_that_was_given(written):
+    tree, binary = chunks(written[3])
+    primitive = tree["meshes"][0]["primitives"][0]
+    texture = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+    picture = tree["images"][tree["textures"][texture]["source"]]
+    view = tree["bufferViews"][picture["bufferView"]]
+    start = view.get("byteOffset", 0)
+    assert picture["mimeType"] == "image/png"
+    with image.open(io.BytesIO(binary[start : start + view["byteLength"]])) as found:
+        assert np.array_equal(np.asarray(found.convert("RGB")), checker_image(64))
+
+
+def test_the_scene_shows_the_mesh_as_it_is(written):
+    tree, _ = chunks(written[3])
+    assert len(tree["scenes"][tree.get("scene", 0)]["nodes"]) >= 1
+    assert sum("mesh" in node for node in tree["nodes"]) == 1
+    for node in tree["nodes"]:
+        assert not {"rotation", "translation", "scale"} & node.keys()
+        assert np.array_equal(node.get("matrix", np.eye(4).ravel()), np.eye(4).ravel())
