@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from ..figures import angle_figures
-from ..io import SphereCheck, check_writable, format_of, write_map
+from ..io import SphereCheck, write_map
 from ..iterate import Iterate, Listener, Status
 from ..methods import METHODS
 from ..pipeline import spherical_conformal_map
@@ -26,6 +26,7 @@ from .output import (
 from .reporting import add_reporting, check_reporting, put_report, recorder
 from .source import Source, add_source, load_source, tell_repairs
 from .status_line import Interrupt, IterationLog, StatusLine
+from .streams import check_target, target_format, write_target
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -42,7 +43,7 @@ def configure(parser: ArgumentParser) -> None:
     """
     add_source(parser)
     parser.add_argument(
-        "target", metavar="OUT", help="the sphere, same vertex order; .npz holds the whole result"
+        "target", metavar="OUT", help="the sphere, same vertex order; .npz holds the whole result; - for stdout"
     )
     parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
     parser.add_argument(
@@ -78,15 +79,17 @@ def run(args: Namespace) -> Exit:
     """
     if args.radius is not None and not 0 < args.radius < float("inf"):
         raise UsageError(f"--radius {args.radius:g} is not positive")
-    format_of(args.target)
-    check_writable(args.target, args.force)
+    check_target(args)
     check_json(args)
     check_reporting(args)
     source = load_source(args)
     tell_repairs(source)
     recording = recorder(args, source)
     result, interrupted = _map(source, args, [] if recording is None else [recording])
-    written = write_map(args.target, result, force=args.force, radius=args.radius, metadata=source.metadata)
+    written = write_target(
+        args,
+        lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
+    )
     put_report(args, source, result, recording)
     put_out(args, _figures(source, args, result, written), _summary(source, args, result, written))
     if interrupted:
@@ -136,7 +139,7 @@ def _figures(source: Source, args: Namespace, result: SphereMap, written: Sphere
         "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
         "certificate": certificate_figures(result.certificate),
         "file": {
-            "format": format_of(args.target).name,
+            "format": target_format(args).name,
             "radius": written.radius,
             "moved": written.moved,
             "certificate": certificate_figures(written.certificate),
@@ -160,7 +163,7 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
         row("certificate", str(result.certificate)),
         row(
             "written",
-            f"{args.target} ({format_of(args.target).name}, radius {written.radius:.6g}), "
+            f"{args.target} ({target_format(args).name}, radius {written.radius:.6g}), "
             f"{_as_written(result, written)}",
         ),
     ]

@@ -79,7 +79,8 @@ def put_out(args: Namespace, figures: Mapping[str, Any], summary: str) -> None:
         with replacing(args.json, force=True) as partial:
             partial.write_text(text)
     if not args.quiet:
-        print(summary, flush=True)
+        in_the_way = getattr(args, "target", None) == "-"  # stdout holds the surface then
+        print(summary, file=sys.stderr if in_the_way else sys.stdout, flush=True)
 
 
 def row(label: str, text: str) -> str:

@@ -9,12 +9,13 @@ import numpy as np
 
 from ..distortion import angle_differences
 from ..figures import angle_figures
-from ..io import certify_radius, check_writable, format_of, write_map
+from ..io import certify_radius, write_map
 from ..repair import repair_foldings
 from .command import Command
 from .exits import Exit
 from .output import add_output, angle_row, certificate_figures, check_json, put_out, row
 from .pair import add_pair, load_pair
+from .streams import check_target, write_target
 
 _ROUNDING = 1e-14  # positions that differ by less count as unmoved
 
@@ -32,7 +33,7 @@ def configure(parser: ArgumentParser) -> None:
     None
     """
     add_pair(parser, "SOURCE")
-    parser.add_argument("target", metavar="OUT", help="the mended map, same vertex order and radius")
+    parser.add_argument("target", metavar="OUT", help="the mended map, same vertex order and radius; - for stdout")
     parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
     add_output(parser)
 
@@ -50,13 +51,15 @@ def run(args: Namespace) -> Exit:
     Exit
         OK only with the certificate of the numbers in the file.
     """
-    format_of(args.target)
-    check_writable(args.target, args.force)
+    check_target(args)
     check_json(args)
     source, name, x = load_pair(args)
     before = certify_radius(x, source.f)
     result = repair_foldings(source.v, source.f, x)
-    written = write_map(args.target, result, force=args.force, radius=before.radius, metadata=source.metadata)
+    written = write_target(
+        args,
+        lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
+    )
     unit = x / np.linalg.norm(x, axis=1, keepdims=True)
     moved = int((np.linalg.norm(result.sphere - unit, axis=1) > _ROUNDING).sum())
     angles = [angle_figures(angle_differences(source.v, source.f, each)) for each in (unit, result.sphere)]

@@ -1,0 +1,101 @@
+"""`-` on the command line: stdin and stdout, in pipes and within one process."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.cli import main
+from igl_spheremap.io import read_mesh, write_mesh
+
+SAMPLE = "sample:spheroid:n_vertices=300"
+
+
+def give(monkeypatch, data: bytes) -> None:
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(data)))
+
+
+@pytest.mark.parametrize("kind", ["obj", "off"])
+def test_stdout_gets_what_a_file_gets(kind, tmp_path, capsys):
+    path = tmp_path / f"sphere.{kind}"
+    assert main(["map", SAMPLE, str(path), "-q"]) == 0
+    assert main(["map", SAMPLE, "-", "--format", kind]) == 0
+    out, err = capsys.readouterr()
+    assert out == path.read_text()
+    assert "certified as written" in err
+
+
+@pytest.mark.parametrize("kind", ["obj", "off", "ply", "npz"])
+def test_stdin_is_read_as_a_file_is(kind, tmp_path, monkeypatch, capsys):
+    path = tmp_path / f"mesh.{kind}"
+    write_mesh(path, *ism.samples.from_spec("spheroid:n_vertices=300"))
+    told = []
+    for source in (str(path), "-"):
+        give(monkeypatch, path.read_bytes())
+        assert main(["info", source, "--format", kind, "--json", "-"]) == 0
+        told.append(json.loads(capsys.readouterr().out))
+    assert told[1].pop("source") == "stdin"
+    assert told[0].pop("source") == str(path)
+    assert told[0] == told[1]
+
+
+def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):
+    def run(*arguments: str, piped: str = "") -> str:
+        give(monkeypatch, piped.encode())
+        assert main([*arguments, "-q"]) == 0
+        return capsys.readouterr().out
+
+    def mesh(text: str):
+        (tmp_path / "piped.obj").write_text(text)
+        return read_mesh(tmp_path / "piped.obj")
+
+    sphere = run("map", SAMPLE, "-")
+    mended = run("repair", SAMPLE, "-", "-", piped=sphere)
+    assert np.allclose(mesh(mended).v, mesh(sphere).v, atol=1e-12)  # nothing to mend
+    assert len(mesh(run("resample", SAMPLE, "-", "-", "--to", "ico:2", piped=mended)).v) == 162
+    assert run("check", SAMPLE, "-", piped=mended) == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["map", SAMPLE, "-", "--json", "-"], "can't both be stdout"),
+        (["map", SAMPLE, "-", "--format", "ply"], "stdout takes text"),
+        (["check", "-", "-"], "stdin is read once"),
+        (["check", "-"], "stdin is read once"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_at_once(arguments, words, monkeypatch, capsys):
+    give(monkeypatch, b"")
+    assert main(arguments) == 64
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert words in err
+
+
+def test_faults_of_stdin_are_told_under_its_name(monkeypatch, capsys):
+    v, f = ism.samples.sphere(42)
+    rows = [f"v {x} {y} {z}" for x, y, z in v] + [f"f {a} {b} {c}" for a, b, c in f[1:] + 1]
+    for data in (b"", b"v 1 2\n", b"v 0 0 0\nf 1 1 one\n", "\n".join(rows).encode()):
+        give(monkeypatch, data)
+        assert main(["info", "-"]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith("igl-spheremap: stdin: ")
+        assert err.count("\n") == 1
+
+
+def test_a_mesh_from_stdin_is_mapped_to_a_file(tmp_path, monkeypatch, capsys):
+    v, f = ism.samples.sphere(162)
+    write_mesh(tmp_path / "in.obj", v, f)
+    give(monkeypatch, (tmp_path / "in.obj").read_bytes())
+    assert main(["map", "-", str(tmp_path / "out.ply")]) == 0
+    x, g = read_mesh(tmp_path / "out.ply")
+    assert np.array_equal(f, g)
+    assert np.allclose(x, ism.spherical_conformal_map(v, f).sphere, atol=1e-12)
