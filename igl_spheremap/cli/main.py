@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
-from ..errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MeshError
-from . import check, completion, export, info, map_command, repair, reproduce, resample, view
-from .command import Command, UsageError
+from . import batch, check, completion, export, info, map_command, repair, reproduce, resample, view
+from .command import Command
 from .exits import HELP, Exit
+from .failures import EXPECTED, told
 
-#: All subcommands. A further one is a module with a COMMAND, and a word here.
-COMMANDS: tuple[Command, ...] = tuple(
-    module.COMMAND for module in (map_command, check, info, view, repair, resample, export, reproduce, completion)
-)
+_MODULES = (map_command, check, info, view, repair, resample, export, batch, reproduce, completion)
+#: All subcommands. A further one is a module with a COMMAND, and a word above.
+COMMANDS: tuple[Command, ...] = tuple(module.COMMAND for module in _MODULES)
 
 _DESCRIPTION = "Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings."
 _FILES = """\
@@ -95,23 +94,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return int(Exit.FILE)
-    except UsageError as error:
-        return _fail(Exit.USAGE, error)
-    except MeshError as error:
-        return _fail(Exit.NO_MESH, error)
-    except FoldingsRemain as error:
-        return _fail(Exit.FOLDINGS, error)
-    except FileError as error:
-        return _fail(Exit.FILE, error)
-    except OSError as error:
-        return _fail(Exit.FILE, error.strerror or error)
-    except MemoryError:
-        return _fail(Exit.FAILED, "out of memory; try a smaller mesh or more memory")
-    except (FactorisationFailed, DisplayError) as error:
-        return _fail(Exit.FAILED, error)
+    except EXPECTED as error:
+        return _fail(*told(error))
 
 
-def _fail(status: Exit, message: object) -> int:
-    """One line on stderr, whatever the message holds."""
-    print(f"igl-spheremap: {' '.join(str(message).split())}", file=sys.stderr)
+def _fail(status: Exit, line: str) -> int:
+    print(f"igl-spheremap: {line}", file=sys.stderr)
     return int(status)

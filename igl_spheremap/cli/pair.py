@@ -72,6 +72,33 @@ def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:
     name = args.sphere or source.name
     x, f = read_stream(name, args, read_sphere)
     name = "stdin" if name == STREAM else name
+    check_fits(source, name, x, f)
+    return source, name, x
+
+
+def check_fits(source: Source, name: str, x: FloatArray, f: IntArray) -> None:
+    """Refuse what is no map of the mesh, or one in another order.
+
+    Parameters
+    ----------
+    source : Source
+        The mesh.
+    name : str
+        Of the map's file, for messages.
+    x : (n, 3) float64 array
+        The map as stored.
+    f : (m, 3) int64 array
+        Faces as stored.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    MeshError
+        If vertices or faces differ.
+    """
     if len(x) != len(source.v):
         raise MeshError(
             f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
@@ -81,7 +108,6 @@ def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:
             f"{name} has other faces than {source.name}: not the same vertex order; give a map of this mesh "
             "in a format that keeps the order (not .stl)"
         )
-    return source, name, x
 
 
 def _face_set(f: IntArray) -> IntArray:

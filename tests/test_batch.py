@@ -1,0 +1,112 @@
+"""`igl-spheremap batch`: every file has its line, and what is done is not done again."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.cli import batch, main
+from igl_spheremap.cli.exits import Exit
+from igl_spheremap.cli.outcomes import Outcome, summary, table
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+@pytest.fixture
+def desk(tmp_path, monkeypatch):
+    """Two meshes, an open one, and no file where a fourth is named."""
+    monkeypatch.chdir(tmp_path)
+    for size in (300, 600):
+        v, f = ism.samples.make("spheroid", n_vertices=size)
+        write_mesh(f"{size}.ply", v, f)
+    write_mesh("open.ply", v, f[1:])
+    return tmp_path
+
+
+def rows(path):
+    if path.endswith(".csv"):
+        with open(path, newline="") as file:
+            return list(csv.DictReader(file))
+    with open(path) as file:
+        return [json.loads(line) for line in file]
+
+
+def test_a_batch_maps_what_can_be_mapped_and_goes_on(desk, capsys):
+    files = ["600.ply", "open.ply", "300.ply", "missing.ply"]
+    arguments = ["batch", *files, "--out", "{folder}/{stem}_sphere.obj", "--jobs", "2"]
+    assert main([*arguments, "--summary", "first.csv"]) == max(Exit.NO_MESH, Exit.FILE)
+    first = rows("first.csv")
+    assert [row["source"] for row in first] == files
+    assert [int(row["status"]) for row in first] == [Exit.OK, Exit.NO_MESH, Exit.OK, Exit.FILE]
+    assert "open surface" in first[1]["message"]
+    assert first[1]["energy"] == ""
+    for row in (first[0], first[2]):
+        v, f = read_mesh(row["source"])
+        result = ism.spherical_conformal_map(v, f)
+        assert np.array_equal(read_mesh(row["target"]).v, result.sphere)
+        assert float(row["energy"]) == pytest.approx(result.energy)
+        assert float(row["mean_angle"]) == pytest.approx(np.abs(result.angle_differences()).mean())
+    assert "2 of 4 files" in capsys.readouterr().out
+
+    before = (desk / "300_sphere.obj").stat().st_mtime_ns
+    write_mesh("open.ply", *ism.samples.sphere(42), force=True)
+    assert main([*arguments[:4], *arguments[5:], "--summary", "second.jsonl", "-q"]) == Exit.OK
+    second = rows("second.jsonl")
+    assert [row["resumed"] for row in second] == [True, False, True]
+    assert (desk / "300_sphere.obj").stat().st_mtime_ns == before
+    assert capsys.readouterr().out == ""
+
+
+def job(source="300.ply", target="out.ply"):
+    return Outcome(source, target)
+
+
+def test_what_is_there_is_certified_again(desk):
+    v, f = read_mesh("300.ply")
+    x = ism.spherical_conformal_map(v, f).sphere
+    write_mesh("out.ply", -x, f)
+    assert batch.map_one(job(), "auto", False, False, False).status == Exit.FOLDINGS
+    write_mesh("out.ply", *ism.samples.sphere(42), force=True)
+    other = batch.map_one(job(), "auto", False, False, False)
+    assert (other.status, other.resumed) == (Exit.NO_MESH, False)
+    assert "give a map of this mesh" in other.message
+    anew = batch.map_one(job(), "auto", False, False, True)
+    assert (anew.status, anew.foldings) == (Exit.OK, 0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        (["300.ply", "600.ply", "--out", "same.ply"], 64),
+        (["300.ply", "--out", "{folder}/{name}"], 64),
+        (["300.ply", "--out", "{where}.ply"], 64),
+        (["300.ply", "--out", "{stem}_sphere.ply", "--jobs", "0"], 64),
+        (["300.ply", "--out", "{stem}_sphere.ply", "--summary", "table.txt"], 64),
+        (["-", "--out", "sphere.ply"], 64),
+        (["300.ply", "--out", "nowhere/{stem}.ply"], 74),
+        (["300.ply", "--out", "{stem}.xyz"], 74),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_the_work(arguments, status, desk, capsys):
+    before = sorted(desk.iterdir())
+    assert main(["batch", *arguments]) == status
+    assert sorted(desk.iterdir()) == before
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_an_interrupted_batch_says_what_is_left():
+    done = [Outcome("a.ply", "b.ply"), Outcome("c.ply", "d.ply", status=3, foldings=7)]
+    text = summary(done, 5)
+    assert "1 of 5 files" in text
+    assert "7 foldings remain" in text
+    assert "3 files are left" in text
+
+
+def test_tables_hold_what_is_known():
+    (entry,) = [json.loads(line) for line in table([Outcome("a", "b", energy=math.nan)], comma=False).splitlines()]
+    assert entry["energy"] is None
+    assert len(table([Outcome("a", "b")] * 3, comma=True).splitlines()) == 4
