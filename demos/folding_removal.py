@@ -14,6 +14,7 @@ from __future__ import annotations
 import inspect
 import sys
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 from typing import Any
 
 from common import demo_parser, load, main
@@ -103,7 +104,7 @@ class FoldingRemoval(App):
         self.stage.clear()
         self.turn = pose(mesh.v, self.up)
         self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
-        self.source.caption = f"Source: {self.name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
+        self.source.caption = f"Source: {Path(self.name).name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self.image = self.stage.place(0, 1, Body("image", fit(mesh.v, self.turn), mesh.f, lift=True))
 
     def draw_slide(self) -> None:

@@ -174,19 +174,19 @@ def test_video_is_numbered_pictures(tmp_path):
     assert len({path.read_bytes() for path in pictures}) == 3
 
 
-@pytest.mark.parametrize("name", ["folding_removal", "compare_methods", "conformal_texture"])
-def test_what_is_wrong_takes_one_line(name, tmp_path):
-    script = str(DEMOS / f"{name}.py")
-    picture = str(tmp_path / "out.png")
-    for arguments, status in (
-        (["sample:unicorn", "--screenshot", picture], 64),
-        (["nowhere.obj", "--screenshot", picture], 74),
-        (["sample:sphere:n_vertices=200", "--screenshot", picture, "--frame", "100000"], 70),
-    ):
-        done = run([sys.executable, script, *arguments])
-        assert done.returncode == status
-        assert len(done.stderr.splitlines()) == 1
-        assert done.stderr.startswith(f"{name}.py: ")
+@pytest.mark.parametrize(
+    ("name", "arguments", "status"),
+    [
+        ("folding_removal", ["sample:unicorn"], 64),
+        ("compare_methods", ["nowhere.obj"], 74),
+        ("conformal_texture", ["sample:sphere:n_vertices=200", "--frame", "100000"], 70),
+    ],
+)
+def test_what_is_wrong_takes_one_line(name, arguments, status, tmp_path):
+    done = run([sys.executable, str(DEMOS / f"{name}.py"), *arguments, "--screenshot", str(tmp_path / "out.png")])
+    assert done.returncode == status
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith(f"{name}.py: ")
 
 
 def test_without_a_display_a_window_is_refused_in_one_line():

@@ -12,7 +12,7 @@ from igl_spheremap.errors import DisplayError
 from igl_spheremap.recording import Recording
 from igl_spheremap.viewer import style, window
 from igl_spheremap.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.viewer.colouring import SUBJECTS, colouring, log_factor
+from igl_spheremap.viewer.colouring import SUBJECTS, colouring, log_factor, relief
 from igl_spheremap.viewer.pose import UPS, fit, pose
 from igl_spheremap.viewer.timeline import final_slide, slides
 
@@ -133,6 +133,15 @@ def test_a_missing_library_is_one_line_with_the_packages(monkeypatch):
     with pytest.raises(DisplayError, match=r"libEGL.*apt install libegl1") as error:
         window._backend(offscreen=True)
     assert "\n" not in str(error.value)
+
+
+def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    outward, inward = (relief(ism.check_mesh(v, faces)) for faces in (f, f[:, ::-1]))
+    assert outward == pytest.approx(inward)
+    bright = relief(ism.check_mesh(*ism.samples.make("sphere", n_vertices=600)))
+    assert bright.min() > 0.95
+    assert 0.5 < outward.min() < 0.8 < 0.95 < outward.max() <= 1
 
 
 @needs_drawing

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from ..certify import orientation_signs
 from ..distortion import mesh_angle_differences
 from ..eigen_projection import finite_conformal_factor
 from ..mesh import Mesh
+from ..starts import mesh_gauss_map
 from . import style
 from .body import Body, Legend
 
@@ -21,6 +23,7 @@ IntArray = NDArray[np.int64]
 #: What can be shown, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences")
 FOLDED_LEGEND = ("folded face", style.FOLDED)
+_DARKEST = 0.72
 _U = "log conformal factor u (purple: shrunk)"
 _ANGLES = "angle difference in degrees"
 
@@ -96,6 +99,30 @@ def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x) / (4 * math.pi)))  # eq. (14)
 
 
+@lru_cache(maxsize=4)
+def relief(mesh: Mesh) -> FloatArray:
+    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+
+    Returns
+    -------
+    (m,) float64 array
+        Between `_DARKEST` and 1.
+    """
+    tail, head = mesh.f[:, [0, 1, 2]].ravel(), mesh.f[:, [1, 2, 0]].ravel()  # every edge, once each way
+    valence = np.bincount(tail, minlength=len(mesh.v))
+    mean = np.column_stack([np.bincount(tail, mesh.v[head, k], len(mesh.v)) for k in range(3)]) / valence[:, None]
+    a, b, c = (mesh.v[mesh.f[:, k]] for k in range(3))
+    outward = 1 if np.einsum("ij,ij->", a, np.cross(b, c)) >= 0 else -1  # the sign of the volume
+    hollow = outward * np.einsum("ij,ij->i", mean - mesh.v, mesh_gauss_map(mesh))[mesh.f].mean(axis=1)
+    scale = float(np.percentile(np.abs(hollow), 80)) or 1.0
+    return np.asarray(1 - (1 - _DARKEST) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
+
+
 def colouring(mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None) -> Colouring:
     """Colours that show a subject.
 
@@ -117,7 +144,7 @@ def colouring(mesh: Mesh, x: FloatArray, subject: str, reach: float | None = Non
     """
     folded = folded_faces(mesh, x)
     if subject == "foldings":
-        return Colouring(np.tile(style.SURFACE, (len(mesh.f), 1)), folded, FOLDED_LEGEND)
+        return Colouring(relief(mesh)[:, None] * style.SURFACE, folded, FOLDED_LEGEND)
     if subject == "conformal factor":
         u = log_factor(mesh, x)
         ramp = style.diverging(_U, reach or style.round_up(float(u.max())))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sphere_map import Step
+from . import style
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,7 +38,7 @@ def energy_plot(history: Sequence[Step], at: int, height: float = 130) -> None:
     from polyscope import implot
 
     gap = np.array([step.energy for step in history]) - 4 * math.pi
-    _plot("energy above 4 pi", np.maximum(np.abs(gap), 1e-12), at, height, implot.ImPlotScale_Log10)
+    _plot("energy above 4 pi", np.maximum(np.abs(gap), 1e-12), at, height, implot.ImPlotScale_Log10, style.LINES[0])
 
 
 def folding_plot(foldings: IntArray, at: int, height: float = 130) -> None:
@@ -58,10 +59,10 @@ def folding_plot(foldings: IntArray, at: int, height: float = 130) -> None:
     """
     from polyscope import implot
 
-    _plot("folded faces", foldings.astype(np.float64), at, height, implot.ImPlotScale_SymLog)
+    _plot("folded faces", foldings.astype(np.float64), at, height, implot.ImPlotScale_SymLog, style.FOLDED)
 
 
-def _plot(title: str, y: FloatArray, at: int, height: float, scale: int) -> None:
+def _plot(title: str, y: FloatArray, at: int, height: float, scale: int, colour: style.Colour) -> None:
     from polyscope import implot
 
     flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
@@ -74,8 +75,11 @@ def _plot(title: str, y: FloatArray, at: int, height: float, scale: int) -> None
         implot.SetupAxisTicks(implot.ImAxis_Y1, _TICKS, [f"{tick:g}" for tick in _TICKS])
     if len(y):
         x = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
+        implot.SetNextLineStyle((*colour, 1.0), 1.5)
         implot.PlotLine(title, x.astype(np.float64), np.ascontiguousarray(y[x]))
-        if scale == implot.ImPlotScale_SymLog:
-            implot.PlotLine("none", np.array([0.0, len(y) - 1.0]), np.zeros(2))  # so that 0 is always in sight
+        if scale == implot.ImPlotScale_SymLog:  # so that 0 is always in sight
+            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
+            implot.PlotLine("none", np.array([0.0, len(y) - 1.0]), np.zeros(2))
+        implot.SetNextLineStyle((*style.INK, 0.6), 1.0)
         implot.PlotInfLines("shown", np.array([float(at)]))
     implot.EndPlot()

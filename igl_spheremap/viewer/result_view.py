@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
-_EDGES = 30_000
+_EDGES = 15_000
 _EDGE_WIDTH = 0.5
 
 
