@@ -159,10 +159,10 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
         Star map, eigenfunctions and eigenvalues.
     """
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
-    values, phi = _lowest_eigenpairs(A, B)
+    values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
     phi = phi @ _agreement(phi, x, B)
     areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
-    c = areas @ phi / areas.sum()
+    c = areas @ phi / areas.sum()  # eq. (19)
     return EigenProjection(fill_directions(phi - c, mesh.f), phi, values)  # Theorem 2
 
 

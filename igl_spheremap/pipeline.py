@@ -212,7 +212,7 @@ def unit_rows(x: ArrayLike, n: int) -> FloatArray:
     if len(bad):
         raise MeshError(f"start has {len(bad)} rows that are zero or not finite, e.g. {bad[:3].tolist()}; "
                         "give each vertex a direction")
-    return normalize(x)
+    return normalize(x)  # eq. (4)
 
 
 class Recorder:

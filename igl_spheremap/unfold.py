@@ -125,9 +125,9 @@ def star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate
         Its details hold the eigenfunctions ("phi") and their "eigenvalues".
     """
     assert isinstance(problem.energy, HarmonicEnergy)
-    projection = project(mesh, problem.energy.L, x)
+    projection = project(mesh, problem.energy.L, x)  # Algorithm 2, step 2
     details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
-    star = center(projection.star_map, problem.A)
+    star = center(projection.star_map, problem.A)  # Algorithm 2, step 3
     return Iterate("star map", round, 0, star, problem.energy.evaluate(star)[0], details=details)
 
 
