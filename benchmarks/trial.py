@@ -1,6 +1,6 @@
 """One run of one competitor on one mesh, in a process of its own, so that its peak memory is its own.
 
-Called by `peers.py` as ``python trial.py NAME MESH.npz``; writes one line of JSON to stdout.
+Called by `peers.py` as ``python trial.py NAME MESH.npz CPU_SECONDS``; writes one line of JSON to stdout.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ import igl_spheremap as ism
 from igl_spheremap.factor import factorize
 
 
-def main(name: str, path: str) -> dict[str, object]:
+def main(name: str, path: str, cap: str) -> dict[str, object]:
     """Warm up on a small mesh, run once, and judge the map after the measurement."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(cap), int(cap) + 60))
     with np.load(path) as data:
         v, f = data["v"], data["f"]
     small = ism.samples.make("spheroid", n_vertices=1500)
