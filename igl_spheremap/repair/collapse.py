@@ -138,7 +138,7 @@ class Complex:
         pairs = pairs[_spread(owner[pairs], stars.valence)]
         owner = owner[pairs]
         cost = self._fan_cost(stars, owner, stars.a[pairs])
-        order = np.lexsort((cost, owner))
+        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))  # hubs last: chains halve evenly then
         owner, first = np.unique(owner[order], return_index=True)
         target = np.full(len(stars.vertices), -1)
         target[owner] = stars.a[pairs[order[first]]]

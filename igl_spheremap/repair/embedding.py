@@ -92,7 +92,7 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
         return y
     everywhere = np.ones(len(x), dtype=bool)
     with suppress(_TooCoarse):
-        y = y.copy()
+        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # so that no bad position has a say in what collapses where
         _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, watch)
         return y
     return x
