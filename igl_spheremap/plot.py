@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import itertools
 import math
 from collections.abc import Sequence
@@ -56,7 +57,9 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     except ImportError:
         raise FileError("plots need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'") from None
     count = 2 if foldings is None else 3
-    figure = figure_module.Figure(figsize=(4 * count, 3.2), layout="constrained")
+    # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
+    shown = type("Figure", (figure_module.Figure,), {"_repr_png_": _png})
+    figure = shown(figsize=(4 * count, 3.2), layout="constrained")
     axes = list(figure.subplots(1, count))
     _energy(axes[0], history)
     if foldings is not None:
@@ -67,6 +70,13 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
         ax.title.set_fontsize(11)
     figure.suptitle(title, fontsize=12)
     return figure
+
+
+def _png(figure: Any) -> bytes:
+    """The figure as a PNG file."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=100)
+    return stream.getvalue()
 
 
 def _energy(ax: Any, history: Sequence[Step]) -> None:

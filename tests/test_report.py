@@ -68,6 +68,7 @@ def test_the_plot_shows_the_history_and_every_angle_within_its_range(result):
     assert len(line.get_ydata()) == len(result.history)
     counted = sum(patch.get_height() for patch in histogram.patches)
     assert 0.99 * result.faces.size <= counted <= result.faces.size
+    assert figure._repr_png_().startswith(b"\x89PNG")
 
 
 @needs_drawing
