@@ -28,8 +28,8 @@ PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUIL
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-#: Words of command lines that open a window or take minutes; their own tests run them.
-ELSEWHERE = {"view", "reproduce", "--report", "--plot"}
+#: Words of command lines that open a window or take long; their own tests run them.
+ELSEWHERE = {"view", "reproduce", "batch", "--report", "--plot"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
 
 #: polyscope with its backend that draws nothing.
@@ -127,9 +127,9 @@ def test_shell_commands_run(page, desk, capfd):
 
 
 def commands(page: Path) -> list[str]:
-    """What sh blocks run of this package; how it is installed and tested is left out."""
+    """What sh blocks run of this package, and folders that they make; how it is installed and tested is left out."""
     lines = [line.partition(" #")[0].strip() for block in blocks(page, "sh") for line in block.text.splitlines()]
-    return [part for line in lines for part in line.split(" && ") if "igl-spheremap " in part]
+    return [part for line in lines for part in line.split(" && ") if re.search(r"igl-spheremap |^mkdir ", part)]
 
 
 def needs(words):
