@@ -77,7 +77,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
     """
-    P = sp.csc_matrix(P)
+    P = P.T if P.format == "csr" else sp.csc_matrix(P)  # symmetric: its transpose will do
     available = available_backends()
     if backend == "auto":
         backend = _choose(P.shape[0], available)
