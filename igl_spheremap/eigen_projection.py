@@ -30,7 +30,7 @@ class EigenProjection:
     Attributes
     ----------
     star_map : (n, 3) float64 array
-        Unit rows, Theorem 2; turned (and mirrored if need be) to agree best with the map that gave the weights.
+        Unit rows, Theorem 2; turned to agree best with the map that gave the weights; never inside out.
     phi : (n, 3) float64 array
         Eigenfunctions, orthonormal in B_u, turned like the star map. On the sphere, ``|phi|^2`` = 3 / (4 pi).
     eigenvalues : (3,) float64 array
@@ -160,10 +160,11 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
     """
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
     values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
-    phi = phi @ _agreement(phi, x, B)
     areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
     c = areas @ phi / areas.sum()  # eq. (19)
-    return EigenProjection(fill_directions(phi - c, mesh.f), phi, values)  # Theorem 2
+    star = fill_directions(phi - c, mesh.f)  # Theorem 2
+    frame = _agreement(phi, x, B, mirrored=_volume(star, mesh.f) < 0)
+    return EigenProjection(star @ frame, phi @ frame, values)
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -202,7 +203,19 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
     return values[order][1:], vectors[:, order][:, 1:]
 
 
-def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix) -> FloatArray:
-    """Orthogonal matrix, perhaps a reflection, that turns `phi` to `x`: eigenfunctions have no frame of their own."""
+def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix, mirrored: bool) -> FloatArray:
+    """Orthogonal matrix that turns `phi` to `x`, a reflection if `phi` turns the surface inside out.
+
+    Eigenfunctions have no frame of their own. Whether to reflect is not left to the agreement with `x`: half of a bad
+    map is folded, and its mirror image agrees as well.
+    """
     u, _, vt = np.linalg.svd(phi.T @ (B @ x))
+    handed = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    u[:, -1] *= -handed if mirrored else handed
     return np.asarray(u @ vt)
+
+
+def _volume(x: FloatArray, f: NDArray[np.int64]) -> float:
+    """Six times the volume that a surface encloses, negative if it is inside out."""
+    a, b, c = (x[f[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)))

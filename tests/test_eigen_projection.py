@@ -86,3 +86,13 @@ def test_images_that_are_no_numbers_are_refused():
     x[3] = np.nan
     with pytest.raises(ism.MeshError, match="vertex 3"):
         ism.weighted_eigen_projection(X, F, x)
+
+
+def test_star_maps_are_never_inside_out():
+    """The mirror image of a map has its conformal factor; half of a bad map is its own mirror image."""
+    x, f = icosphere(3)
+    v = x * [1, 1.3, 2]
+    conformal = ism.spherical_conformal_map(v, f).sphere
+    for weights in (conformal, conformal * [1, 1, -1], np.abs(conformal)):
+        star = ism.weighted_eigen_projection(v, f, weights).star_map
+        assert ism.certify(star, f).folding_free
