@@ -61,7 +61,7 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.35)
     return np.asarray(ambient + (1 - ambient) * light)
 
 
-def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatArray) -> None:
+def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatArray, lines: bool = False) -> None:
     """Draw a closed surface.
 
     Parameters
@@ -76,6 +76,8 @@ def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatAr
         RGB of each face, shaded already.
     view : (3, 3) float64 array
         Rotation from `view_of`.
+    lines : bool
+        Whether edges are drawn.
     """
     from matplotlib.collections import PolyCollection
 
@@ -83,7 +85,8 @@ def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatAr
     order = np.argsort(y[f, 2].mean(axis=1), kind="stable")
     corners = y[f[order], :2]
     rgb = np.clip(colours[order], 0, 1)
-    ax.add_collection(PolyCollection(list(corners), facecolors=rgb, edgecolors=rgb, linewidths=0.2, rasterized=True))
+    edges = "#5A636C" if lines else rgb
+    ax.add_collection(PolyCollection(list(corners), facecolors=rgb, edgecolors=edges, linewidths=0.2, rasterized=True))
     middle, reach = (y.max(axis=0) + y.min(axis=0)) / 2, np.ptp(y[:, :2], axis=0).max() * 0.52
     ax.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach), aspect="equal")
     ax.axis("off")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from .. import samples
 from ..certify import orientation_signs
 from ..distortion import conformal_factor
 from ..eigen_projection import weighted_eigen_projection
-from .canvas import new_figure, show_function, show_source, show_sphere
+from .canvas import folded_patches, new_figure, show_fold, show_function, show_source, show_sphere
 from .curves import histogram
 from .measures import mean_angle
 from .paper import TABLE_1
@@ -68,13 +69,19 @@ def figure_5(runs: Runs, folder: Path | None) -> Any:
     matplotlib.figure.Figure
         Not shown.
     """
-    surface = load_surface("Dino", folder)
-    outcome = runs.get(surface, "Algorithm 1")
-    figure, axes = new_figure(1, 2, "Fig. 5. Foldings of Algorithm 1 from the Gauss map", size=4)
-    show_source(axes[0][0], surface, outcome.sphere)
-    axes[0][0].set_title(f"{surface.source}: folded faces", fontsize=8)
-    show_sphere(axes[0][1], surface, outcome.sphere)
-    axes[0][1].set_title(f"{outcome.foldings} of {len(surface.f)} faces folded", fontsize=8)
+    dinosaurs = _dinosaurs(folder)
+    figure, axes = new_figure(len(dinosaurs), 4, "Fig. 5. Foldings of Algorithm 1 from the Gauss map")
+    for line, surface in zip(axes, dinosaurs, strict=True):
+        outcome = runs.get(surface, "Algorithm 1")
+        show_source(line[0], surface, outcome.sphere)
+        line[0].set_title(f"{surface.source}: folded faces", fontsize=8)
+        show_sphere(line[1], surface, outcome.sphere)
+        line[1].set_title(f"{outcome.foldings} of {len(surface.f)} faces folded", fontsize=8)
+        patches = folded_patches(surface, outcome.sphere)
+        for ax, patch in zip(line[2:], patches, strict=False):
+            show_fold(ax, surface, outcome.sphere, patch)
+        for ax in line[2 + len(patches) :]:
+            ax.axis("off")
     return figure
 
 
@@ -120,21 +127,34 @@ def figure_9(runs: Runs, folder: Path | None) -> Any:
     matplotlib.figure.Figure
         Not shown.
     """
-    surface = load_surface("Dino", folder)
-    outcome = runs.get(surface, "Algorithm 2")
-    figure, axes = new_figure(
-        len(outcome.maps), 3, f"Fig. 9. Algorithm 2 on {surface.source}: map, u, surface of Phi^u"
-    )
-    for k, x in enumerate(outcome.maps):
-        folded = int((orientation_signs(x, surface.f) <= 0).sum())
-        show_sphere(axes[k][0], surface, x)
-        axes[k][0].set_title(f"{'before removal' if k == 0 else f'removal {k}'}: {folded} foldings", fontsize=8)
-        show_function(axes[k][1], surface, _u(surface, x))
-        projection = weighted_eigen_projection(surface.v, surface.f, x)
-        show_sphere(axes[k][2], surface, projection.phi)
-        values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
-        axes[k][2].set_title(f"eigenvalues {values}; {_roundness(projection.phi)}", fontsize=8)
+    dinosaurs = _dinosaurs(folder)
+    outcomes = [runs.get(surface, "Algorithm 2") for surface in dinosaurs]
+    rows = max(len(outcome.maps) for outcome in outcomes)
+    figure, axes = new_figure(rows, 3 * len(dinosaurs), "Fig. 9. Algorithm 2: map, u, and surface of Phi^u")
+    for ax in axes.ravel():
+        ax.axis("off")
+    for k, (surface, outcome) in enumerate(zip(dinosaurs, outcomes, strict=True)):
+        for line, x, step in zip(axes[:, 3 * k : 3 * k + 3], outcome.maps, count(), strict=False):
+            _removal(line, surface, x, step)
     return figure
+
+
+def _removal(line: Any, surface: Surface, x: FloatArray, step: int) -> None:
+    """Map, u and surface of Phi^u after a step of Algorithm 2."""
+    folded = int((orientation_signs(x, surface.f) <= 0).sum())
+    show_sphere(line[0], surface, x)
+    line[0].set_title(f"{f'removal {step}' if step else surface.source}: {folded} foldings", fontsize=8)
+    show_function(line[1], surface, _u(surface, x))
+    projection = weighted_eigen_projection(surface.v, surface.f, x)
+    show_sphere(line[2], surface, projection.phi)
+    values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
+    line[2].set_title(f"eigenvalues {values}\n{_roundness(projection.phi)}", fontsize=8)
+
+
+def _dinosaurs(folder: Path | None) -> list[Surface]:
+    """The folder's dinosaur, if there is one, and the sample: meshes of different quality behave differently."""
+    found = [load_surface("Dino", folder), load_surface("Dino", None)]
+    return found[found[0].source == found[1].source :]
 
 
 def figure_10(runs: Runs, folder: Path | None) -> Any:
@@ -174,7 +194,7 @@ def _u(surface: Surface, x: FloatArray) -> FloatArray:
 def _roundness(phi: FloatArray) -> str:
     """How far the surface of the eigenfunctions is from the sphere of Theorem 2."""
     radius = np.linalg.norm(phi, axis=1) / _PHI_RADIUS
-    return f"|Phi| from {radius.min():.3f} to {radius.max():.3f} of a round sphere's"
+    return f"|Phi| / sqrt(3 / (4 pi)) from {radius.min():.3f} to {radius.max():.3f}"
 
 
 def _verdict(surface: Surface, method: str, outcome: Outcome) -> str:
