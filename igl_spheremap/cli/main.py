@@ -9,12 +9,38 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
-from . import batch, check, completion, export, info, map_command, repair, reproduce, resample, view
+from . import (
+    batch,
+    check,
+    completion,
+    export,
+    info,
+    landmarks,
+    map_command,
+    p_harmonic,
+    repair,
+    reproduce,
+    resample,
+    view,
+)
 from .command import Command
 from .exits import HELP, Exit
 from .failures import EXPECTED, told
 
-_MODULES = (map_command, check, info, view, repair, resample, export, batch, reproduce, completion)
+_MODULES = (
+    map_command,
+    check,
+    info,
+    view,
+    repair,
+    resample,
+    export,
+    batch,
+    p_harmonic,
+    landmarks,
+    reproduce,
+    completion,
+)
 #: All subcommands. A further one is a module with a COMMAND, and a word above.
 COMMANDS: tuple[Command, ...] = tuple(module.COMMAND for module in _MODULES)
 

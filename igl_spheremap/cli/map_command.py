@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from typing import Any
 
 from ..figures import angle_figures
@@ -41,14 +42,29 @@ def configure(parser: ArgumentParser) -> None:
     -------
     None
     """
+    add_map_arguments(parser)
+    parser.add_argument(
+        "--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline"
+    )
+
+
+def add_map_arguments(parser: ArgumentParser) -> None:
+    """Add what all commands take that map a mesh and write the map.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Gains them.
+
+    Returns
+    -------
+    None
+    """
     add_source(parser)
     parser.add_argument(
         "target", metavar="OUT", help="the sphere, same vertex order; .npz holds the whole result; - for stdout"
     )
     parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
-    parser.add_argument(
-        "--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline"
-    )
     parser.add_argument(
         "--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's"
     )
@@ -65,12 +81,30 @@ def configure(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> Exit:
-    """Map, write, certify what was written, and tell.
+    """Map conformally, write, certify what was written, and tell.
 
     Parameters
     ----------
     args : Namespace
         As configured.
+
+    Returns
+    -------
+    Exit
+        OK only with the certificate of the numbers in the file.
+    """
+    return map_by(args, lambda v, f, **options: spherical_conformal_map(v, f, args.method, **options))
+
+
+def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
+    """Map by any function, write, certify what was written, and tell.
+
+    Parameters
+    ----------
+    args : Namespace
+        As `add_map_arguments` configures them.
+    solve : callable
+        Takes vertices, faces, a ``listener``, and ``tolerance`` and ``max_iterations`` where they were given.
 
     Returns
     -------
@@ -85,7 +119,7 @@ def run(args: Namespace) -> Exit:
     source = load_source(args)
     tell_repairs(source)
     recording = recorder(args, source)
-    result, interrupted = _map(source, args, [] if recording is None else [recording])
+    result, interrupted = _map(source, args, solve, [] if recording is None else [recording])
     written = write_target(
         args,
         lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
@@ -98,7 +132,9 @@ def run(args: Namespace) -> Exit:
     return Exit.OK if certified else Exit.FOLDINGS
 
 
-def _map(source: Source, args: Namespace, recorders: list[Listener]) -> tuple[SphereMap, bool]:
+def _map(
+    source: Source, args: Namespace, solve: Callable[..., SphereMap], recorders: list[Listener]
+) -> tuple[SphereMap, bool]:
     """The map, and whether Ctrl-C ended it early."""
     options: dict[str, Any] = {
         key: value
@@ -114,7 +150,7 @@ def _map(source: Source, args: Namespace, recorders: list[Listener]) -> tuple[Sp
                 listener(iterate)
 
         try:
-            result = spherical_conformal_map(source.v, source.f, args.method, listener=tell, **options)
+            result = solve(source.v, source.f, listener=tell, **options)
         finally:
             line.clear()
     return result, interrupt.asked and result.status is Status.STOPPED
