@@ -76,6 +76,7 @@ def files(tmp_path_factory):
     write_mesh(folder / "bunny.ply", v, f)
     write_mesh(folder / "bunny.obj", v, f)
     write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
+    (folder / "landmarks.txt").write_text("0 0.6 0 0.8\n")
     x = np.array(ism.gauss_map(v, f))
     x[:5] *= -1
     write_mesh(folder / "folded.ply", x, f)
