@@ -189,7 +189,7 @@ def _broken(angles: FloatArray) -> NDArray[np.bool_]:
 
 
 def _defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
-    return 2 * np.pi - np.bincount(f.ravel(), angles.ravel(), minlength=n)
+    return np.asarray(2 * np.pi - np.bincount(f.ravel(), angles.ravel(), minlength=n), dtype=np.float64)
 
 
 def _laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
