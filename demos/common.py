@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from igl_spheremap.cli.command import UsageError
 from igl_spheremap.cli.exits import Exit
 from igl_spheremap.cli.source import Source, add_repair, load_source
+from igl_spheremap.cli.streams import add_format
 from igl_spheremap.errors import DisplayError, FileError, MapError, MeshError
 from igl_spheremap.viewer import UPS, App, add_picture_arguments, guess_up, open_for, run_app
 
@@ -28,9 +29,10 @@ def demo_parser(description: str | None, source: str) -> ArgumentParser:
         nargs="?",
         default=source,
         metavar="IN",
-        help=f"a mesh file, or sample:NAME[:key=value,...] (default {source})",
+        help=f"a mesh file, - for stdin, or sample:NAME[:key=value,...] (default {source})",
     )
     parser.add_argument("--up", choices=tuple(UPS), help="which way is up (default z, but y for .obj, .glb, .gltf)")
+    add_format(parser)
     add_repair(parser)
     add_picture_arguments(parser)
     return parser
