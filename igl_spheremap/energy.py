@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
 _LEAST_AREA = 1e-9
+#: The source has unit area, but where its area is rounding: vertices on a line count alike.
+_LEAST_TOTAL = 1e-6
 
 
 class Energy(Protocol):
@@ -175,7 +177,7 @@ def positive_areas(mesh: Mesh) -> FloatArray:
     """
     A = vertex_areas(mesh.v, mesh.f)
     total = A.sum()
-    if not total > 0:
+    if total < _LEAST_TOTAL:
         return np.full(len(A), 1 / len(A))
     A = np.maximum(A, _LEAST_AREA * total / len(A))
     return np.asarray(A / A.sum())

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 
-Weights = Literal["cotangent", "mollified", "delaunay"]
+Weights = Literal["cotangent", "mollified", "delaunay", "uniform"]
 
 # Slack in the triangle inequality that mollification enforces, relative to the mean edge length.
 MOLLIFY_FACTOR = 1e-5
@@ -61,7 +61,7 @@ def laplacian(v: np.ndarray, f: np.ndarray, weights: Weights = "cotangent") -> s
         Vertex positions.
     f : (m, 3) int64 ndarray
         Faces of a closed manifold mesh.
-    weights : {"cotangent", "mollified", "delaunay"}
+    weights : {"cotangent", "mollified", "delaunay", "uniform"}
         ``"cotangent"`` is the mesh's own `cotangent_laplacian`. ``"mollified"`` takes the cotangents from
         `mollified_edge_lengths`, which makes slivers and faces of zero area harmless and changes nothing
         elsewhere. ``"delaunay"`` flips the mollified mesh's edges, intrinsically, until it is Delaunay, so
@@ -95,7 +95,9 @@ def laplacian(v: np.ndarray, f: np.ndarray, weights: Weights = "cotangent") -> s
     if weights == "delaunay":
         lengths, faces = igl.intrinsic_delaunay_triangulation(mollified_edge_lengths(v, f), f)[:2]
         return _assemble(igl.cotmatrix_entries(lengths), faces, len(v))
-    raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified' or 'delaunay'")
+    if weights == "uniform":
+        return _assemble(np.full(f.shape, 0.5), f, len(v))
+    raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
 
 
 def mollified_edge_lengths(v: np.ndarray, f: np.ndarray, factor: float = MOLLIFY_FACTOR) -> np.ndarray:
@@ -187,9 +189,9 @@ def _assemble(half_cotangents: np.ndarray, f: np.ndarray, n: int) -> sp.csr_matr
     # The two faces of an edge of a closed mesh run through it both ways: L and its transpose share their
     # pattern, and a sum of data, unlike that of matrices, keeps entries that happen to be zero. It
     # commutes: exact symmetry.
-    L.data += L.T.tocsr().data
-    on_diagonal = np.flatnonzero(L.indices == np.repeat(np.arange(n, dtype=np.int32), np.diff(L.indptr)))
-    # The old diagonal is that of loops, which intrinsic flips can make, and which carry no energy.
     with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
+        L.data += L.T.tocsr().data
+        on_diagonal = np.flatnonzero(L.indices == np.repeat(np.arange(n, dtype=np.int32), np.diff(L.indptr)))
+        # The old diagonal is that of loops, which intrinsic flips can make, and which carry no energy.
         L.data[on_diagonal] -= np.add.reduceat(L.data, L.indptr[:-1])
     return L

@@ -57,7 +57,7 @@ def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangen
         The checked source.
     backend : str
         Factorisation, see `factorize`.
-    weights : {"cotangent", "mollified", "delaunay"}
+    weights : {"cotangent", "mollified", "delaunay", "uniform"}
         First choice.
 
     Returns
@@ -70,11 +70,11 @@ def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangen
     ValueError
         If `backend` is unknown or not installed.
     FactorisationFailed
-        If even intrinsic Delaunay weights can't be factorised.
+        If even uniform weights can't be factorised, for want of memory.
     """
     A = positive_areas(mesh)
     notes: list[str] = []
-    order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay")
+    order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order[order.index(weights):]:
         L = laplacian(mesh.v, mesh.f, choice)
         if not is_usable(L):
@@ -84,9 +84,9 @@ def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangen
         try:
             factor = factorize(P, backend)
         except FactorisationFailed:
-            notes.append(f"{choice} weights are not positive definite: obtuse slivers")
-            if choice == "delaunay":
+            if choice == "uniform":
                 raise
+            notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             continue
-        return Metric(L, P, A, factor, choice, tuple(notes))
-    raise FactorisationFailed("no Laplacian of this mesh can be factorised")
+        break
+    return Metric(L, P, A, factor, choice, tuple(notes))

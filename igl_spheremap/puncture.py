@@ -11,6 +11,7 @@ from .factor import refined_solve
 from .mesh import Mesh
 from .metric import Metric
 from .sphere import center
+from .starts import mesh_gauss_map
 from .sums import dot
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +24,8 @@ _SAMPLE = 4000
 _LARGEST_STRETCH = 0.5
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
+#: Distance in the plane that is as good as infinite, and whose square is finite.
+_INFINITE = 1e100
 #: Of the start's solves, where the factor is only approximate.
 _ACCURACY = 1e-6
 #: Faces tried before the best of the poor starts is taken.
@@ -42,7 +45,7 @@ def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
     Returns
     -------
     (n, 3) float64 array
-        Unit rows, Moebius-centred on the vertex areas.
+        Unit rows, Moebius-centred on the vertex areas. The Gauss map where no puncture gives finite numbers.
 
     References
     ----------
@@ -61,9 +64,7 @@ def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
             best, least = x, energy
         if abs(stretch) < _LARGEST_STRETCH and least < _LARGEST_ENERGY:
             break
-    if best is None:
-        raise FloatingPointError("the punctured harmonic map is not finite")
-    return best
+    return center(mesh_gauss_map(mesh), metric.A) if best is None else best
 
 
 def candidate_faces(mesh: Mesh) -> Iterator[int]:
@@ -105,9 +106,11 @@ def _plane_map(mesh: Mesh, metric: Metric, corners: IntArray) -> ComplexArray:
     loads[a] = -1
     green = refined_solve(metric.P, metric.factor, loads, _ACCURACY)
     p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
-    side = np.linalg.norm(p)
+    side = max(float(np.linalg.norm(p)), 1e-300)
     along = p @ q / side
-    target = np.array([side, along - 1j * np.sqrt(max(q @ q - along**2, 0.0))])
+    height = np.sqrt(max(q @ q - along**2, 0.0))
+    # A face without area is placed as an equilateral one: the affine correction finds its shape.
+    target = np.array([side, along - 1j * height]) if height > 0 else np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
             coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
@@ -156,6 +159,7 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     radius = np.abs(z)
     middle = _middle(radius[some], w)
     z = z / (middle if middle > 0 else radius.max())
+    z = z / np.maximum(np.abs(z) / _INFINITE, 1)
     square = z.real**2 + z.imag**2
     return np.column_stack((2 * z.real, 2 * z.imag, 1 - square)) / (1 + square)[:, None]
 

@@ -10,6 +10,9 @@ from .sums import row_dots, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
+#: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.
+_RIM = 1 - 1e-13
+
 
 def normalize(x: FloatArray) -> FloatArray:
     """Divide each row by its length.
@@ -146,7 +149,8 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
     x : (n, 3) float64 array
         Unit rows.
     weights : (n,) float64 array
-        Non-negative weights with a positive sum, less than half of it at any one point.
+        Non-negative weights with a positive sum, less than half of it at any one point: else there is no barycentre,
+        and the search ends near the rim.
     tolerance : float
         Length of the weighted mean at which the search ends.
 
@@ -184,6 +188,8 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
             step = step * (np.tanh(min(length, 2.0)) / length)  # the ball ends at 1
         while True:
             trial = _compose(centre, step)
+            if trial @ trial > _RIM:
+                return centre
             moved = moebius(x, trial)
             if float(np.linalg.norm(weighted_sum(w, moved))) < size or length < 1e-14:
                 break

@@ -114,5 +114,5 @@ def test_delaunay_weights_equal_libigl():
 
 
 def test_unknown_weights():
-    with pytest.raises(ValueError, match="'cotangent', 'mollified' or 'delaunay'"):
-        laplacian(*bumpy_sphere(1), "uniform")
+    with pytest.raises(ValueError, match="'cotangent', 'mollified', 'delaunay' or 'uniform'"):
+        laplacian(*bumpy_sphere(1), "cubic")

@@ -111,3 +111,9 @@ def test_best_rotation_recovers_a_rotation_and_never_mirrors():
     assert np.allclose(best_rotation(x, x @ turn, np.ones(200)), turn)
     assert np.isclose(np.linalg.det(best_rotation(x, x * [1, 1, -1], np.ones(200))), 1)
     assert np.isclose(np.linalg.det(best_rotation(x, np.zeros_like(x), np.ones(200))), 1)
+
+
+def test_centring_gives_up_where_half_the_weight_is_at_one_point():
+    x = random_points(50)
+    weights = np.where(np.arange(50) == 0, 1.0, 1e-6)
+    assert np.isfinite(center(x, weights)).all()

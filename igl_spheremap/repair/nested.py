@@ -183,7 +183,10 @@ def _levels(W: sp.csr_matrix, depth: FloatArray, area: FloatArray) -> IntArray:
         outside = np.flatnonzero(~inside)
         part = connected_components(W[outside][:, outside], directed=False)[1]
         inside[outside[part != np.argmax(np.bincount(part, image[outside]))]] = True  # islands within a disc
-        level[inside & (level == k)] = k + 1
+        deeper = inside & (level == k)
+        if not deeper.any():  # predicted depths can be anything where positions mean nothing
+            break
+        level[deeper] = k + 1
     return level
 
 
