@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ..certify import Certificate, certify_checked
 from ..distortion import mesh_angle_differences
+from ..energy import HarmonicEnergy
 from ..fast import fast_map
 from ..gauge import fix_gauge
 from ..iterate import Iterate, Listener, Status
@@ -228,10 +229,11 @@ class _Ladder:
         angles = float(np.abs(mesh_angle_differences(self.mesh, x)).mean())
         k, now = len(self.rounds), time.perf_counter()
         before = self.rounds[-1].foldings_after if k else certificate.foldings
-        self.rounds.append(Round(k, name, before, certificate.foldings, 0, float("nan"), angles,
-                                 Status.CONVERGED, now - self._began))
+        energy = HarmonicEnergy(self._metric.L).evaluate(x)[0]
+        self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, angles, Status.CONVERGED,
+                                 now - self._began))
         self._began = now
         self.tried.append(_Candidate(name, x, certificate, angles, stretch))
         if self.listener is not None:
-            self.listener(Iterate("repair", k, 0, x, float("nan"), float(certificate.foldings),
+            self.listener(Iterate("repair", k, 0, x, energy, float(certificate.foldings),
                                   details={"rung": name, "angles": angles}))
