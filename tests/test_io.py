@@ -13,7 +13,7 @@ import pytest
 
 from igl_spheremap import FileError, MeshError, certify, check_mesh, samples, spherical_conformal_map
 from igl_spheremap import io as meshio_here
-from igl_spheremap.io import FORMATS, format_of, read_map, read_mesh, read_sphere, write_map, write_mesh
+from igl_spheremap.io import FORMATS, certify_radius, format_of, read_map, read_mesh, read_sphere, write_map, write_mesh
 from igl_spheremap.io.polygons import Polygons
 from igl_spheremap.repair.rounding import Float32Map
 
@@ -531,3 +531,9 @@ def test_every_format_is_in_the_table_once():
     package = Path(meshio_here.__file__).parent
     registered = {entry.read.__module__.rpartition(".")[2] for entry in FORMATS}
     assert registered == {p.stem for p in package.glob("*.py") if "\nFORMAT = " in p.read_text()}
+
+
+def test_a_unit_sphere_has_radius_one_to_the_last_digit():
+    x, f = samples.make("sphere", n_vertices=200)
+    assert certify_radius(x * (1 + 1e-15), f).radius == 1
+    assert certify_radius(100 * x, f).radius == pytest.approx(100)

@@ -75,6 +75,8 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     certificate = certify_checked(x, check_faces(f, len(x)))
     distance = np.sqrt(np.einsum("ij,ij->i", x, x))
     radius = float(np.median(distance))
+    if abs(radius - 1) < UNIT_TOLERANCE:  # rounding: a unit sphere is written back digit for digit
+        radius = 1.0
     off = np.flatnonzero(~(np.abs(distance - radius) <= UNIT_TOLERANCE * radius))
     return SphereCheck(replace(certificate, off_sphere=off[~np.isin(off, certificate.not_finite)]), radius)
 
