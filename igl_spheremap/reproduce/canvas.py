@@ -122,7 +122,7 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
     corners = x[surface.f[faces]].reshape(-1, 3)
     middle = corners.mean(axis=0)
     middle /= np.linalg.norm(middle)
-    reach = 1.5 * max(float(np.linalg.norm(corners - middle, axis=1).max()), 1e-12)
+    reach = min(1.5 * max(float(np.linalg.norm(corners - middle, axis=1).max()), 1e-12), 1.0)
     across = np.linalg.svd(middle[None])[2][1:]
     near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
     plane = np.column_stack(((x - middle) @ across.T, np.zeros(len(x)))) / reach
