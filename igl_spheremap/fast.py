@@ -51,5 +51,5 @@ def fast_map(
     """
     if x is None:
         x = punctured_start(mesh, metric)
-    solver = SobolevCayley(metric.L, metric.factor, metric.A, mesh.f)
+    solver = SobolevCayley(metric.L, metric.P, metric.factor, metric.A, mesh.f)
     return minimize(solver.iterates(x), tolerance=tolerance, max_iterations=max_iterations, listener=listener)

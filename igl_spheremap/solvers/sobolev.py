@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..distortion import face_areas
-from ..factor import Factor
+from ..factor import Factor, refined_solve
 from ..iterate import Iterate
 from ..line_search import NonmonotoneSearch
 from ..sphere import cayley_update, center
@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 #: The weighted mean of the map may be this far from the origin before the Moebius gauge is restored.
 _OFF_CENTRE = 1e-4
+#: Of the steps, where the factor is only approximate.
+_ACCURACY = 0.1
 #: Rise of the energy, as a share of it, that is rounding.
 _ROUNDING = 1e-13
 #: With contraction 1/3 for the lowest mode, l = 2, the energy left after a step is g.D / 12; measured, it is less.
@@ -42,8 +44,10 @@ class SobolevCayley:
     ----------
     L : (n, n) sparse matrix
         Laplacian.
+    P : (n, n) sparse matrix
+        L + tiny M.
     factor : Factor
-        Applies P^-1.
+        Applies P^-1; refined by conjugate gradients where it is only approximate.
     A : (n,) float64 array
         Vertex areas, which the gauge balances.
     f : (m, 3) int64 array
@@ -51,6 +55,7 @@ class SobolevCayley:
     """
 
     L: sp.csr_matrix
+    P: sp.csr_matrix
     factor: Factor
     A: FloatArray
     f: NDArray[np.int64]
@@ -75,7 +80,7 @@ class SobolevCayley:
             g = H - density[:, None] * x  # eq. (9)
             e = _boost(x, g, density)
             g += density[:, None] * (along(x, e)[:, None] * x - e)
-            D = self.factor.solve(g)
+            D = refined_solve(self.P, self.factor, g, _ACCURACY)
             D -= weighted_sum(self.A, D) / self.A.sum()
             left = dot(g, D) / _LEFT
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
