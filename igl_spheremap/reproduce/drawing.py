@@ -14,6 +14,11 @@ IntArray = NDArray[np.int64]
 _LIGHT = np.array([-0.35, 0.45, 0.82])
 PLAIN, FOLDED = (0.80, 0.84, 0.88), (0.84, 0.24, 0.0)
 
+#: What counts as up in files: z or y.
+_UP = np.array([0.0, 1.0, 1.0])
+#: A vertical axis that is closer to the ground than this is not taken for one.
+_UPRIGHT = 0.3
+
 
 def view_of(v: FloatArray) -> FloatArray:
     """Rotation that shows a body's long side: longest axis across, second one up, shortest one to the viewer.
@@ -31,8 +36,11 @@ def view_of(v: FloatArray) -> FloatArray:
     centred = v - v.mean(axis=0)
     _, _, axes = np.linalg.svd(centred, full_matrices=False)
     # The sign of an axis is that of its third moment, so that the same body is always shown from the same side.
-    skew = ((centred @ axes.T) ** 3).sum(axis=0)
-    axes *= np.where(skew < 0, -1.0, 1.0)[:, None]
+    sign = ((centred @ axes.T) ** 3).sum(axis=0)
+    # But up is up in the file: along z or y, whichever the format has.
+    if abs(axes[1] @ _UP) > _UPRIGHT:
+        sign[1] = axes[1] @ _UP
+    axes *= np.where(sign < 0, -1.0, 1.0)[:, None]
     axes[2] *= np.sign(np.linalg.det(axes))
     return axes.T
 
