@@ -7,7 +7,9 @@
    of the mesh's own edges made positive, which suit limbs of few vertices around.
 4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with the
    fewest foldings and the one with the least angle differences are both tried, and the better result is kept.
-5. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
+5. *mips*: what came off rungs 2 and 3 without foldings is conformal for other weights than the mesh's own: a few sweeps
+   of descent on the MIPS energy of its own triangles, kept if angles gain by it.
+6. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ from .axis import axis_limbs
 from .depth import log_edges, predicted_log_edges
 from .embedding import Watch, dilate, progressive_embedding, upright
 from .nested import solve_limbs
-from .relax import AngleLoss, descend
+from .relax import AngleLoss, MipsLoss, descend
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -48,6 +50,7 @@ _ROUNDED = 28.0
 #: Rings around what embedding moved that are relaxed with it.
 _RELAXED_RINGS = 2
 _SWEEPS = 30
+_MIPS_SWEEPS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +112,8 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
             ladder.limbs()
     if not ladder.free:
         ladder.embedding()
+    elif len(ladder.tried) > 1:
+        ladder.mips()
     if axis:
         ladder.axis()
     best = ladder.best()
@@ -204,6 +209,12 @@ class _Ladder:
         nearest = min(self.tried, key=lambda candidate: candidate.angles)
         for candidate in [fewest] if fewest is nearest else [fewest, nearest]:
             self.add("embedding", mend_locally(self.mesh, candidate.x), candidate.stretch)
+
+    def mips(self) -> None:
+        """The last map, relaxed to the mesh's own triangles."""
+        last = self.tried[-1]
+        self.add("mips", descend(last.x, self.mesh.f, MipsLoss.of(self.mesh.v, self.mesh.f), sweeps=_MIPS_SWEEPS),
+                 last.stretch)
 
     def axis(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
