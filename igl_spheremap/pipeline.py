@@ -40,8 +40,9 @@ def spherical_conformal_map(
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     method : str
-        "auto" (the fast pipeline, the default) or "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the
-        Gauss map).
+        "auto" (the fast pipeline, the default), "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the Gauss
+        map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured
+        plane).
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to end with what there is.
     **options
