@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from .distortion import face_areas, mesh_conformal_factor
 from .errors import MeshError
 from .factor import factorize, refined_solve
-from .laplacian import is_usable, laplacian
+from .laplacian import usable_laplacian
 from .mesh import Mesh, check_mesh, check_rows
 from .starts import fill_directions
 
@@ -99,8 +99,7 @@ def stiffness(mesh: Mesh) -> sp.csr_matrix:
     (n, n) sparse matrix
         Positive semidefinite.
     """
-    A = laplacian(mesh.v, mesh.f)  # eq. (26)
-    return A if is_usable(A) else laplacian(mesh.v, mesh.f, "mollified")
+    return usable_laplacian(mesh.v, mesh.f)  # eq. (26)
 
 
 def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from .laplacian import is_usable, laplacian, vertex_areas
+from .laplacian import usable_laplacian, vertex_areas
 from .mesh import Mesh, check_mesh, check_rows
 from .sphere import tangent
 from .sums import along, dot, row_dots, weighted_moment, weighted_sum
@@ -156,10 +156,7 @@ def harmonic_problem(mesh: Mesh) -> Problem:
     Problem
         Gauge-fixed.
     """
-    L = laplacian(mesh.v, mesh.f)
-    if not is_usable(L):
-        L = laplacian(mesh.v, mesh.f, "mollified")
-    return Problem(HarmonicEnergy(L), positive_areas(mesh))
+    return Problem(HarmonicEnergy(usable_laplacian(mesh.v, mesh.f)), positive_areas(mesh))
 
 
 def positive_areas(mesh: Mesh) -> FloatArray:

@@ -132,6 +132,30 @@ def mollified_edge_lengths(v: np.ndarray, f: np.ndarray, factor: float = MOLLIFY
     return lengths + max(0.0, factor * lengths.mean() - slack)
 
 
+def usable_laplacian(v: np.ndarray, f: np.ndarray) -> sp.csr_matrix:
+    """Assemble the mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it.
+
+    Parameters
+    ----------
+    v : (n, 3) float64 ndarray
+        Vertex positions.
+    f : (m, 3) int64 ndarray
+        Faces of a closed manifold mesh.
+
+    Returns
+    -------
+    (n, n) scipy.sparse.csr_matrix of float64
+        With entries that are finite.
+
+    Examples
+    --------
+    >>> is_usable(usable_laplacian(*igl.icosahedron()))
+    True
+    """
+    L = cotangent_laplacian(v, f)
+    return L if is_usable(L) else laplacian(v, f, "mollified")
+
+
 def is_usable(L: sp.csr_matrix) -> bool:
     """Tell whether a Laplacian's entries are finite and of a size that a factorisation bears.
 

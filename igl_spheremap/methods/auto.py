@@ -111,12 +111,11 @@ def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener
     """
     minimum = fast_map(mesh, metric, start, tolerance=tolerance, max_iterations=max_iterations, listener=listener)
     x, energy, status = fix_gauge(mesh, minimum.last.x, metric.A), minimum.last.energy, minimum.status
-    if status is Status.STOPPED:
-        return Draft(x, energy, status, backend=metric.factor.backend, notes=metric.notes,
-                     certificate=certify_checked(x, mesh.f))
     try:
-        mended = climb(mesh, metric, x, listener, axis=gauge == "axis")
+        mended = None if status is Status.STOPPED else climb(mesh, metric, x, listener, axis=gauge == "axis")
     except StopIteration:
+        mended = None
+    if mended is None:
         return Draft(x, energy, Status.STOPPED, backend=metric.factor.backend, notes=metric.notes,
                      certificate=certify_checked(x, mesh.f))
     y, certificate = mended.x, mended.certificate
