@@ -181,6 +181,8 @@ def _levels(W: sp.csr_matrix, depth: FloatArray, area: FloatArray) -> IntArray:
         inside = depth > _ONSET + k * _STEP
         inside &= (level >= k) & ~(W @ (level < k).astype(float) > 0)
         outside = np.flatnonzero(~inside)
+        if not len(outside):  # nothing to solve relative to: the whole map is a speck
+            break
         part = connected_components(W[outside][:, outside], directed=False)[1]
         inside[outside[part != np.argmax(np.bincount(part, image[outside]))]] = True  # islands within a disc
         deeper = inside & (level == k)
