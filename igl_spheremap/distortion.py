@@ -70,6 +70,24 @@ def mesh_angle_differences(mesh: Mesh, x: FloatArray) -> FloatArray:
     return np.degrees(corner_angles(x, mesh.f) - corner_angles(mesh.v, mesh.f))
 
 
+def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
+    """Mean size of the angle differences of a mesh that passed the gate.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Images of the vertices.
+
+    Returns
+    -------
+    float
+        Degrees.
+    """
+    return float(np.abs(mesh_angle_differences(mesh, x)).mean())
+
+
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     """Corner angles in radians, by libigl, and by a slower way where libigl's fails on a degenerate face.
 

@@ -16,7 +16,7 @@ from .gauge import fix_gauge
 from .iterate import Iterate, Listener
 from .mesh import Mesh, check_mesh, check_rows
 from .methods import METHODS, Draft
-from .repair.ladder import mend_locally
+from .repair.mend import mend_locally
 from .sphere import normalize
 from .sphere_map import SphereMap, Step
 

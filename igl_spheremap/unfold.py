@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .certify import orientation_signs
-from .distortion import mesh_angle_differences
+from .distortion import mean_angle_difference
 from .eigen_projection import project
 from .energy import HarmonicEnergy, Problem
 from .iterate import Iterate, Listener, Status
@@ -180,6 +180,6 @@ def record_round(mesh: Mesh, start: Iterate, minimum: Minimum, seconds: float) -
         With the foldings before and after.
     """
     before, after = (int((orientation_signs(x, mesh.f) <= 0).sum()) for x in (start.x, minimum.last.x))
-    mean = float(np.abs(mesh_angle_differences(mesh, minimum.last.x)).mean())
+    mean = mean_angle_difference(mesh, minimum.last.x)
     return Round(start.round, start.stage, before, after, minimum.last.iteration, minimum.last.energy, mean,
                  minimum.status, seconds)

@@ -46,6 +46,32 @@ def test_only_vertices_near_a_planted_folding_move():
     assert np.linalg.norm(x[moved] - x[0], axis=1).max() < 0.35
 
 
+def test_what_is_put_back_returns_to_where_it_was():
+    x, f = icosphere(4)
+    folded = x.copy()
+    folded[0] = -x[0]  # drags its faces across the whole sphere
+    y = progressive_embedding(folded, f)
+    assert certify(y, f).folding_free
+    moved = np.flatnonzero((y != folded).any(axis=1))
+    assert len(moved) <= 7
+    assert 0 in moved
+
+
+def test_points_inside_a_kernel_are_taken_as_they_are_and_others_approached():
+    x, f = icosphere(3)
+    star = stars_of(f, np.arange(len(x)) == 40)
+    target = star.a[:1]
+    inside = unit(x[40:41] + 0.1 * (x[target] - x[40:41]))
+    assert (centres_beside(x, star, target, inside) == inside).all()
+    for outside in (x[star.a[2:3]] * 2 - x[40:41], -x[40:41]):
+        y = x.copy()
+        y[40] = centres_beside(x, star, target, unit(outside))[0]
+        assert certify(y, f).folding_free
+    centre = centres_beside(x, star, target)
+    nearer = centres_beside(x, star, target, unit(x[star.a[2:3]] * 2 - x[40:41]))
+    assert np.linalg.norm(nearer - x[star.a[2]]) < np.linalg.norm(centre - x[star.a[2]])
+
+
 def test_a_mirrored_map_and_a_double_cover_are_rebuilt():
     x, f = icosphere(3)
     assert certify(-x, f).degree == -1

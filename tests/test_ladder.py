@@ -14,6 +14,8 @@ from igl_spheremap.fast import fast_map
 from igl_spheremap.gauge import fix_gauge
 from igl_spheremap.mesh import check_mesh
 from igl_spheremap.metric import build_metric
+from igl_spheremap.repair.mend import mend_locally, restore_gauge
+from igl_spheremap.sphere import center
 
 
 def _mapped(name, **parameters):
@@ -55,8 +57,51 @@ def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
     assert mended.certificate.folding_free
     assert [r.start for r in mended.rounds] == ["map", "embedding"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
-    assert (mended.x[far] == x[far]).all()
+    assert (mend_locally(mesh, x)[far] == x[far]).all()
+    assert np.abs(mended.x[far] - x[far]).max() < 1e-4  # but for the gauge
     assert _mean(mesh, mended.x) < 1.02 * _mean(mesh, spheroid[2])
+
+
+def test_a_mended_map_is_in_the_gauge(folded):
+    mesh, metric, x = folded
+    assert np.linalg.norm(metric.A @ mend_locally(mesh, x)) > 1e-12
+    mended = repair.climb(mesh, metric, x)
+    assert np.linalg.norm(metric.A @ mended.x) < 1e-12
+    assert np.abs(fix_gauge(mesh, mended.x, metric.A) - mended.x).max() < 1e-12
+
+
+def test_what_rounding_folds_in_the_gauge_is_mended_or_left():
+    mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
+    y = mend_locally(mesh, center(repair.climb(mesh, metric, x).x, np.full(len(x), 1 / len(x))))
+    z = restore_gauge(mesh, y, metric.A)
+    assert certify(z, mesh.f).folding_free
+    assert np.linalg.norm(metric.A @ z) < max(1e-3, np.linalg.norm(metric.A @ y) / 10)
+
+
+def test_a_coarse_map_far_from_conformal_is_brought_nearer_but_only_if_that_gains_much():
+    v, f = _rod()
+    mesh = check_mesh(v, f)
+    metric = build_metric(mesh)
+    x = fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
+    assert certify(x, f).folding_free
+    mended = repair.climb(mesh, metric, x)
+    assert mended.certificate.folding_free
+    assert [r.start for r in mended.rounds] == ["map", "angles"]
+    assert _mean(mesh, mended.x) < 0.5 * _mean(mesh, x)
+    mesh, metric, x = _mapped("octopus", n_vertices=1500)
+    assert _mean(mesh, x) > 7
+    assert repair.climb(mesh, metric, x).x is x
+
+
+def _rod():
+    """A rod of eight long flat sides, each but two triangles."""
+    t = np.arange(8) * np.pi / 4
+    ring = np.column_stack((np.cos(t), np.sin(t), 0 * t))
+    v = np.vstack(([[0.0, 0, 0]], ring, ring + [0, 0, 2], [[0, 0, 2]]))
+    a, b = 1 + np.arange(8), 1 + (np.arange(8) + 1) % 8
+    f = np.vstack([np.column_stack(c) for c in ((0 * a, b, a), (a, b, b + 8), (a, b + 8, a + 8),
+                                                (a + 8, b + 8, 0 * a + 17))])
+    return v, f
 
 
 def test_long_arms_come_back_certified_and_conformal():

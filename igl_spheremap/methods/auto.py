@@ -15,6 +15,7 @@ from ..iterate import Listener, Status
 from ..mesh import Mesh
 from ..metric import Metric, build_metric
 from ..repair.ladder import climb
+from ..repair.mend import restore_gauge
 from ..repair.polish import polish_map
 from ..repair.relax import Polish
 from .draft import Draft
@@ -121,6 +122,7 @@ def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener
     y, certificate = mended.x, mended.certificate
     if polish is not None:
         y = polish_map(mesh, y, polish)
+        y = y if mended.on_axis else restore_gauge(mesh, y, metric.A)
         certificate = certify_checked(y, mesh.f)
     if y is not x:
         energy = HarmonicEnergy(metric.L).evaluate(y)[0]

@@ -122,6 +122,8 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     if not bad.any() or bad.sum() > len(f) / 2:
         return x
     forced = np.zeros(len(x), dtype=bool)
+    with suppress(_TooCoarse):
+        return _mend_locally(x, f, bad, forced, grid or unit_rows, watch, homing=True)
     for rings in _RINGS:
         try:
             return _mend_locally(x, f, bad, forced, grid or unit_rows, watch)
@@ -158,8 +160,11 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
 
 
 def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
-                  watch: Watch | None) -> FloatArray:
-    """Remove and rebuild the forced vertices, and around bad faces as little as possible."""
+                  watch: Watch | None, homing: bool = False) -> FloatArray:
+    """Remove and rebuild the forced vertices, and around bad faces as little as possible.
+
+    What is put back goes to where it was, or as near as it may, if it is `homing`; else it shares out the room.
+    """
     around = forced.copy()
     around[f[bad]] = True
     margin = _MARGIN
@@ -174,7 +179,7 @@ def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray,
         part = x[vertices]
         try:
             mesh = Complex(local[f[faces]], part, frozen[vertices], grid)
-            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch))
+            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch), homing)
         except _RegionTooSmall:
             margin *= 2
             continue
@@ -198,9 +203,9 @@ def _within(x: FloatArray, vertices: IntArray, watch: Watch | None) -> Watch | N
     return watch_part
 
 
-def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None) -> None:
+def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None, homing: bool = False) -> None:
     """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
-    f = mesh.f.copy()
+    f, home = mesh.f.copy(), mesh.x.copy() if homing else None
     batches = list(_removals(mesh, forced))
     if mesh.bad.any() or (forced & mesh.present).any():
         if mesh.frozen.any():
@@ -209,7 +214,7 @@ def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None) -> None:
         last = np.setdiff1d(np.flatnonzero(mesh.present), corners)
         mesh.x[np.append(last, corners)] = mesh.grid(_TETRAHEDRON)
     movable = dilate(f, ~mesh.present & ~mesh.frozen, 1) & ~mesh.frozen
-    _put_back(mesh, batches, movable, watch)
+    _put_back(mesh, batches, movable, watch, home)
 
 
 def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
@@ -228,27 +233,28 @@ def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
             forced = np.ones_like(forced)
 
 
-def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, watch: Watch | None) -> None:
-    """Undo the collapses, newest first, relaxing as the complex grows."""
+def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, watch: Watch | None,
+              home: FloatArray | None) -> None:
+    """Undo the collapses, newest first, to `home` where it is given; else relaxing as the complex grows."""
     for batch in reversed(batches):
         mesh.x[batch.stars.vertices] = mesh.x[batch.target]
     relaxed_at = int((mesh.present & movable).sum())
     for batch in reversed(batches):
         mesh.restore(batch)
-        _insert(mesh, batch, movable)
+        _insert(mesh, batch, movable, home)
         size = int((mesh.present & movable).sum())
-        if size > _GROWTH * relaxed_at + 4:
+        if home is None and size > _GROWTH * relaxed_at + 4:
             relax_areas(mesh, movable)
             relaxed_at = size
         if watch is not None:
             watch(mesh.x)
 
 
-def _insert(mesh: Complex, batch: Batch, movable: BoolArray) -> None:
+def _insert(mesh: Complex, batch: Batch, movable: BoolArray, home: FloatArray | None) -> None:
     """Give the vertices of a batch that was just restored positions in their kernels."""
     x, stars, target = mesh.x, batch.stars, batch.target
     for _ in range(_INSERTION_ATTEMPTS):
-        placed = centres_beside(x, stars, target)
+        placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
         for pull in _PULLS:
             x[stars.vertices] = mesh.grid(unit_rows(x[target] + pull * (placed - x[target])))
             failed = np.flatnonzero(~proper(x, stars))

@@ -20,6 +20,10 @@ IntArray = NDArray[np.int64]
 _NEWTON_STEPS = 8
 #: Kernels may be unbounded in the chart: centres stay within this tangent of the angle from where they start.
 _CHART_RADIUS = 1.5
+#: Points are approached to this share of the way to the kernel's boundary: vertices still to come need room.
+_KEPT_CLEAR = 0.7
+#: A point is in view of a chart if the cosine of its angle from the chart's centre is above this.
+_IN_VIEW = 0.1
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,7 @@ def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
     return planes.lift(_newton(planes, np.zeros((len(stars.vertices), 2))))
 
 
-def centres_beside(x: FloatArray, stars: Stars, target: IntArray) -> FloatArray:
+def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatArray | None = None) -> FloatArray:
     """Place each centre inside its star's kernel, knowing a corner of the star in the kernel's closure.
 
     When a vertex was collapsed to `target` and the faces of the fan from there are positively oriented, the
@@ -169,6 +173,8 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray) -> FloatArray:
         Stars of the vertices to place.
     target : (k,) int64 array
         For each star the corner that sees it.
+    wanted : (k, 3) float64 array, optional
+        Unit rows to come as near to as the kernels allow; the analytic centres by default.
 
     Returns
     -------
@@ -188,7 +194,23 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray) -> FloatArray:
     room = np.minimum.reduceat(np.maximum(room, 0.0), planes.start)
     offset = np.where(touching, 0.0, planes.offset)
     planes = replace(planes, offset=offset)
-    return planes.lift(_newton(planes, direction * 0.5 * room[:, None]))
+    z = _newton(planes, direction * 0.5 * room[:, None])
+    return planes.lift(z) if wanted is None else _towards(planes, z, wanted)
+
+
+def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The wanted points, bit for bit, where they lie well inside; else points on the way there from inside."""
+    ahead = dot(planes.centre, wanted)
+    seen = ahead > _IN_VIEW
+    ahead = np.where(seen, ahead, 1.0)
+    away = np.einsum("ki,kji->kj", wanted - planes.centre, planes.axes) / (ahead * planes.size**2)[:, None]
+    way = np.where(seen[:, None], away - z, 0.0)
+    h = planes.offset + dot(planes.normal, z[planes.owner])
+    approach = -dot(planes.normal, way[planes.owner])
+    share = np.where(approach > 0, h, np.inf) / np.where(approach > 0, approach, 1.0)
+    share = _KEPT_CLEAR * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
+    inside = planes.lift(z + np.minimum(share, 1.0)[:, None] * way)
+    return np.where((seen & (share >= 1))[:, None], wanted, inside)
 
 
 def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:

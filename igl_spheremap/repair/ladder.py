@@ -5,10 +5,11 @@
 3. *limbs*: with more than a few left, and edges so short that the solver's absolute error folds them, the deep limbs
    are solved again in nested frames, drawn out where float64 ends; first with the Delaunay weights, then with those
    of the mesh's own edges made positive, which suit limbs of few vertices around.
-4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed. The map with the
-   fewest foldings and the one with the least angle differences are both tried, and the better result is kept.
-5. *mips*: what came off rungs 2 and 3 without foldings is conformal for other weights than the mesh's own: a few sweeps
-   of descent on the MIPS energy of its own triangles, kept if angles gain by it.
+4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed: of all maps so far
+   the one with the least angle differences, and the one with the fewest foldings if its angles may yet be better.
+5. *angles*: a mended map that is off by more than a few degrees on average is brought nearer to the mesh's own angles
+   by a sweep over its vertices. One that is hardly conformal even so takes Newton steps too, while they gain much;
+   and so does a map without foldings whose triangles are too coarse or too thin for the harmonic energy to tell.
 6. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..certify import Certificate, certify_checked
-from ..distortion import mesh_angle_differences
+from ..distortion import corner_angles, mean_angle_difference
 from ..energy import HarmonicEnergy
 from ..fast import fast_map
 from ..gauge import fix_gauge
@@ -33,24 +34,30 @@ from ..metric import Metric, build_metric
 from ..sphere_map import Round
 from .axis import axis_limbs
 from .depth import log_edges, predicted_log_edges
-from .embedding import Watch, dilate, progressive_embedding, upright
+from .mend import mend_locally, relax_some, restore_gauge
 from .nested import solve_limbs
-from .relax import AngleLoss, MipsLoss, descend
+from .polish import match_angles
+from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 #: Foldings, as a number and as a share of the faces, that are mended in the first map, and in a later one.
 _HANDFUL = (2, 4e-5)
-_FEW = (20, 2e-4)
+_FEW = (20, 5e-3)
 #: Limbs are solved again if an image edge is predicted to be shorter than exp(-this).
 _DEEP = 20.0
 #: Image edges shorter than exp(-this) suffer from the rounding of positions.
 _ROUNDED = 28.0
-#: Rings around what embedding moved that are relaxed with it.
-_RELAXED_RINGS = 2
-_SWEEPS = 30
-_MIPS_SWEEPS = 3
+#: Mean angle difference, in degrees, beyond which a mended map is brought nearer to the mesh's angles by a sweep, and
+#: beyond which any map is by Newton steps.
+_POOR = 2.5
+_HARDLY_CONFORMAL = 7.0
+#: Rounds of Newton steps at the most; they end when one gains less than this share.
+_ROUNDS = 8
+_LEAST_GAIN = 0.1
+#: Faces looked at to tell whether a map is hardly conformal.
+_SAMPLE = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,50 +109,38 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
         With `x` itself if that is free of foldings.
     """
     certificate = certify_checked(x, mesh.f)
-    if certificate.folding_free and not axis:
-        return Mended(x, certificate)
     ladder = _Ladder(mesh, metric, listener)
-    ladder.add("map", x)
-    if not ladder.nearly(_HANDFUL):
-        ladder.delaunay()
-        if not ladder.nearly(_FEW):
-            ladder.limbs()
-    if not ladder.free:
+    if certificate.folding_free:
+        y = _nearer(mesh, x)
+        if y is x and not axis:
+            return Mended(x, certificate)
+        ladder.add("map", x)
+        if y is not x:
+            ladder.add("angles", y)
+    else:
+        ladder.add("map", x)
+        if not ladder.nearly(_HANDFUL):
+            ladder.delaunay()
+            if not ladder.nearly(_FEW):
+                ladder.limbs()
         ladder.embedding()
-    elif len(ladder.tried) > 1:
-        ladder.mips()
+        ladder.angles()
     if axis:
         ladder.axis()
     best = ladder.best()
-    return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "axis")
+    if best.name in ("map", "axis"):
+        return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "axis")
+    x = restore_gauge(mesh, best.x, metric.A)
+    return Mended(x, certify_checked(x, mesh.f), tuple(ladder.rounds), best.stretch)
 
 
-def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:
-    """Embed what is folded, and relax it with its surroundings.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows.
-    watch : callable, optional
-        Called with the map each time that a batch of vertices was put back.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, certified free of foldings.
-    """
-    x = upright(x, mesh.f)
-    y = progressive_embedding(x, mesh.f, watch)
-    return _relaxed(mesh, y, dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS))
-
-
-def _relaxed(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
-    """Descend on the angle differences of some vertices, at a cost that only they cause."""
-    around = mesh.f[movable[mesh.f].any(axis=1)]
-    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=_SWEEPS) if len(around) else x
+def _nearer(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """A map without foldings that is hardly conformal, brought nearer to the mesh's angles if that gains much."""
+    f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
+    if np.degrees(np.abs(corner_angles(x, f) - corner_angles(mesh.v, f)).mean()) < _HARDLY_CONFORMAL:
+        return x
+    y = match_angles(mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+    return y if mean_angle_difference(mesh, y) < (1 - _LEAST_GAIN) * mean_angle_difference(mesh, x) else x
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +153,11 @@ class _Candidate:
     angles: float
     stretch: float
 
+    @property
+    def free(self) -> bool:
+        """Whether it is certified."""
+        return self.certificate.folding_free
+
 
 class _Ladder:
     """The maps that were tried so far, and the rungs that make others."""
@@ -167,11 +167,6 @@ class _Ladder:
         self.tried: list[_Candidate] = []
         self.rounds: list[Round] = []
         self._metric, self._began = metric, time.perf_counter()
-
-    @property
-    def free(self) -> bool:
-        """Whether the last map is free of foldings."""
-        return self.tried[-1].certificate.folding_free
 
     def nearly(self, few: tuple[int, float]) -> bool:
         """Whether the last map has so few foldings that they are mended where they are."""
@@ -188,33 +183,41 @@ class _Ladder:
     def delaunay(self) -> None:
         """The harmonic map of the intrinsic Delaunay weights."""
         if self._metric.weights != "delaunay":
-            self.add("delaunay", fix_gauge(self.mesh, fast_map(self.mesh, self.metric).last.x, self.metric.A))
+            x = fix_gauge(self.mesh, fast_map(self.mesh, self.metric).last.x, self.metric.A)
+            self.add("delaunay", self._settled(x))
 
     def limbs(self) -> None:
         """The last map, its deep limbs solved again."""
         x = self.tried[-1].x
         depth = -predicted_log_edges(self.mesh.v, self.mesh.f, x, self.metric.factor, self.metric.A)
-        if depth.max() < _DEEP:
+        if not _DEEP <= depth.max() < np.inf:  # nor a NaN, where positions mean nothing
             return
         for weights in ("delaunay", "mollified"):
             L = self.metric.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
             limbs = solve_limbs(x, L, depth, self.metric.A)
-            self.add("limbs", limbs.onto_sphere(x), limbs.stretch)
+            self.add("limbs", self._settled(limbs.onto_sphere(x)), limbs.stretch)
             if self.nearly(_FEW):
                 break
 
     def embedding(self) -> None:
         """The most promising maps, mended."""
-        fewest = min(self.tried, key=lambda candidate: candidate.certificate.foldings)
         nearest = min(self.tried, key=lambda candidate: candidate.angles)
-        for candidate in [fewest] if fewest is nearest else [fewest, nearest]:
-            self.add("embedding", mend_locally(self.mesh, candidate.x), candidate.stretch)
+        fewest = min(self.tried, key=lambda candidate: candidate.certificate.foldings)
+        for candidate in dict.fromkeys((nearest, fewest)):
+            best = self.best()
+            if not candidate.free and not (best.free and best.angles < candidate.angles):
+                x = mend_locally(self.mesh, candidate.x, relaxed=self._rounded(candidate.x))
+                self.add("embedding", x, candidate.stretch)
 
-    def mips(self) -> None:
-        """The last map, relaxed to the mesh's own triangles."""
-        last = self.tried[-1]
-        self.add("mips", descend(last.x, self.mesh.f, MipsLoss.of(self.mesh.v, self.mesh.f), sweeps=_MIPS_SWEEPS),
-                 last.stretch)
+    def angles(self) -> None:
+        """The best map, brought nearer to the mesh's own angles."""
+        best = self.best()
+        if best.angles < _POOR:
+            return
+        x = descend(best.x, self.mesh.f, AngleLoss(self._source.T), sweeps=1)
+        if self._difference(x) > _HARDLY_CONFORMAL:
+            x = match_angles(self.mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+        self.add("angles", x, best.stretch)
 
     def axis(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
@@ -228,16 +231,28 @@ class _Ladder:
 
     def best(self) -> _Candidate:
         """The map with the least angle differences among those free of foldings."""
-        return min(self.tried, key=lambda tried: (not tried.certificate.folding_free, tried.angles))
+        return min(self.tried, key=lambda tried: (not tried.free, tried.angles))
+
+    def _settled(self, x: FloatArray) -> FloatArray:
+        """A map without foldings, relaxed where rounding spoils it; any other as it is."""
+        return relax_some(self.mesh, x, self._rounded(x)) if certify_checked(x, self.mesh.f).folding_free else x
+
+    def _rounded(self, x: FloatArray) -> BoolArray:
+        """Vertices whose edges are so short that the rounding of positions spoils their angles."""
+        return log_edges(x, self.mesh.f) < -_ROUNDED
+
+    @cached_property
+    def _source(self) -> FloatArray:
+        """Corner angles of the mesh."""
+        return corner_angles(self.mesh.v, self.mesh.f)
+
+    def _difference(self, x: FloatArray) -> float:
+        """Mean size of the angle differences, in degrees."""
+        return float(np.degrees(np.abs(corner_angles(x, self.mesh.f) - self._source).mean()))
 
     def add(self, name: str, x: FloatArray, stretch: float = 1.0) -> None:
         """Judge a map, tell the listener, and put it on record."""
-        certificate = certify_checked(x, self.mesh.f)
-        if self.tried and certificate.folding_free:
-            short = log_edges(x, self.mesh.f) < -_ROUNDED
-            x = _relaxed(self.mesh, x, short)
-            certificate = certify_checked(x, self.mesh.f) if short.any() else certificate
-        angles = float(np.abs(mesh_angle_differences(self.mesh, x)).mean())
+        certificate, angles = certify_checked(x, self.mesh.f), self._difference(x)
         k, now = len(self.rounds), time.perf_counter()
         before = self.rounds[-1].foldings_after if k else certificate.foldings
         energy = HarmonicEnergy(self._metric.L).evaluate(x)[0]

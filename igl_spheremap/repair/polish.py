@@ -5,32 +5,25 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from ..certify import orientation_signs
-from ..distortion import corner_angles, mesh_angle_differences
-from ..errors import FactorisationFailed
-from ..factor import factorize
+from ..distortion import mean_angle_difference
+from ..energy import positive_areas
 from ..mesh import Mesh
-from .depth import log_edges
-from .embedding import progressive_embedding, unit_rows
-from .kernel import tangent_axes
+from ..sums import weighted_sum
+from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
 
 FloatArray = NDArray[np.float64]
 
-#: Rounds of a Newton step for the whole map and a few sweeps over its vertices.
-_ROUNDS = 8
-_SWEEPS = 1
+#: Newton steps at the most, sweeps where one fails, and sweeps at the end.
+_ROUNDS = 12
+_SWEEPS = 5
 _LAST_SWEEPS = 10
+#: Newton steps end when one lowers the mean by less than this share.
+_LEAST_GAIN = 0.01
 #: Smoothing of the angle differences, in units of their mean.
 _SMOOTHING = 0.1
-#: Added to the Hessian's diagonal, as a share: the Moebius group costs nothing.
-_DAMPING = 1e-8
-#: Steps tried; foldings that they make are mended if they are no more than this share of the faces.
-_LENGTHS = (1.0, 0.5, 0.25)
-_FEW_SHARE = 0.01
 
 
 def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
@@ -54,43 +47,47 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     """
     if kind == "mips":
         return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_LAST_SWEEPS)
-    mean = np.radians(np.abs(mesh_angle_differences(mesh, x)).mean())
-    loss = replace(AngleLoss.of(mesh.v, mesh.f), smoothing=float(max(_SMOOTHING * mean, 1e-9)))
-    for _ in range(_ROUNDS):
-        x = descend(_newton_step(x, mesh.f, loss), mesh.f, loss, sweeps=_SWEEPS)
+    x = match_angles(mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+    loss = _smoothed(AngleLoss.of(mesh.v, mesh.f), mean_angle_difference(mesh, x))
     return descend(x, mesh.f, loss, sweeps=_LAST_SWEEPS)
 
 
-def _newton_step(x: FloatArray, f: NDArray[np.int64], loss: AngleLoss) -> FloatArray:
-    """One Gauss-Newton step of all vertices at once, if it lowers the differences."""
-    n, edge = len(x), np.exp(log_edges(x, f))
-    axes = np.stack(tangent_axes(x), axis=1) * edge[:, None, None]
-    rows, columns, slopes = [], [], []
-    for k in range(3):
-        p, a, b = (x[f[:, (k + j) % 3]] for j in range(3))
-        corner = 3 * np.arange(len(f)) + k
-        d, turns = loss.linearised(p, a, b, corner, axes[f[:, k]])
-        for j in range(3):
-            rows += [corner - k + (k + j) % 3] * 2
-            columns += [2 * f[:, k], 2 * f[:, k] + 1]
-            slopes += [turns[j, :, 0], turns[j, :, 1]]
-    difference = d[[1, 2, 0]].T.ravel()  # of the last turn, k = 2, which lists corners 2, 0, 1
-    J = sp.csr_matrix((np.concatenate(slopes), (np.concatenate(rows), np.concatenate(columns))),
-                      shape=(f.size, 2 * n))
-    weight = 1 / np.sqrt(difference**2 + loss.smoothing**2)
-    H = (J.T @ J.multiply(weight[:, None])).tocsc()
-    H = H + sp.diags(_DAMPING * H.diagonal() + 1e-12)
-    try:
-        step = -factorize(H).solve(J.T @ (weight * difference)).reshape(n, 2)
-    except FactorisationFailed:
-        return x
-    move = np.einsum("nk,nki->ni", step, axes)
-    before = np.abs(difference).sum()
-    for length in _LENGTHS:
-        y = unit_rows(x + length * move)
-        if (orientation_signs(y, f) <= 0).sum() > _FEW_SHARE * len(f):
-            continue
-        y = progressive_embedding(y, f)
-        if np.abs(corner_angles(y, f) - loss.source).sum() < before:
-            return y
+def match_angles(mesh: Mesh, x: FloatArray, *, rounds: int, least_gain: float) -> FloatArray:
+    """Lower the angle differences by Newton steps for the whole map, or sweeps over its vertices where one fails.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows, free of foldings.
+    rounds : int
+        Steps at the most.
+    least_gain : float
+        Ends when one lowers the mean by less than this share.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, free of foldings.
+    """
+    A, loss = positive_areas(mesh), AngleLoss.of(mesh.v, mesh.f)
+    newton = AngleNewton(mesh.f, loss.source, A, weighted_sum(A, x))
+    mean = newton.difference(x)
+    for _ in range(rounds):
+        loss = _smoothed(loss, mean)
+        y = newton.step(x, loss.smoothing)
+        if y is x:
+            y = descend(x, mesh.f, loss, sweeps=_SWEEPS)
+        before, mean = mean, newton.difference(y)
+        if mean >= before:
+            break
+        x = y
+        if mean > (1 - least_gain) * before:
+            break
     return x
+
+
+def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
+    """The loss for a map whose mean difference is so many degrees."""
+    return replace(loss, smoothing=max(_SMOOTHING * np.radians(mean), 1e-9))

@@ -7,7 +7,7 @@ oriented.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import igl
@@ -35,12 +35,18 @@ _REACH = 0.7
 class Loss(Protocol):
     """What faces (p, a, b) lose in shape, as a function of p."""
 
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray) -> FloatArray:
-        """Loss of each face; `corner` is that of p, as an index into the flattened faces."""
+    def at(self, corner: IntArray) -> Loss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
 
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gradient (e, 2) along the two axes, and a positive semidefinite Hessian (e, 3): xx, xy, yy."""
+    def take(self, faces: BoolArray) -> Loss:
+        """The loss of some of the faces."""
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Loss of each face."""
+
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Loss; gradient (e, 2) along the two axes; positive semidefinite Hessian (e, 3): xx, xy, yy."""
 
 
 @dataclass(frozen=True)
@@ -50,47 +56,49 @@ class AngleLoss:
     A difference d counts as sqrt(d^2 + smoothing^2): smooth at zero, and nearly its size elsewhere.
     """
 
-    source: FloatArray  # (m, 3), radians
+    source: FloatArray  # (3, e), radians: at p, a, b
     smoothing: float = np.radians(0.5)
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> AngleLoss:
         """Loss against the mesh `v, f`."""
-        return cls(corner_angles(v, f))
+        return cls(corner_angles(v, f).T)
 
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray) -> FloatArray:
+    def at(self, corner: IntArray) -> AngleLoss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
+        return replace(self, source=_turned(self.source, corner))
+
+    def take(self, faces: BoolArray) -> AngleLoss:
+        """The loss of some of the faces."""
+        return replace(self, source=self.source[:, faces])
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
         """Smoothed sum of sizes."""
-        d = self._differences(a - p, b - p, corner)[0]
+        d = self._differences(a - p, b - p)[0]
         return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gauss-Newton with iteratively reweighted squares."""
-        d, turns = self.linearised(p, a, b, corner, axes)
-        weight = 1 / np.sqrt(d * d + self.smoothing**2)
-        gradient = np.einsum("ce,cek->ek", weight * d, turns)
-        hessian = np.stack([np.einsum("ce,ce,ce->e", weight, turns[..., i], turns[..., j])
-                            for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
-        return gradient, hessian
-
-    def linearised(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
-                   axes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angle differences at p, a, b (3, e), and their derivatives (3, e, 2) as p moves along the axes."""
         u, w = a - p, b - p
-        d, normal = self._differences(u, w, corner)
+        d, normal = self._differences(u, w)
         turn_a = -cross(normal, u) / dot(u, u)[:, None]
         turn_b = cross(normal, w) / dot(w, w)[:, None]
-        return d, np.einsum("cei,eki->cek", (-turn_a - turn_b, turn_a, turn_b), axes)
+        at_a, at_b = (np.stack([dot(turn, axes[:, k]) for k in range(2)]) for turn in (turn_a, turn_b))
+        turns = np.stack((-at_a - at_b, at_a, at_b))  # corner, axis, face
+        size = np.sqrt(d * d + self.smoothing**2)
+        gradient = (d / size * turns.transpose(1, 0, 2)).sum(axis=1).T
+        hessian = np.stack([(turns[:, i] * turns[:, j] / size).sum(axis=0)
+                            for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
+        return size.sum(axis=0), gradient, hessian
 
-    def _differences(self, u: FloatArray, w: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray]:
+    def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
         normal = cross(u, w)
         double_area = np.sqrt(dot(normal, normal))
         across = w - u
         angles = np.arctan2(double_area, (dot(u, w), -dot(u, across), dot(w, across)))
-        face, k = corner // 3, corner % 3
-        source = np.stack([self.source[face, (k + j) % 3] for j in range(3)])
-        return angles - source, normal / np.where(double_area > 0, double_area, 1)[:, None]
+        return angles - self.source, normal / np.where(double_area > 0, double_area, 1)[:, None]
 
 
 @dataclass(frozen=True)
@@ -103,42 +111,54 @@ class MipsLoss:
     Hormann and Greiner 2000, *MIPS: An Efficient Global Parametrization Method*.
     """
 
-    half_cotangents: FloatArray  # (m, 3)
-    area: FloatArray  # (m,)
+    half_cotangents: FloatArray  # (3, e), at p, a, b
+    area: FloatArray  # (e,)
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> MipsLoss:
         """Loss against the mesh `v, f`, slivers made harmless."""
-        return cls(np.asarray(igl.cotmatrix_entries(mollified_edge_lengths(v, f))), face_areas(v, f))
+        return cls(np.asarray(igl.cotmatrix_entries(mollified_edge_lengths(v, f))).T, face_areas(v, f))
 
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray) -> FloatArray:
+    def at(self, corner: IntArray) -> MipsLoss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
+        return MipsLoss(_turned(self.half_cotangents, corner), self.area[corner // 3])
+
+    def take(self, faces: BoolArray) -> MipsLoss:
+        """The loss of some of the faces."""
+        return MipsLoss(self.half_cotangents[:, faces], self.area[faces])
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
         """Weighted ratio of the face."""
-        dirichlet, area, _, _ = self._parts(p, a, b, corner)
-        loss = self.area[corner // 3] * dirichlet
-        return np.divide(loss, area, out=np.full(len(area), np.inf), where=area > 0)
+        return self._parts(p, a, b)[0]
 
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Exact gradient; Hessian of the Dirichlet energy alone, as the area is nearly bilinear."""
-        dirichlet, area, normal, (_, at_a, at_b) = self._parts(p, a, b, corner)
-        weight = self.area[corner // 3] / area
+        values, area, normal = self._parts(p, a, b)
+        _, at_a, at_b = self.half_cotangents
+        weight = self.area / area
         slope = at_a[:, None] * (p - b) + at_b[:, None] * (p - a)
         gain = cross(normal, b - a) / 2  # of the area
-        gradient = weight[:, None] * (slope - (dirichlet / area)[:, None] * gain)
+        gradient = weight[:, None] * slope - (values / area)[:, None] * gain
         stiff = weight * (at_a + at_b)
-        return np.einsum("ei,eki->ek", gradient, axes), np.stack((stiff, 0 * stiff, stiff), axis=1)
+        slopes = np.stack([dot(gradient, axes[:, k]) for k in range(2)], axis=1)
+        return values, slopes, np.stack((stiff, 0 * stiff, stiff), axis=1)
 
-    def _parts(self, p: FloatArray, a: FloatArray, b: FloatArray, corner: IntArray
-               ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[FloatArray, FloatArray, FloatArray]]:
-        """Dirichlet energy, flat area, unit normal, and half cotangents at p, a, b."""
+    def _parts(self, p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Loss, flat area and unit normal of each face."""
         u, w = a - p, b - p
         normal = cross(u, w)
         double_area = np.sqrt(dot(normal, normal))
-        face, k = corner // 3, corner % 3
-        at_p, at_a, at_b = (self.half_cotangents[face, (k + j) % 3] for j in range(3))
-        dirichlet = (at_p * dot(w - u, w - u) + at_a * dot(w, w) + at_b * dot(u, u)) / 2
-        return (dirichlet, double_area / 2, normal / np.where(double_area > 0, double_area, 1)[:, None],
-                (at_p, at_a, at_b))
+        at_p, at_a, at_b = self.half_cotangents
+        loss = self.area * (at_p * dot(w - u, w - u) + at_a * dot(w, w) + at_b * dot(u, u))
+        loss = np.divide(loss, double_area, out=np.full(len(loss), np.inf), where=double_area > 0)
+        return loss, double_area / 2, normal / np.where(double_area > 0, double_area, 1)[:, None]
+
+
+def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
+    """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
+    face, k = corner // 3, corner % 3
+    return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
 
 
 LOSSES = {"angles": AngleLoss, "mips": MipsLoss}
@@ -179,47 +199,47 @@ def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = 
     True
     """
     x = x.copy()
-    everywhere = np.ones(len(x), dtype=bool)
-    classes = _colour_classes(f, everywhere if movable is None else movable)
+    classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
     for _ in range(sweeps):
-        before, after = np.sum([(0.0, 0.0), *(_step(x, stars, loss, f) for stars in classes)], axis=0)
+        before, after = np.sum([(0.0, 0.0), *(_step(x, *part) for part in classes)], axis=0)
         if before - after <= tolerance * before:
             break
     return x
 
 
-def _colour_classes(f: IntArray, movable: BoolArray) -> list[Stars]:
-    """Stars of the movable vertices, split into classes without neighbours."""
+def _colour_classes(f: IntArray, movable: BoolArray, loss: Loss) -> list[tuple[Stars, Loss]]:
+    """Stars of the movable vertices, split into classes without neighbours, and the losses of their faces."""
     stars, classes = stars_of(f, movable), []
     while len(stars.vertices):
-        chosen = independent(stars, len(movable))
-        classes.append(stars.take(chosen))
-        stars = stars.take(np.setdiff1d(np.arange(len(stars.vertices)), chosen))
+        chosen = np.zeros(len(stars.vertices), dtype=bool)
+        chosen[independent(stars, len(movable))] = True
+        part = stars.take(np.flatnonzero(chosen))
+        corner = 3 * part.faces + np.argmax(f[part.faces] == part.vertices[part.owner][:, None], axis=1)
+        classes.append((part, loss.at(corner)))
+        stars = stars.take(np.flatnonzero(~chosen))
     return classes
 
 
-def _step(x: FloatArray, stars: Stars, loss: Loss, f: IntArray) -> tuple[float, float]:
+def _step(x: FloatArray, stars: Stars, loss: Loss) -> tuple[float, float]:
     """Move one class of vertices, in place; the loss before and after."""
     owner = stars.owner
-    corner = 3 * stars.faces + np.argmax(f[stars.faces] == stars.vertices[owner][:, None], axis=1)
-    p, a, b = x[stars.vertices], x[stars.a], x[stars.b]
-    axes = np.stack(tangent_axes(p), axis=1)
-    old = np.add.reduceat(loss.values(p[owner], a, b, corner), stars.start)
-    gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
-                         for part in loss.model(p[owner], a, b, corner, axes[owner]))
-    nearest = np.minimum.reduceat(dot(a - p[owner], a - p[owner]), stars.start)
-    move = np.einsum("ki,kij->kj", _newton(gradient, hessian, _REACH * np.sqrt(nearest)), axes)
+    p, a, b = (x.take(ids, axis=0) for ids in (stars.vertices, stars.a, stars.b))
+    at, axes = p.take(owner, axis=0), np.stack(tangent_axes(p), axis=1)
+    old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
+                              for part in loss.model(at, a, b, axes.take(owner, axis=0)))
+    nearest = np.minimum.reduceat(dot(a - at, a - at), stars.start)
+    steps = _newton(gradient, hessian, _REACH * np.sqrt(nearest))
+    move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
     new, rows = old.copy(), np.arange(len(p))
-    for factor in _LENGTHS:
-        part = stars.take(rows)
-        edges = np.isin(owner, rows)
-        trial = unit_rows(p[rows] + factor * move[rows])
-        x[part.vertices] = trial
-        value = np.add.reduceat(loss.values(trial[part.owner], a[edges], b[edges], corner[edges]), part.start)
+    for length in _LENGTHS:
+        trial = unit_rows(p[rows] + length * move[rows])
+        x[stars.vertices[rows]] = trial
+        part, faces = stars.take(rows), np.isin(owner, rows)
+        value = np.add.reduceat(loss.take(faces).values(trial.take(part.owner, axis=0), a[faces], b[faces]), part.start)
         better = (value < old[rows]) & proper(x, part)
         new[rows[better]] = value[better]
-        x[part.vertices[~better]] = p[rows[~better]]
         rows = rows[~better]
+        x[stars.vertices[rows]] = p[rows]
         if not len(rows):
             break
     return float(old.sum()), float(new.sum())

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..certify import certify_checked, orientation_signs
-from ..distortion import mesh_angle_differences
+from ..distortion import mean_angle_difference
 from ..energy import harmonic_problem
 from ..errors import MeshError
 from ..iterate import Iterate, Listener, Status
 from ..mesh import Mesh, check_mesh, check_rows
 from ..sphere_map import Round, SphereMap, Step
 from .embedding import unit_rows
-from .ladder import mend_locally
+from .mend import mend_locally
 from .polish import polish_map
 from .relax import Polish
 
@@ -95,7 +95,7 @@ def repair_foldings(
     seconds = time.perf_counter() - began
     energy = harmonic_problem(mesh).energy.evaluate(y)[0]
     round_ = Round(0, "map", before.foldings, after.foldings, 0, energy,
-                   float(np.abs(mesh_angle_differences(mesh, y)).mean()), Status.CONVERGED, seconds)
+                   mean_angle_difference(mesh, y), Status.CONVERGED, seconds)
     return SphereMap(mesh.vertices, mesh.f, y, after, energy, Status.CONVERGED, 0, seconds, "repair",
                      tuple(recorder.steps), (round_,), settings={} if polish is None else {"polish": polish})
 

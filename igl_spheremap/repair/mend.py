@@ -1,0 +1,103 @@
+"""Mending where a map is folded, at a cost that only what is around foldings causes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..certify import certify_checked
+from ..distortion import mean_angle_difference
+from ..gauge import fix_gauge
+from ..mesh import Mesh
+from ..sums import weighted_sum
+from .embedding import Watch, dilate, progressive_embedding, upright
+from .relax import AngleLoss, descend
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Rings around what embedding moved that are relaxed with it.
+_RELAXED_RINGS = 2
+_SWEEPS = 10
+_TOLERANCE = 0.01
+#: A centroid this far from the origin is worth the mending of what the rounding of a Moebius map folds.
+_ASTRAY = 1e-3
+#: But not if the mean angle difference grows by more than this factor.
+_DEAR = 1.05
+
+
+def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
+                 relaxed: BoolArray | None = None) -> FloatArray:
+    """Embed what is folded, and relax it with its surroundings.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+    watch : callable, optional
+        Called with the map each time that a batch of vertices was put back.
+    relaxed : (n,) bool array, optional
+        Vertices to relax besides.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings.
+    """
+    x = upright(x, mesh.f)
+    y = progressive_embedding(x, mesh.f, watch)
+    moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
+    return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
+
+
+def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
+    """Descend on the angle differences of some vertices.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows, without folding around the movable vertices.
+    movable : (n,) bool array
+        Vertices that may move.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, without folding where there was none.
+    """
+    around = mesh.f[movable[mesh.f].any(axis=1)]
+    if not len(around):
+        return x
+    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=_SWEEPS, tolerance=_TOLERANCE)
+
+
+def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+    """Put a map that was mended back into the package's gauge, which mending moves a little.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows, certified free of foldings.
+    A : (n,) float64 array
+        Vertex areas, of sum 1.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings: `x` itself where the Moebius map folds it, and its centroid is as good as
+        at the origin or mending would spoil its angles.
+    """
+    y = fix_gauge(mesh, x, A)
+    if certify_checked(y, mesh.f).folding_free:
+        return y
+    if np.linalg.norm(weighted_sum(A, x)) < _ASTRAY:
+        return x
+    y = mend_locally(mesh, y)
+    worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
+    return y if worth and certify_checked(y, mesh.f).folding_free else x

@@ -1,0 +1,72 @@
+"""Newton steps on angle differences: the right derivatives, the right system, and the gauge held."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from triangulations import icosphere, unit
+
+from igl_spheremap.certify import orientation_signs
+from igl_spheremap.distortion import corner_angles
+from igl_spheremap.repair.kernel import tangent_axes
+from igl_spheremap.repair.newton import AngleNewton
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    """Steps towards the angles of a sphere, and a noisy sphere."""
+    x, f = icosphere(3)
+    A = np.full(len(x), 1 / len(x))
+    return AngleNewton(f, corner_angles(x, f).T, A, A @ x), unit(x + 0.02 * np.random.default_rng(0).normal(size=x.shape))
+
+
+def test_derivatives_agree_with_differences(noisy):
+    newton, x = noisy
+    rng, f, h = np.random.default_rng(1), newton.f, 1e-6
+    axes = np.stack(tangent_axes(x), axis=1)
+    t = rng.normal(size=(len(x), 2))
+    step = h * np.einsum("na,nai->ni", t, axes)
+    slope = (corner_angles(x + step, f) - corner_angles(x - step, f)) / (2 * h)
+    difference, J = newton._linearised(x, axes)
+    assert np.allclose(difference, corner_angles(x, f).T - newton.source, atol=1e-9)
+    assert np.allclose(np.einsum("iam,ma->mi", J, t[f].reshape(-1, 6)), slope, rtol=1e-5, atol=1e-5)
+
+
+def test_the_normal_equations_are_those_of_the_dense_jacobian(noisy):
+    newton, x = noisy
+    f, n = newton.f, newton.n
+    J = newton._linearised(x, np.stack(tangent_axes(x), axis=1))[1]
+    weight = np.random.default_rng(2).random((3, len(f)))
+    dense = np.zeros((3, len(f), 2 * n))
+    columns = (2 * f[:, :, None] + [0, 1]).reshape(-1, 6)
+    for i in range(3):
+        np.add.at(dense[i], (np.arange(len(f))[:, None], columns), J[i].T)
+    dense, w = dense.reshape(-1, 2 * n), weight.ravel()
+    assert np.allclose(newton._normal_equations(J, weight).toarray(), dense.T @ (w[:, None] * dense), atol=1e-10)
+
+
+def test_steps_lead_back_to_the_sphere_quadratically_at_the_end(noisy):
+    newton, x = noisy
+    differences = [newton.difference(x)]
+    for _ in range(6):
+        x = newton.step(x, smoothing=1.0)  # plain least squares: the residual vanishes at the solution
+        differences.append(newton.difference(x))
+        assert (orientation_signs(x, newton.f) > 0).all()
+    assert differences[-1] < 1e-6
+    steep = [b / a**2 for a, b in zip(differences, differences[1:], strict=False) if 1e-4 < a < 1]
+    assert max(steep) < 10
+
+
+def test_the_centroid_goes_where_it_is_to_be(noisy):
+    newton, x = noisy
+    x = unit(x + [0.0, 0.0, 0.05])
+    astray = np.linalg.norm(newton.A @ x - newton.centroid)
+    for _ in range(4):
+        x = newton.step(x, smoothing=1.0)
+    assert np.linalg.norm(newton.A @ x - newton.centroid) < 1e-4 * astray
+
+
+def test_a_map_that_has_the_angles_stays(noisy):
+    newton, _ = noisy
+    x = icosphere(3)[0]
+    assert np.abs(newton.step(x, smoothing=0.01) - x).max() < 1e-9
