@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import chain
+
 import numpy as np
 from numpy.typing import NDArray
 
-from .iterate import Listener
+from .distortion import mean_angle_difference
+from .iterate import Listener, Status
 from .mesh import Mesh
 from .metric import Metric
 from .minimize import Minimum, minimize
-from .puncture import punctured_start
+from .puncture import is_coarse, punctured_start
 from .solvers.sobolev import SobolevCayley
 
 FloatArray = NDArray[np.float64]
@@ -47,9 +51,15 @@ def fast_map(
     Returns
     -------
     Minimum
-        Usually after two or three steps.
+        Usually after two or three steps. On a mesh so coarse that its faces cut deep through the sphere the chord
+        energy has no useful minimiser: there the last iterate is the start, if that keeps angles better.
     """
     if x is None:
         x = punctured_start(mesh, metric)
-    solver = SobolevCayley(metric.L, metric.P, metric.factor, metric.A, mesh.f)
-    return minimize(solver.iterates(x), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+    iterates = SobolevCayley(metric.L, metric.P, metric.factor, metric.A, mesh.f).iterates(x)
+    first = next(iterates)
+    minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+    if minimum.status is not Status.STOPPED and is_coarse(mesh, minimum.last.x):
+        last = min(first, minimum.last, key=lambda iterate: mean_angle_difference(mesh, iterate.x))
+        return replace(minimum, last=last)
+    return minimum

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .distortion import face_areas, mean_angle_difference
 from .factor import refined_solve
 from .mesh import Mesh
 from .metric import Metric
@@ -24,6 +25,8 @@ _SAMPLE = 4000
 _LARGEST_STRETCH = 0.5
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
+#: Share of the sphere's area below which the flat faces of a map are coarse.
+_COARSE = 0.95
 #: Distance in the plane that is as good as infinite, and whose square is finite.
 _INFINITE = 1e100
 #: Of the start's solves, where the factor is only approximate.
@@ -52,19 +55,39 @@ def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
     Angenent, Haker, Tannenbaum, Kikinis 1999 (reference [11] of Lai et al.) for the punctured map. The affine
     correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
     """
-    best, least = None, np.inf
+    tried = []
     for face in candidate_faces(mesh):
         z = _plane_map(mesh, metric, mesh.f[face])
         z, stretch = _unstretch(mesh, z)
         x = center(to_sphere(z, metric.A), metric.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        energy = 0.5 * dot(x, metric.L @ x)
-        if energy < least:
-            best, least = x, energy
-        if abs(stretch) < _LARGEST_STRETCH and least < _LARGEST_ENERGY:
+        tried.append((0.5 * dot(x, metric.L @ x), x))
+        if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not is_coarse(mesh, x):
             break
-    return center(mesh_gauss_map(mesh), metric.A) if best is None else best
+    if not tried:
+        return center(mesh_gauss_map(mesh), metric.A)
+    if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it says nothing
+        return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
+    return min(tried, key=lambda pair: pair[0])[1]
+
+
+def is_coarse(mesh: Mesh, x: FloatArray) -> bool:
+    """Whether the faces of a map cut deep through the sphere.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+
+    Returns
+    -------
+    bool
+        True if the flat faces have less than 95 percent of the sphere's area.
+    """
+    return float(face_areas(x, mesh.f).sum()) < _COARSE * 4 * np.pi
 
 
 def candidate_faces(mesh: Mesh) -> Iterator[int]:

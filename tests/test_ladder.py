@@ -97,7 +97,8 @@ def _rod():
     """A rod of eight long flat sides, each but two triangles."""
     t = np.arange(8) * np.pi / 4
     ring = np.column_stack((np.cos(t), np.sin(t), 0 * t))
-    v = np.vstack(([[0.0, 0, 0]], ring, ring + [0, 0, 2], [[0, 0, 2]]))
+    top = np.array([0.0, 0.0, 2.0])
+    v = np.vstack((0 * top, ring, ring + top, top))
     a, b = 1 + np.arange(8), 1 + (np.arange(8) + 1) % 8
     f = np.vstack([np.column_stack(c) for c in ((0 * a, b, a), (a, b, b + 8), (a, b + 8, a + 8),
                                                 (a + 8, b + 8, 0 * a + 17))])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from triangulations import icosphere, unit
@@ -17,7 +19,8 @@ def noisy():
     """Steps towards the angles of a sphere, and a noisy sphere."""
     x, f = icosphere(3)
     A = np.full(len(x), 1 / len(x))
-    return AngleNewton(f, corner_angles(x, f).T, A, A @ x), unit(x + 0.02 * np.random.default_rng(0).normal(size=x.shape))
+    noise = 0.02 * np.random.default_rng(0).normal(size=x.shape)
+    return AngleNewton(f, corner_angles(x, f).T, A, A @ x), unit(x + noise)
 
 
 def test_derivatives_agree_with_differences(noisy):
@@ -53,13 +56,13 @@ def test_steps_lead_back_to_the_sphere_quadratically_at_the_end(noisy):
         differences.append(newton.difference(x))
         assert (orientation_signs(x, newton.f) > 0).all()
     assert differences[-1] < 1e-6
-    steep = [b / a**2 for a, b in zip(differences, differences[1:], strict=False) if 1e-4 < a < 1]
+    steep = [b / a**2 for a, b in pairwise(differences) if 1e-4 < a < 1]
     assert max(steep) < 10
 
 
 def test_the_centroid_goes_where_it_is_to_be(noisy):
     newton, x = noisy
-    x = unit(x + [0.0, 0.0, 0.05])
+    x = unit(x + np.array([0.0, 0.0, 0.05]))
     astray = np.linalg.norm(newton.A @ x - newton.centroid)
     for _ in range(4):
         x = newton.step(x, smoothing=1.0)

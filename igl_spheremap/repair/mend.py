@@ -11,6 +11,7 @@ from ..gauge import fix_gauge
 from ..mesh import Mesh
 from ..sums import weighted_sum
 from .embedding import Watch, dilate, progressive_embedding, upright
+from .nudge import nudge
 from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +29,7 @@ _DEAR = 1.05
 
 def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
                  relaxed: BoolArray | None = None) -> FloatArray:
-    """Embed what is folded, and relax it with its surroundings.
+    """Set upright what is folded by small moves, embed what is left, and relax it with its surroundings.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
         Unit rows, certified free of foldings.
     """
     x = upright(x, mesh.f)
-    y = progressive_embedding(x, mesh.f, watch)
+    y = progressive_embedding(nudge(x, mesh.f), mesh.f, watch)
     moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
     return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
 
