@@ -141,7 +141,7 @@ def test_any_map_is_mended_and_the_listener_sees_foldings_vanish(folded):
     assert result.certificate.folding_free
     assert seen[0].residual == certify(x, mesh.f).foldings > 0
     assert seen[-1].residual == 0
-    assert {it.stage for it in seen} == {"map", "embedding", "mended"}
+    assert {it.stage for it in seen} == {"map", "mending", "mended"}
 
 
 def test_a_good_map_of_another_program_stays_bit_for_bit():

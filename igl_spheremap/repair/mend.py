@@ -38,7 +38,7 @@ def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
     x : (n, 3) float64 array
         Unit rows.
     watch : callable, optional
-        Called with the map each time that a batch of vertices was put back.
+        Called with the map after every round of small moves, and each time that a batch of vertices was put back.
     relaxed : (n,) bool array, optional
         Vertices to relax besides.
 
@@ -48,7 +48,7 @@ def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
         Unit rows, certified free of foldings.
     """
     x = upright(x, mesh.f)
-    y = progressive_embedding(nudge(x, mesh.f), mesh.f, watch)
+    y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
     moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
     return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
 

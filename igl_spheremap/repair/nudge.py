@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..certify import orientation_signs
-from .embedding import dilate, unit_rows
+from .embedding import Watch, dilate, unit_rows
 from .kernel import cross, dot
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +28,7 @@ _PATIENCE = 25
 _RINGS = 3
 
 
-def nudge(x: FloatArray, f: IntArray) -> FloatArray:
+def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     """Set foldings upright by small moves of the vertices around, as far as that goes.
 
     Parameters
@@ -37,6 +37,8 @@ def nudge(x: FloatArray, f: IntArray) -> FloatArray:
         Unit rows.
     f : (m, 3) int64 array
         Faces.
+    watch : callable, optional
+        Called with the map after every iteration.
 
     Returns
     -------
@@ -63,6 +65,8 @@ def nudge(x: FloatArray, f: IntArray) -> FloatArray:
     best, fewest, since = x, len(folded), 0
     for _ in range(_ITERATIONS if fewest else 0):
         y = _projected(y, folded, near)
+        if watch is not None:
+            watch(y)
         folded = f[orientation_signs(y, f) <= 0]
         best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
         if not fewest or since == _PATIENCE:

@@ -35,9 +35,9 @@ def repair_foldings(
 ) -> SphereMap:
     """Mend every folding of a map to the sphere, from whatever program it comes.
 
-    Vertices around foldings are removed and put back where no face folds, then relaxed so that angles are
-    kept as well as that allows. The rest of the map stays where it is, and a map without foldings stays bit
-    for bit.
+    Thin faces are set upright by small moves; vertices around other foldings are removed and put back where no face
+    folds. What moved is relaxed so that angles are kept as well as that allows. The rest of the map stays where
+    it is, and a map without foldings stays bit for bit.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ def repair_foldings(
     polish : {"angles", "mips"}, optional
         What to lower afterwards on the whole map, see `igl_spheremap.repair.polish.polish_map`.
     listener : callable, optional
-        Called with an `Iterate` before and after, and each time that a batch of vertices was put back; its
-        residual is the number of foldings. Vertices that are still missing lie on those that they were
-        collapsed to.
+        Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
+        of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
+        those that they were collapsed to.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def repair_foldings(
     before = certify_checked(y, mesh.f)
     recorder("map", y)
     if not before.folding_free:
-        y = mend_locally(mesh, y, None if listener is None else lambda part: recorder("embedding", part))
+        y = mend_locally(mesh, y, None if listener is None else lambda part: recorder("mending", part))
         recorder("mended", y)
     if polish is not None:
         y = polish_map(mesh, y, polish)

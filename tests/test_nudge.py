@@ -1,0 +1,62 @@
+"""Small moves that set slivers upright: enough, no more, and nothing where they do not help."""
+
+from __future__ import annotations
+
+import numpy as np
+from triangulations import icosphere, unit
+
+from igl_spheremap.certify import certify, orientation_signs
+from igl_spheremap.repair.nudge import nudge
+
+
+def _with_slivers():
+    """A sphere, some faces of which have a vertex just beyond the middle of their opposite edge."""
+    x, f = icosphere(4)
+    rng = np.random.default_rng(0)
+    for k in rng.permutation(len(f))[:12]:
+        a, b, c = f[k]
+        x[a] = unit((x[b] + x[c])[None] / 2 + 1e-4 * (x[b] + x[c] - 2 * x[a])[None])[0]
+    return x, f
+
+
+def test_slivers_stand_up_by_moves_as_small_as_they_are_thin():
+    x, f = _with_slivers()
+    edge = np.linalg.norm(x[f[:, 0]] - x[f[:, 1]], axis=1).mean()
+    assert certify(x, f).foldings >= 10
+    y = nudge(x, f)
+    assert certify(y, f).folding_free
+    assert np.linalg.norm(y - x, axis=1).max() < 0.01 * edge
+    assert (y != x).any(axis=1).sum() < 200
+
+
+def test_a_map_without_foldings_stays_bit_for_bit():
+    x, f = icosphere(3)
+    assert nudge(x, f).tobytes() == x.tobytes()
+
+
+def test_what_small_moves_do_not_mend_is_left_and_the_rest_is_mended():
+    x, f = _with_slivers()
+    away = np.argmin(x @ np.array([0.3, 0.5, -0.8]))
+    x[away] = -x[away]  # a vertex on the other side of the sphere
+    beside = np.unique(f[(f == away).any(axis=1)])
+    y = nudge(x, f)
+    assert (y[away] == x[away]).all()
+    folded = np.unique(f[orientation_signs(y, f) <= 0])
+    assert away in folded
+    assert 0 < certify(y, f).foldings < certify(x, f).foldings
+    assert set(beside) & set(folded)
+
+
+def test_a_map_in_one_point_is_survived():
+    f = icosphere(1)[1]
+    assert np.isfinite(nudge(np.tile([0.0, 0.0, 1.0], (42, 1)), f)).all()
+    opposite = np.tile([0.0, 0.0, 1.0], (42, 1)) * np.where(np.arange(42) % 2, 1.0, -1.0)[:, None]
+    assert np.isfinite(nudge(opposite, f)).all()
+
+
+def test_the_watcher_sees_every_round():
+    x, f = _with_slivers()
+    seen = []
+    y = nudge(x, f, seen.append)
+    assert (seen[-1] == y).all()
+    assert [certify(z, f).foldings for z in seen][-1] == 0
