@@ -13,7 +13,7 @@ from igl_spheremap.puncture import is_coarse, punctured_start
 
 
 def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads():
-    """A bar of square section whose sides are two triangles each: its chords have the less energy the worse they are."""
+    """A square bar, each side but two triangles: the worse its chords, the less energy they have."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     v = np.vstack((corners, corners + np.array([0.0, 0.0, 8.0])))
     f = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
