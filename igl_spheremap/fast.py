@@ -8,6 +8,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
+from .certify import certify_checked
 from .distortion import mean_angle_difference
 from .iterate import Listener, Status
 from .mesh import Mesh
@@ -20,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 #: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
 TOLERANCE = 1e-3
+#: Share of the end's angle differences that makes up for a few foldings of the start.
+_FAR_LESS = 0.5
 
 
 def fast_map(
@@ -59,7 +62,14 @@ def fast_map(
     iterates = SobolevCayley(metric.L, metric.P, metric.factor, metric.A, mesh.f).iterates(x)
     first = next(iterates)
     minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
-    if minimum.status is not Status.STOPPED and is_coarse(mesh, minimum.last.x):
-        last = min(first, minimum.last, key=lambda iterate: mean_angle_difference(mesh, iterate.x))
-        return replace(minimum, last=last)
+    last, stopped = minimum.last, minimum.status is Status.STOPPED
+    if not stopped and is_coarse(mesh, last.x) and _misled(mesh, first.x, last.x):
+        return replace(minimum, last=first)
     return minimum
+
+
+def _misled(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:
+    """Whether the start is the better map: of less angle differences without more foldings, or of far less."""
+    before, after = (mean_angle_difference(mesh, x) for x in (start, end))
+    fewer = certify_checked(start, mesh.f).foldings <= certify_checked(end, mesh.f).foldings
+    return before < (after if fewer else _FAR_LESS * after)

@@ -8,8 +8,8 @@
 4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed: of all maps so far
    the one with the least angle differences, and the one with the fewest foldings if its angles may yet be better.
 5. *angles*: a mended map that is off by more than a few degrees on average is brought nearer to the mesh's own angles
-   by a sweep over its vertices. One that is hardly conformal even so takes Newton steps too, while they gain much;
-   and so does a map without foldings whose triangles are too coarse or too thin for the harmonic energy to tell.
+   by a sweep over its vertices. One that is hardly conformal even so, or coarse, takes Newton steps too, while they
+   gain much; and so does a map without foldings whose triangles are too thin for the harmonic energy to tell.
 6. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
@@ -31,6 +31,7 @@ from ..iterate import Iterate, Listener, Status
 from ..laplacian import laplacian
 from ..mesh import Mesh
 from ..metric import Metric, build_metric
+from ..puncture import is_coarse
 from ..sphere_map import Round
 from .axis import axis_limbs
 from .depth import log_edges, predicted_log_edges
@@ -139,7 +140,7 @@ def _nearer(mesh: Mesh, x: FloatArray) -> FloatArray:
     f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
     if np.degrees(np.abs(corner_angles(x, f) - corner_angles(mesh.v, f)).mean()) < _HARDLY_CONFORMAL:
         return x
-    y = match_angles(mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+    y = match_angles(mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
     return y if mean_angle_difference(mesh, y) < (1 - _LEAST_GAIN) * mean_angle_difference(mesh, x) else x
 
 
@@ -215,8 +216,8 @@ class _Ladder:
         if best.angles < _POOR:
             return
         x = descend(best.x, self.mesh.f, AngleLoss(self._source.T), sweeps=1)
-        if self._difference(x) > _HARDLY_CONFORMAL:
-            x = match_angles(self.mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+        if self._difference(x) > (_POOR if is_coarse(self.mesh, x) else _HARDLY_CONFORMAL):
+            x = match_angles(self.mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
         self.add("angles", x, best.stretch)
 
     def axis(self) -> None:

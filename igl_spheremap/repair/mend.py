@@ -91,14 +91,13 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     Returns
     -------
     (n, 3) float64 array
-        Unit rows, certified free of foldings: `x` itself where the Moebius map folds it, and its centroid is as good as
-        at the origin or mending would spoil its angles.
+        Unit rows, certified free of foldings: `x` itself where the Moebius map folds it and its centroid is as good as
+        at the origin, and where huge faces would lose their angles by it.
     """
     y = fix_gauge(mesh, x, A)
-    if certify_checked(y, mesh.f).folding_free:
-        return y
-    if np.linalg.norm(weighted_sum(A, x)) < _ASTRAY:
-        return x
-    y = mend_locally(mesh, y)
+    if not certify_checked(y, mesh.f).folding_free:
+        if np.linalg.norm(weighted_sum(A, x)) < _ASTRAY:
+            return x
+        y = mend_locally(mesh, y)
     worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x

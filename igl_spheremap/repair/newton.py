@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from ..certify import orientation_signs
+from ..certify import certify_checked, orientation_signs
 from ..distortion import corner_angles
 from ..errors import FactorisationFailed
 from ..factor import factorize
@@ -22,6 +22,7 @@ from ..sums import weighted_sum
 from .depth import log_edges
 from .embedding import embed_locally, unit_rows
 from .kernel import tangent_axes
+from .nudge import nudge
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -102,8 +103,8 @@ class AngleNewton:
             y = unit_rows(x + length * move)
             if (orientation_signs(y, self.f) <= 0).sum() > _FEW_SHARE * len(self.f):
                 continue
-            y = embed_locally(y, self.f)
-            if (orientation_signs(y, self.f) > 0).all() and self.difference(y) < before:
+            y = embed_locally(nudge(y, self.f), self.f)
+            if certify_checked(y, self.f).folding_free and self.difference(y) < before:
                 return y
         return x
 

@@ -47,12 +47,12 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     """
     if kind == "mips":
         return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_LAST_SWEEPS)
-    x = match_angles(mesh, x, rounds=_ROUNDS, least_gain=_LEAST_GAIN)
+    x = match_angles(mesh, x, weighted_sum(positive_areas(mesh), x), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
     loss = _smoothed(AngleLoss.of(mesh.v, mesh.f), mean_angle_difference(mesh, x))
     return descend(x, mesh.f, loss, sweeps=_LAST_SWEEPS)
 
 
-def match_angles(mesh: Mesh, x: FloatArray, *, rounds: int, least_gain: float) -> FloatArray:
+def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float) -> FloatArray:
     """Lower the angle differences by Newton steps for the whole map, or sweeps over its vertices where one fails.
 
     Parameters
@@ -61,6 +61,8 @@ def match_angles(mesh: Mesh, x: FloatArray, *, rounds: int, least_gain: float) -
         The checked source.
     x : (n, 3) float64 array
         Unit rows, free of foldings.
+    centroid : (3,) float64 array
+        Where the centroid of the source's area is to be: the origin in the package's gauge.
     rounds : int
         Steps at the most.
     least_gain : float
@@ -71,8 +73,8 @@ def match_angles(mesh: Mesh, x: FloatArray, *, rounds: int, least_gain: float) -
     (n, 3) float64 array
         Unit rows, free of foldings.
     """
-    A, loss = positive_areas(mesh), AngleLoss.of(mesh.v, mesh.f)
-    newton = AngleNewton(mesh.f, loss.source, A, weighted_sum(A, x))
+    loss = AngleLoss.of(mesh.v, mesh.f)
+    newton = AngleNewton(mesh.f, loss.source, positive_areas(mesh), centroid)
     mean = newton.difference(x)
     for _ in range(rounds):
         loss = _smoothed(loss, mean)
