@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,19 +23,23 @@ IntArray = NDArray[np.int64]
 _SAMPLE = 4000
 #: A larger mean Beltrami coefficient says that the punctured face was a bad one.
 _LARGEST_STRETCH = 0.5
+#: One larger than this is no stretch but chaos, as slivers make it, and correcting it would flatten the plane.
+_LARGEST_CORRECTION = 0.8
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
 #: Share of the sphere's area below which the flat faces of a map are coarse.
 _COARSE = 0.95
 #: Distance in the plane that is as good as infinite, and whose square is finite.
 _INFINITE = 1e100
+#: Sides in the plane below this share of its extent are rounding: deep in limbs nothing is known of a stretch.
+_RELIABLE = 1e-10
 #: Of the start's solves, where the factor is only approximate.
 _ACCURACY = 1e-6
 #: Faces tried before the best of the poor starts is taken.
 _TRIES = 4
 
 
-def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
+def punctured_start(mesh: Mesh, metric: Metric, faces: Iterable[int] | None = None) -> FloatArray:
     """Conformal map but for one face, as good as two solves can make it.
 
     Parameters
@@ -44,6 +48,8 @@ def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
         The checked source.
     metric : Metric
         Its factorised Laplacian.
+    faces : iterable of int, optional
+        Faces to puncture, tried one after the other until a start is good; well-shaped ones by default.
 
     Returns
     -------
@@ -56,7 +62,7 @@ def punctured_start(mesh: Mesh, metric: Metric) -> FloatArray:
     correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
     """
     tried = []
-    for face in candidate_faces(mesh):
+    for face in candidate_faces(mesh) if faces is None else faces:
         z = _plane_map(mesh, metric, mesh.f[face])
         z, stretch = _unstretch(mesh, z)
         x = center(to_sphere(z, metric.A), metric.A) if np.isfinite(z).all() else None
@@ -154,11 +160,12 @@ def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
         dp, dq = z[f[:, 1]] - z[f[:, 0]], z[f[:, 2]] - z[f[:, 0]]
         # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
         nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
-    nu = nu[np.isfinite(nu) & (np.abs(nu) < 1)]
+        known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z[f] - z[f[0, 0]]).max()
+    nu = nu[known & np.isfinite(nu) & (np.abs(nu) < 1)]
     if not len(nu):
         return z, 1.0
     mean = complex(np.median(nu.real), np.median(nu.imag))
-    return z + mean * z.conj(), mean
+    return (z + mean * z.conj() if abs(mean) < _LARGEST_CORRECTION else z), mean
 
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:

@@ -18,6 +18,9 @@ IntArray = NDArray[np.int64]
 #: The scale is fitted where the image is larger than this, and away from the pole.
 _RELIABLE = np.log(1e-6)
 _NEAR_POLE = 0.3
+#: Nepers from the middle, and number of faces nearest to it, among which the best shaped one is taken.
+_HALFWAY = 2.0
+_SOME = 20
 
 
 def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
@@ -33,8 +36,8 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
                         A: FloatArray) -> FloatArray:
     """Logarithm of the image's edge lengths that a conformal map in the gauge of `x` has.
 
-    With a pole p, the flat metric e^{2u} g of the punctured surface satisfies L u = 4 pi delta_p - K, and the
-    stereographic projection from p has the factor |x - x_p|^2.
+    In the flat metric of the surface punctured at a pole p, of which the stereographic projection from p has the
+    factor |x - x_p|^2.
 
     Parameters
     ----------
@@ -54,15 +57,49 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
     (n,) float64 array
         Natural logarithms, one per vertex.
     """
-    n = len(v)
     source, image = log_edges(v, f), log_edges(x, f)
-    load = np.bincount(f.ravel(), corner_angles(v, f).ravel(), n) - 2 * np.pi  # -K
     large = np.median(A) <= A
     pole = int(np.argmax(np.where(large, image - source, -np.inf)))
-    load[pole] += 4 * np.pi
     away = np.sqrt(np.einsum("ij,ij->i", x - x[pole], x - x[pole]))
-    scale = factor.solve(load) + 2 * np.log(np.maximum(away, np.exp(image[pole])))
+    scale = _flat_scale(v, f, factor, pole) + 2 * np.log(np.maximum(away, np.exp(image[pole])))
     known = (away > _NEAR_POLE) & (image > _RELIABLE)
     if not known.any():
         known[:] = True
     return np.asarray(scale + np.median((image - source - scale)[known]) + source)
+
+
+def middle_face(v: FloatArray, f: IntArray, factor: Factor) -> int:
+    """A face halfway between the two tips that lie deepest in each other's flat metric.
+
+    Punctured there, a long body has both its ends equally deep, where one that is punctured near an end has the other
+    beyond what floating point tells.
+
+    Parameters
+    ----------
+    v : (n, 3) float64 array
+        Source.
+    f : (m, 3) int64 array
+        Faces.
+    factor : Factor
+        Inverse of the Laplacian.
+
+    Returns
+    -------
+    int
+        The best shaped one of some faces in the middle.
+    """
+    first = int(np.argmin(_flat_scale(v, f, factor, 0)))
+    from_first = _flat_scale(v, f, factor, first)
+    second = int(np.argmin(from_first))
+    from_second = _flat_scale(v, f, factor, second)
+    off = np.abs((from_first - from_first[second]) - (from_second - from_second[first]))
+    farthest = off[f].max(axis=1)
+    near = np.flatnonzero(farthest <= max(farthest.min() + _HALFWAY, np.sort(farthest)[min(_SOME, len(f)) - 1]))
+    return int(near[np.argmax(corner_angles(v, f[near]).min(axis=1))])
+
+
+def _flat_scale(v: FloatArray, f: IntArray, factor: Factor, pole: int) -> FloatArray:
+    """Logarithmic factor u of the flat metric e^{2u} g of the surface punctured at a vertex, L u = 4 pi delta - K."""
+    load = np.bincount(f.ravel(), corner_angles(v, f).ravel(), len(v)) - 2 * np.pi  # -K
+    load[pole] += 4 * np.pi
+    return factor.solve(load)

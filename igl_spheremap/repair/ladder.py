@@ -5,12 +5,15 @@
 3. *limbs*: with more than a few left, and edges so short that the solver's absolute error folds them, the deep limbs
    are solved again in nested frames, drawn out where float64 ends; first with the Delaunay weights, then with those
    of the mesh's own edges made positive, which suit limbs of few vertices around.
-4. *embedding*: what is left is mended by progressive embedding, which always works, and relaxed: of all maps so far
-   the one with the least angle differences, and the one with the fewest foldings if its angles may yet be better.
-5. *angles*: a mended map that is off by more than a few degrees on average is brought nearer to the mesh's own angles
+4. *middle*: if even then much is folded, the body may be so long that the end away from the puncture is beyond what
+   floating point tells. Its map is made anew, punctured halfway between its deepest tips, and so are its limbs.
+5. *embedding*: what is left is set upright by small moves, or else mended by progressive embedding, which always works,
+   and relaxed: of all maps so far the one with the least angle differences, and the one with the fewest foldings if
+   its angles may yet be better.
+6. *angles*: a mended map that is off by more than a few degrees on average is brought nearer to the mesh's own angles
    by a sweep over its vertices. One that is hardly conformal even so, or coarse, takes Newton steps too, while they
    gain much; and so does a map without foldings whose triangles are too thin for the harmonic energy to tell.
-6. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
+7. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
 from __future__ import annotations
@@ -31,10 +34,10 @@ from ..iterate import Iterate, Listener, Status
 from ..laplacian import laplacian
 from ..mesh import Mesh
 from ..metric import Metric, build_metric
-from ..puncture import is_coarse
+from ..puncture import is_coarse, punctured_start
 from ..sphere_map import Round
 from .axis import axis_limbs
-from .depth import log_edges, predicted_log_edges
+from .depth import log_edges, middle_face, predicted_log_edges
 from .mend import mend_locally, relax_some, restore_gauge
 from .nested import solve_limbs
 from .polish import match_angles
@@ -43,9 +46,10 @@ from .relax import AngleLoss, descend
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Foldings, as a number and as a share of the faces, that are mended in the first map, and in a later one.
+#: Foldings, as a number and as a share of the faces, that are mended in the first map, in a later one, and in the last.
 _HANDFUL = (2, 4e-5)
 _FEW = (20, 5e-3)
+_MANY = (20, 0.05)
 #: Limbs are solved again if an image edge is predicted to be shorter than exp(-this).
 _DEEP = 20.0
 #: Image edges shorter than exp(-this) suffer from the rounding of positions.
@@ -124,6 +128,8 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
             ladder.delaunay()
             if not ladder.nearly(_FEW):
                 ladder.limbs()
+                if not ladder.nearly(_MANY):
+                    ladder.middle()
         ladder.embedding()
         ladder.angles()
     if axis:
@@ -199,6 +205,14 @@ class _Ladder:
             self.add("limbs", self._settled(limbs.onto_sphere(x)), limbs.stretch)
             if self.nearly(_FEW):
                 break
+
+    def middle(self) -> None:
+        """The map punctured halfway between the deepest tips, and its deep limbs solved again."""
+        start = punctured_start(self.mesh, self.metric, [middle_face(self.mesh.v, self.mesh.f, self.metric.factor)])
+        x = fix_gauge(self.mesh, fast_map(self.mesh, self.metric, start).last.x, self.metric.A)
+        self.add("middle", self._settled(x))
+        if not self.nearly(_FEW):
+            self.limbs()
 
     def embedding(self) -> None:
         """The most promising maps, mended."""
