@@ -443,3 +443,21 @@ def test_resample_refuses(sphere, tmp_path, capsys):
     one_line(capsys)
     assert main(["resample", SAMPLE, str(sphere), str(tmp_path / "out.ply"), "--to", "ico:99"]) == 64
     one_line(capsys)
+
+
+def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
+    figures = {}
+    for name, flags in (("plain", []), ("polished", ["--polish", "angles"])):
+        out = tmp_path / f"{name}.json"
+        target = str(tmp_path / f"{name}.npz")
+        assert main(["map", "sample:bird:n_vertices=1200", target, "--json", str(out), *flags]) == 0
+        figures[name] = json.loads(out.read_text())
+    assert figures["polished"]["settings"] == {"polish": "angles"}
+    assert figures["polished"]["angle_differences"]["mean"] < figures["plain"]["angle_differences"]["mean"]
+    capsys.readouterr()
+    assert main(["map", "sample:spring:n_vertices=6000,turns=5", str(tmp_path / "s.npz"), "-f"]) == 0
+    assert "drawn out" in capsys.readouterr().out
+    assert main(["map", "sample:spring:n_vertices=6000,turns=5", str(tmp_path / "s.npz"), "-f", "--gauge", "axis"]) == 0
+    assert "drawn out" not in capsys.readouterr().out
+    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "mips", "--method", "lai2014"]) == 64
+    assert "--polish" in capsys.readouterr().err

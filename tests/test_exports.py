@@ -9,7 +9,7 @@ import pytest
 
 from igl_spheremap import FileError, angle_differences, conformal_factor, samples, spherical_conformal_map
 from igl_spheremap.cli import main
-from igl_spheremap.io import read_mesh, write_mesh, write_scalars, write_sphere, write_textured
+from igl_spheremap.io import read_mesh, write_map, write_mesh, write_scalars, write_sphere, write_textured
 from igl_spheremap.texture import checker_image, texture_atlas
 from igl_spheremap.vertex_maps import colours, vertex_maps
 
@@ -119,3 +119,17 @@ def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
     assert main(["export", *files, str(tmp_path / "a.stl"), "--show", "angles"]) == 74
     assert capsys.readouterr().err.count("\n") == 2
+
+
+def test_limbs_too_narrow_for_float32_are_drawn_out_by_the_source(tmp_path):
+    v, f = samples.make("octopus", n_vertices=3000, arm_length=3.0)
+    result = spherical_conformal_map(v, f)
+    means = []
+    for name, source in (("with", result.vertices), ("without", None)):
+        path = tmp_path / f"{name}.surf.gii"
+        check = write_sphere(path, result.sphere, result.faces, source)
+        assert check.certificate.folding_free
+        means.append(np.abs(angle_differences(v, f, read_mesh(path).v)).mean())
+    assert means[0] < 0.7 * means[1]
+    write_map(tmp_path / "map.surf.gii", result)
+    assert (read_mesh(tmp_path / "map.surf.gii").v == read_mesh(tmp_path / "with.surf.gii").v).all()

@@ -5,13 +5,15 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 from ..figures import angle_figures
 from ..io import SphereCheck, write_map
 from ..iterate import Iterate, Listener, Status
 from ..methods import METHODS
+from ..methods.auto import Gauge
 from ..pipeline import spherical_conformal_map
+from ..repair.relax import Polish
 from ..sphere_map import SphereMap
 from .command import Command, UsageError
 from .exits import Exit
@@ -45,6 +47,16 @@ def configure(parser: ArgumentParser) -> None:
     add_map_arguments(parser)
     parser.add_argument(
         "--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline"
+    )
+    parser.add_argument(
+        "--polish",
+        choices=get_args(Polish),
+        help="lower the angle differences, or their largest ones, when the map is done (auto)",
+    )
+    parser.add_argument(
+        "--gauge",
+        choices=get_args(Gauge),
+        help="axis: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
     )
 
 
@@ -93,7 +105,10 @@ def run(args: Namespace) -> Exit:
     Exit
         OK only with the certificate of the numbers in the file.
     """
-    return map_by(args, lambda v, f, **options: spherical_conformal_map(v, f, args.method, **options))
+    chosen = {name: getattr(args, name) for name in ("polish", "gauge") if getattr(args, name) is not None}
+    if chosen and args.method != "auto":
+        raise UsageError(f"--{' and --'.join(chosen)} go with --method auto only, not with {args.method}")
+    return map_by(args, lambda v, f, **options: spherical_conformal_map(v, f, args.method, **chosen, **options))
 
 
 def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
@@ -172,6 +187,8 @@ def _figures(source: Source, args: Namespace, result: SphereMap, written: Sphere
         "seconds": result.seconds,
         "energy": result.energy,
         "angle_differences": angle_figures(result.angle_differences()),
+        "gauge": result.gauge,
+        "stretch": result.stretch,
         "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
         "certificate": certificate_figures(result.certificate),
         "file": {
@@ -196,6 +213,7 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
         *_rounds(result),
         energy_row(result.energy),
         angle_row(angle_figures(result.angle_differences())),
+        *_beyond_float64(result),
         row("certificate", str(result.certificate)),
         row(
             "written",
@@ -220,6 +238,14 @@ def _rounds(result: SphereMap) -> list[str]:
     return [*lines, ""]
 
 
+def _beyond_float64(result: SphereMap) -> list[str]:
+    """What had to give where limbs are too deep for floating point."""
+    if result.stretch == 1:
+        return []
+    advice = "" if result.gauge == "axis" else "; --gauge axis may do better"
+    return [row("stretch", f"limbs beyond float64 are drawn out {result.stretch:.3g} times as long{advice}")]
+
+
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
     if written.certificate.folding_free:
         moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
@@ -240,7 +266,8 @@ igl-spheremap map sample:dino dino_sphere.obj
 igl-spheremap map lh.pial lh.sphere
 igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
 igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
-igl-spheremap map scan.stl sphere.ply --repair --keep-largest""",
+igl-spheremap map scan.stl sphere.ply --repair --keep-largest
+igl-spheremap map bunny.ply bunny_sphere.ply --polish angles""",
     configure,
     run,
 )

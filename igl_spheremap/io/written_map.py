@@ -117,7 +117,8 @@ def write_map(
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
     """
     if format_of(path) is not npz.FORMAT:
-        return write_sphere(path, result.sphere, result.faces, force=force, radius=radius, metadata=metadata)
+        return write_sphere(path, result.sphere, result.faces, result.vertices, force=force, radius=radius,
+                            metadata=metadata)
     with replacing(path, force) as partial:
         npz.write_map(partial, result)
         return _check_written(partial, path)
@@ -127,6 +128,7 @@ def write_sphere(
     path: PathLike,
     x: FloatArray,
     f: IntArray,
+    v: FloatArray | None = None,
     *,
     force: bool = False,
     radius: float | None = None,
@@ -142,6 +144,8 @@ def write_sphere(
         Unit rows.
     f : (m, 3) int64 array
         Faces: a closed, oriented, connected genus-0 mesh.
+    v : (n, 3) float64 array, optional
+        The map's source. With it, limbs too narrow for a float32 format are drawn out as conformally as that goes.
     force, radius, metadata
         As for `write_map`.
 
@@ -160,7 +164,7 @@ def write_sphere(
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:
-        rounded = certified_float32(x, f, size)
+        rounded = certified_float32(x, f, size, v)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
         kind.write(partial, positions, f, told)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +18,8 @@ FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 
-#: Edges shorter than exp(-this) do not survive in float32.
-_FLOOR = 14.0
+#: Edges shorter than exp(-this) do not survive in float32: tried one after the other.
+_FLOORS = (14.0, 13.0, 12.0, 11.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +77,24 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
         return (radius * rows).astype(np.float32).astype(np.float64) / scale
 
     rounded = grid(x)
-    mended = rounded
-    if v is not None and (orientation_signs(rounded, f) <= 0).any():
-        L, depth = laplacian(v, f, "delaunay"), -log_edges(x, f)
-        mended = grid(solve_limbs(x, L, depth, vertex_areas(v, f), floor=_FLOOR).onto_sphere(x))
-    mended = embed_locally(mended, f, grid)
-    certificate = _certificate(mended, f)
+    mended, certificate = rounded, _certificate(rounded, f)
     if not certificate.folding_free:
-        mended, certificate = rounded, _certificate(rounded, f)
+        for trial in _trials(x, f, v):
+            y = embed_locally(grid(trial), f, grid)
+            if _certificate(y, f).folding_free:
+                mended, certificate = y, _certificate(y, f)
+                break
     moved = np.flatnonzero((mended != rounded).any(axis=1))
     return Float32Map((mended * scale).astype(np.float32), certificate, moved)
+
+
+def _trials(x: FloatArray, f: IntArray, v: FloatArray | None) -> Iterator[FloatArray]:
+    """The map with its limbs drawn out, ever farther, and as it is."""
+    if v is not None:
+        L, depth, area = laplacian(v, f, "delaunay"), -log_edges(x, f), vertex_areas(v, f)
+        for floor in _FLOORS:
+            yield solve_limbs(x, L, depth, area, floor=floor).onto_sphere(x)
+    yield x
 
 
 def _certificate(x: FloatArray, f: IntArray) -> Certificate:
