@@ -7,14 +7,16 @@ import pytest
 import scipy.sparse as sp
 from triangulations import icosphere, unit
 
-from igl_spheremap import samples
+from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.certify import orientation_signs
 from igl_spheremap.distortion import corner_angles
+from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.fast import fast_map
+from igl_spheremap.laplacian import laplacian, vertex_areas
 from igl_spheremap.mesh import check_mesh
 from igl_spheremap.metric import build_metric
 from igl_spheremap.repair.axis import _turn_north, axis_gauge, axis_limbs
-from igl_spheremap.repair.depth import log_edges, predicted_log_edges
+from igl_spheremap.repair.depth import log_edges, middle_face, predicted_log_edges
 from igl_spheremap.repair.nested import _from_chart, _to_chart, solve_limbs
 
 
@@ -141,3 +143,54 @@ def test_a_spring_beyond_float64_is_held_on_the_axis():
     assert log_edges(y, mesh.f).min() < -40
     drawn, held = (np.degrees(np.abs(corner_angles(z, mesh.f) - corner_angles(mesh.v, mesh.f))).mean() for z in (x, y))
     assert held < drawn / 2
+
+
+def _worm(turns_of_length):
+    """A tube of 20 vertices around, so many circumferences long, bent a little so that nothing is symmetric."""
+    around, length = 20, 2 * np.pi * turns_of_length
+    s = np.linspace(-length / 2, length / 2, int(length / (2 * np.pi / around)))
+    r = np.sqrt(np.maximum(1 - np.maximum(np.abs(s) - (length / 2 - 1), 0) ** 2, 0))[1:-1, None]
+    t = np.arange(around) * 2 * np.pi / around
+    axis = np.column_stack((np.sin(s / 9), np.cos(s / 7), s))
+    rings = axis[1:-1, None] + r[..., None] * np.column_stack((np.cos(t), np.sin(t), 0 * t))
+    v = np.vstack((axis[:1], rings.reshape(-1, 3), axis[-1:]))
+    a, b, last = np.arange(around), (np.arange(around) + 1) % around, len(v) - 1
+    f = [np.column_stack((0 * a, 1 + b, 1 + a)), np.column_stack((last - around + a, last - around + b, 0 * a + last))]
+    for k in range(1, last - around, around):
+        f += [np.column_stack((k + a, k + b, k + b + around)), np.column_stack((k + a, k + b + around, k + a + around))]
+    return check_mesh(v, np.vstack(f))
+
+
+def test_the_middle_of_a_worm_is_half_way():
+    mesh = _worm(12)
+    metric = build_metric(mesh, weights="delaunay")
+    z = mesh.v[:, 2]
+    middle = z[mesh.f[middle_face(mesh.v, mesh.f, metric.factor)]].mean()
+    assert abs(middle - (z.max() + z.min()) / 2) < 0.05 * np.ptp(z)
+
+
+@pytest.mark.parametrize("turns_of_length", [10, 20])
+def test_a_worm_whose_ends_are_beyond_float64_is_conformal_as_far_as_that_holds(turns_of_length):
+    mesh = _worm(turns_of_length)
+    result = spherical_conformal_map(mesh.v, mesh.f)
+    assert result.certificate.folding_free
+    drawn_out = np.pi * turns_of_length / 36  # half the worm is so many nepers deep, and edges of exp(-36) are kept
+    assert result.stretch < 1.3 * max(1, drawn_out)
+    assert np.abs(result.angle_differences()).mean() < (8 if turns_of_length == 10 else 16)
+
+
+def test_limbs_around_a_map_that_means_nothing_are_refused():
+    mesh = _worm(3)
+    L, area = laplacian(mesh.v, mesh.f, "delaunay"), vertex_areas(mesh.v, mesh.f)
+    depth = np.where(mesh.v[:, 2] > 0, 30.0, 0.0)
+    x = np.full((len(area), 3), np.nan)
+    with pytest.raises(FactorisationFailed):
+        solve_limbs(x, L, depth, area)
+
+
+def test_a_map_that_is_a_speck_as_a_whole_has_no_limbs():
+    mesh = _worm(3)
+    L, area = laplacian(mesh.v, mesh.f, "delaunay"), vertex_areas(mesh.v, mesh.f)
+    limbs = solve_limbs(np.tile([0.0, 0.0, 1.0], (len(area), 1)), L, np.full(len(area), 40.0), area)
+    assert not len(limbs.parent)
+    assert limbs.stretch == 1

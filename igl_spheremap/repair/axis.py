@@ -79,6 +79,11 @@ def axis_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, fact
         Unit rows.
     limbs : Limbs
         Where they lie.
+
+    Raises
+    ------
+    FactorisationFailed
+        If the map means too little for limbs to be solved around it.
     """
     depth = -predicted_log_edges(v, f, x, factor, area)
     tips = _tips(x, depth)

@@ -93,7 +93,7 @@ def middle_face(v: FloatArray, f: IntArray, factor: Factor) -> int:
     second = int(np.argmin(from_first))
     from_second = _flat_scale(v, f, factor, second)
     off = np.abs((from_first - from_first[second]) - (from_second - from_second[first]))
-    farthest = off[f].max(axis=1)
+    farthest = np.where(np.isfinite(off), off, np.inf)[f].max(axis=1)
     near = np.flatnonzero(farthest <= max(farthest.min() + _HALFWAY, np.sort(farthest)[min(_SOME, len(f)) - 1]))
     return int(near[np.argmax(corner_angles(v, f[near]).min(axis=1))])
 

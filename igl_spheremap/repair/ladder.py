@@ -19,6 +19,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 from ..certify import Certificate, certify_checked
 from ..distortion import corner_angles, mean_angle_difference
 from ..energy import HarmonicEnergy
+from ..errors import FactorisationFailed
 from ..fast import fast_map
 from ..gauge import fix_gauge
 from ..iterate import Iterate, Listener, Status
@@ -201,8 +203,9 @@ class _Ladder:
             return
         for weights in ("delaunay", "mollified"):
             L = self.metric.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
-            limbs = solve_limbs(x, L, depth, self.metric.A)
-            self.add("limbs", self._settled(limbs.onto_sphere(x)), limbs.stretch)
+            with suppress(FactorisationFailed):
+                limbs = solve_limbs(x, L, depth, self.metric.A)
+                self.add("limbs", self._settled(limbs.onto_sphere(x)), limbs.stretch)
             if self.nearly(_FEW):
                 break
 
@@ -239,7 +242,10 @@ class _Ladder:
         best, metric = self.best(), self.metric
         if log_edges(best.x, self.mesh.f).min() > -_ROUNDED:
             return
-        x, limbs = axis_limbs(self.mesh.v, self.mesh.f, best.x, metric.L, metric.factor, metric.A)
+        try:
+            x, limbs = axis_limbs(self.mesh.v, self.mesh.f, best.x, metric.L, metric.factor, metric.A)
+        except FactorisationFailed:
+            return
         if not certify_checked(x, self.mesh.f).folding_free:
             x = mend_locally(self.mesh, x)
         self.add("axis", x, limbs.stretch)

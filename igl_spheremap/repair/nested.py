@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
+from ..errors import FactorisationFailed
 from .embedding import unit_rows
 from .kernel import dot, tangent_axes
 
@@ -35,6 +36,8 @@ FLOOR = 36.0
 _FLOOR_AT_TIPS = 230.0
 #: Weights below this share of the largest in their row are raised to it: the matrix stays an M-matrix.
 _LEAST_WEIGHT = 1e-6
+#: Positions in a frame are about 1; what is larger than this is none.
+_LARGEST = 1e100
 
 
 @dataclass
@@ -129,7 +132,14 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
     -------
     Limbs
         Positions in nested frames.
+
+    Raises
+    ------
+    FactorisationFailed
+        If the map or the depths mean so little that no positions come out.
     """
+    if not np.isfinite(x).all():
+        raise FactorisationFailed("limbs: the map is not finite")
     W = _positive_weights(L)
     level = _levels(W, depth, area)
     n = len(x)
@@ -159,6 +169,8 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
         total = np.bincount(i, weight, len(inside))
         limbs.z[inside] = _solve(sp.diags(total) - matrix, _sums(i[ring], weight[ring] * rim, len(inside)))
         limbs.frame[inside] = len(limbs.parent) - parts + disc
+        if not (np.abs(limbs.z[inside]) < _LARGEST).all():
+            raise FactorisationFailed("limbs: the map means nothing around them")
     return limbs
 
 
@@ -234,8 +246,11 @@ def _sums(groups: IntArray, values: ComplexArray, n: int) -> ComplexArray:
 def _solve(matrix: sp.csr_matrix, load: ComplexArray) -> ComplexArray:
     """Solve for a diagonally dominant matrix, which needs no pivoting."""
     order = reverse_cuthill_mckee(matrix, symmetric_mode=False)
-    lu = splu(sp.csc_matrix(matrix[order][:, order]), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-              options={"SymmetricMode": True})
+    try:
+        lu = splu(sp.csc_matrix(matrix[order][:, order]), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+                  options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise FactorisationFailed(f"limbs: {error}") from error
     parts = lu.solve(np.column_stack((load.real, load.imag))[order])
     z = np.empty(len(load), dtype=complex)
     z[order] = parts[:, 0] + 1j * parts[:, 1]
@@ -246,7 +261,7 @@ def _to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
     """Stereographic projection onto the plane that touches the sphere at `pole`, by differences."""
     d = x - pole
     e1, e2 = tangent_axes(pole)
-    return np.asarray((dot(d, e1) + 1j * dot(d, e2)) / (1 - dot(d, d) / 4))
+    return np.asarray((dot(d, e1) + 1j * dot(d, e2)) / np.maximum(1 - dot(d, d) / 4, 1e-16))
 
 
 def _from_chart(z: ComplexArray, pole: FloatArray) -> FloatArray:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..certify import Certificate, certify_checked, orientation_signs
+from ..errors import FactorisationFailed
 from ..laplacian import laplacian, vertex_areas
 from .depth import log_edges
 from .embedding import embed_locally
@@ -93,7 +95,8 @@ def _trials(x: FloatArray, f: IntArray, v: FloatArray | None) -> Iterator[FloatA
     if v is not None:
         L, depth, area = laplacian(v, f, "delaunay"), -log_edges(x, f), vertex_areas(v, f)
         for floor in _FLOORS:
-            yield solve_limbs(x, L, depth, area, floor=floor).onto_sphere(x)
+            with suppress(FactorisationFailed):
+                yield solve_limbs(x, L, depth, area, floor=floor).onto_sphere(x)
     yield x
 
 
