@@ -24,7 +24,7 @@ _SAMPLE = 4000
 #: A larger mean Beltrami coefficient says that the punctured face was a bad one.
 _LARGEST_STRETCH = 0.5
 #: One larger than this is no stretch but chaos, as slivers make it, and correcting it would flatten the plane.
-_LARGEST_CORRECTION = 0.8
+_LARGEST_CORRECTION = 0.95
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
 #: Share of the sphere's area below which the flat faces of a map are coarse.

@@ -17,13 +17,13 @@ from .relax import AngleLoss, MipsLoss, Polish, descend
 FloatArray = NDArray[np.float64]
 
 #: Newton steps at the most, sweeps where one fails, and sweeps at the end.
-_ROUNDS = 12
+_ROUNDS = 20
 _SWEEPS = 5
 _LAST_SWEEPS = 10
 #: Newton steps end when one lowers the mean by less than this share.
-_LEAST_GAIN = 0.01
+_LEAST_GAIN = 0.004
 #: Smoothing of the angle differences, in units of their mean.
-_SMOOTHING = 0.1
+_SMOOTHING = 0.03
 
 
 def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
