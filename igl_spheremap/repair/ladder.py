@@ -113,7 +113,7 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
     Returns
     -------
     Mended
-        With `x` itself if that is free of foldings.
+        With `x` itself if that is free of foldings and no worse than hardly conformal.
     """
     certificate = certify_checked(x, mesh.f)
     ladder = _Ladder(mesh, metric, listener)
@@ -230,9 +230,9 @@ class _Ladder:
     def angles(self) -> None:
         """The best map, brought nearer to the mesh's own angles."""
         best = self.best()
-        if best.angles < _POOR:
+        if not best.free or best.angles < _POOR:
             return
-        x = descend(best.x, self.mesh.f, AngleLoss(self._source.T), sweeps=1)
+        x = self._swept(best.x)
         if self._difference(x) > (_POOR if is_coarse(self.mesh, x) else _HARDLY_CONFORMAL):
             x = match_angles(self.mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
         self.add("angles", x, best.stretch)
@@ -248,7 +248,11 @@ class _Ladder:
             return
         if not certify_checked(x, self.mesh.f).folding_free:
             x = mend_locally(self.mesh, x)
-        self.add("axis", x, limbs.stretch)
+        self.add("axis", self._swept(x), limbs.stretch)
+
+    def _swept(self, x: FloatArray) -> FloatArray:
+        """A map after one sweep of descent on the angle differences."""
+        return descend(x, self.mesh.f, AngleLoss(self._source.T), sweeps=1)
 
     def best(self) -> _Candidate:
         """The map with the least angle differences among those free of foldings."""
