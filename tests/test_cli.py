@@ -132,7 +132,7 @@ def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, mon
     assert main(["map", SAMPLE, str(tmp_path / "rh.sphere")]) == 0
     assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
 
-    def plainly(x, f, radius):
+    def plainly(x, f, radius, v):
         return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
 
     monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)

@@ -197,7 +197,7 @@ def tiny(result):
     return dataclasses.replace(result, sphere=x, certificate=certificate)
 
 
-def plainly(x, f, radius=1.0):
+def plainly(x, f, radius=1.0, v=None):
     """Rounding to float32 that mends nothing."""
     positions = (radius * x).astype(np.float32)
     return Float32Map(positions, certify(x, f), np.empty(0, dtype=np.int64))
