@@ -224,8 +224,8 @@ class _Ladder:
         for candidate in dict.fromkeys((nearest, fewest)):
             best = self.best()
             if not candidate.free and not (best.free and best.angles < candidate.angles):
-                x = mend_locally(self.mesh, candidate.x, relaxed=self._rounded(candidate.x))
-                self.add("embedding", x, candidate.stretch)
+                rounded = self._rounded(candidate.x) if candidate.angles < _POOR else None  # poor maps are swept later
+                self.add("embedding", mend_locally(self.mesh, candidate.x, relaxed=rounded), candidate.stretch)
 
     def angles(self) -> None:
         """The best map, brought nearer to the mesh's own angles."""
@@ -260,7 +260,10 @@ class _Ladder:
 
     def _settled(self, x: FloatArray) -> FloatArray:
         """A map without foldings, relaxed where rounding spoils it; any other as it is."""
-        return relax_some(self.mesh, x, self._rounded(x)) if certify_checked(x, self.mesh.f).folding_free else x
+        rounded = self._rounded(x)
+        if not rounded.any() or not certify_checked(x, self.mesh.f).folding_free:
+            return x
+        return relax_some(self.mesh, x, rounded)
 
     def _rounded(self, x: FloatArray) -> BoolArray:
         """Vertices whose edges are so short that the rounding of positions spoils their angles."""

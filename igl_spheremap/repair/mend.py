@@ -9,6 +9,7 @@ from ..certify import certify_checked
 from ..distortion import mean_angle_difference
 from ..gauge import fix_gauge
 from ..mesh import Mesh
+from ..puncture import is_coarse
 from ..sums import weighted_sum
 from .embedding import Watch, dilate, progressive_embedding, upright
 from .nudge import nudge
@@ -19,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 
 #: Rings around what embedding moved that are relaxed with it.
 _RELAXED_RINGS = 2
-_SWEEPS = 10
+_SWEEPS = 5
 _TOLERANCE = 0.01
 #: A centroid this far from the origin is worth the mending of what the rounding of a Moebius map folds.
 _ASTRAY = 1e-3
@@ -95,7 +96,10 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
         at the origin, and where huge faces would lose their angles by it.
     """
     y = fix_gauge(mesh, x, A)
-    if not certify_checked(y, mesh.f).folding_free:
+    free = certify_checked(y, mesh.f).folding_free
+    if free and not is_coarse(mesh, x):
+        return y
+    if not free:
         if np.linalg.norm(weighted_sum(A, x)) < _ASTRAY:
             return x
         y = mend_locally(mesh, y)
