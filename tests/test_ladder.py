@@ -14,7 +14,7 @@ from igl_spheremap.fast import fast_map
 from igl_spheremap.gauge import fix_gauge
 from igl_spheremap.mesh import check_mesh
 from igl_spheremap.metric import build_metric
-from igl_spheremap.repair.mend import mend_locally, restore_gauge
+from igl_spheremap.repair.mend import is_astray, mend_locally, restore_gauge
 from igl_spheremap.sphere import center
 
 
@@ -191,3 +191,9 @@ def test_float32_says_so_where_it_has_no_room():
     crowded = unit(x + 3e9)
     single = repair.certified_float32(crowded, f)
     assert not single.certificate.folding_free
+
+
+def test_a_centroid_off_the_origin_is_astray(spheroid):
+    mesh, metric, x = spheroid
+    assert not is_astray(x, metric.A)
+    assert is_astray(center(x, np.where(mesh.v[:, 2] > 0, 2.0, 1.0) * metric.A), metric.A)

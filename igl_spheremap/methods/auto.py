@@ -15,7 +15,7 @@ from ..iterate import Listener, Status
 from ..mesh import Mesh
 from ..metric import Metric, build_metric
 from ..repair.ladder import climb
-from ..repair.mend import restore_gauge
+from ..repair.mend import is_astray, restore_gauge
 from ..repair.polish import polish_map
 from ..repair.relax import Polish
 from .draft import Draft
@@ -53,8 +53,8 @@ def auto(
         "axis" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
         the map is better for it; the result's ``gauge`` tells.
     polish : {"angles", "mips"}, optional
-        Lower the angle differences themselves (the mean falls by 10 percent or more), or the MIPS energy (the largest
-        differences fall), when the map is done. Nothing by default.
+        Lower the angle differences themselves (the mean falls by 10 percent or more on many meshes), or the MIPS
+        energy (the largest differences fall), when the map is done. Nothing by default.
 
     Returns
     -------
@@ -124,7 +124,10 @@ def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener
         y = polish_map(mesh, y, polish)
         y = y if mended.on_axis else restore_gauge(mesh, y, metric.A)
         certificate = certify_checked(y, mesh.f)
+    notes = metric.notes
+    if not mended.on_axis and is_astray(y, metric.A):
+        notes = (*notes, "not Moebius-centred, which would fold huge faces or spoil their angles")
     if y is not x:
         energy = HarmonicEnergy(metric.L).evaluate(y)[0]
-    return Draft(y, energy, status, mended.rounds, metric.factor.backend, metric.notes, certificate,
+    return Draft(y, energy, status, mended.rounds, metric.factor.backend, notes, certificate,
                  "axis" if mended.on_axis else "centred", mended.stretch)

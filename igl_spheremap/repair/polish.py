@@ -36,7 +36,7 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     x : (n, 3) float64 array
         Unit rows, certified free of foldings.
     kind : {"angles", "mips"}
-        ``"angles"`` lowers the mean size of the angle differences itself, by 10 to 25 percent on most meshes;
+        ``"angles"`` lowers the mean size of the angle differences itself, by 10 to 20 percent on many meshes;
         that is partly fitting the measure. ``"mips"`` lowers the MIPS energy, which the harmonic map has
         nearly minimised already: it tames the largest differences and hardly moves the mean.
 
