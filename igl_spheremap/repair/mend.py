@@ -20,7 +20,9 @@ BoolArray = NDArray[np.bool_]
 
 #: Rings around what embedding moved that are relaxed with it.
 _RELAXED_RINGS = 2
-_SWEEPS = 5
+#: Sweeps of that at the least and at the most, and how many vertices they may move together in between.
+_SWEEPS = (5, 30)
+_WORK = 3000
 _TOLERANCE = 0.01
 #: A centroid this far from the origin is worth the mending of what the rounding of a Moebius map folds.
 _ASTRAY = 1e-3
@@ -74,7 +76,8 @@ def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
     around = mesh.f[movable[mesh.f].any(axis=1)]
     if not len(around):
         return x
-    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=_SWEEPS, tolerance=_TOLERANCE)
+    sweeps = int(np.clip(_WORK / movable.sum(), *_SWEEPS))
+    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=sweeps, tolerance=_TOLERANCE)
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
