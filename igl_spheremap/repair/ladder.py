@@ -12,7 +12,8 @@
    its angles may yet be better.
 6. *angles*: a mended map that is off by more than a few degrees on average is brought nearer to the mesh's own angles
    by a sweep over its vertices. One that is hardly conformal even so, or coarse, takes Newton steps too, while they
-   gain much; and so does a map without foldings whose triangles are too thin for the harmonic energy to tell.
+   gain much; and so does such a map that has no foldings, whose triangles are too thin or too large for the harmonic
+   energy to tell.
 7. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
@@ -63,6 +64,8 @@ _HARDLY_CONFORMAL = 7.0
 #: Rounds of Newton steps at the most; they end when one gains less than this share.
 _ROUNDS = 8
 _LEAST_GAIN = 0.1
+#: A map that needed no mending is changed for nothing less than this share.
+_MUCH = 0.15
 #: Faces looked at to tell whether a map is hardly conformal.
 _SAMPLE = 2000
 
@@ -144,12 +147,13 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
 
 
 def _nearer(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """A map without foldings that is hardly conformal, brought nearer to the mesh's angles if that gains much."""
+    """A map without foldings that is hardly conformal, or coarse, nearer to the mesh's angles if that gains much."""
     f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
-    if np.degrees(np.abs(corner_angles(x, f) - corner_angles(mesh.v, f)).mean()) < _HARDLY_CONFORMAL:
+    rough = np.degrees(np.abs(corner_angles(x, f) - corner_angles(mesh.v, f)).mean())
+    if rough < _POOR or (rough < _HARDLY_CONFORMAL and not is_coarse(mesh, x)):
         return x
     y = match_angles(mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
-    return y if mean_angle_difference(mesh, y) < (1 - _LEAST_GAIN) * mean_angle_difference(mesh, x) else x
+    return y if mean_angle_difference(mesh, y) < (1 - _MUCH) * mean_angle_difference(mesh, x) else x
 
 
 @dataclass(frozen=True, eq=False)
