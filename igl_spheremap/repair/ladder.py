@@ -67,7 +67,7 @@ _LEAST_GAIN = 0.1
 #: A map that needed no mending is changed for nothing less than this share.
 _MUCH = 0.15
 #: Faces looked at to tell whether a map is hardly conformal.
-_SAMPLE = 2000
+_SAMPLE = 1000
 
 
 @dataclass(frozen=True, eq=False)
