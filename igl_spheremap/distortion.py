@@ -85,7 +85,27 @@ def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
     float
         Degrees.
     """
-    return float(np.abs(mesh_angle_differences(mesh, x)).mean())
+    return mean_difference(corner_angles(mesh.v, mesh.f), x, mesh.f)
+
+
+def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
+    """Mean size of the differences from given corner angles.
+
+    Parameters
+    ----------
+    source : (m, 3) float64 array
+        Corner angles to compare with, in radians.
+    x : (n, 3) float64 array
+        Images of the vertices.
+    f : (m, 3) int64 array
+        Faces.
+
+    Returns
+    -------
+    float
+        Degrees.
+    """
+    return float(np.degrees(np.abs(corner_angles(x, f) - source).mean()))
 
 
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:

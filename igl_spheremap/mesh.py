@@ -110,6 +110,31 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     return faces
 
 
+def refuse_rows(bad: NDArray[np.bool_], name: str) -> None:
+    """Raise if some rows of an array give no direction.
+
+    Parameters
+    ----------
+    bad : (n,) bool array
+        Rows that are zero or not finite.
+    name : str
+        What the array is called in the message.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+    """
+    rows = np.flatnonzero(bad)
+    if len(rows):
+        raise MeshError(f"{name} has {len(rows)} rows that are zero or not finite, e.g. {rows[:3].tolist()}; "
+                        "give each vertex a direction")
+
+
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
     """Take `x` as an (n, 3) float64 array, or say why not.
 

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .certify import certify_checked
 from .energy import positive_areas
-from .errors import MeshError
 from .gauge import fix_gauge
 from .iterate import Iterate, Listener
-from .mesh import Mesh, check_mesh, check_rows
+from .mesh import Mesh, check_mesh, check_rows, refuse_rows
 from .methods import METHODS, Draft
 from .repair.mend import mend_locally
 from .sphere import normalize
@@ -209,10 +208,7 @@ def unit_rows(x: ArrayLike, n: int) -> FloatArray:
     """
     x = check_rows(x, n, "start")
     length = np.linalg.norm(x, axis=1)
-    bad = np.flatnonzero(~np.isfinite(length) | (length == 0))
-    if len(bad):
-        raise MeshError(f"start has {len(bad)} rows that are zero or not finite, e.g. {bad[:3].tolist()}; "
-                        "give each vertex a direction")
+    refuse_rows(~np.isfinite(length) | (length == 0), "start")
     return normalize(x)  # eq. (4)
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..certify import Certificate, certify_checked
-from ..distortion import corner_angles, mean_angle_difference
+from ..distortion import corner_angles, mean_angle_difference, mean_difference
 from ..energy import HarmonicEnergy
 from ..errors import FactorisationFailed
 from ..fast import fast_map
@@ -124,11 +124,11 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
         y = _nearer(mesh, x)
         if y is x and not axis:
             return Mended(x, certificate)
-        ladder.add("map", x)
+        ladder.add("map", x, certificate=certificate)
         if y is not x:
             ladder.add("angles", y)
     else:
-        ladder.add("map", x)
+        ladder.add("map", x, certificate=certificate)
         if not ladder.nearly(_HANDFUL):
             ladder.delaunay()
             if not ladder.nearly(_FEW):
@@ -149,7 +149,7 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
 def _nearer(mesh: Mesh, x: FloatArray) -> FloatArray:
     """A map without foldings that is hardly conformal, or coarse, nearer to the mesh's angles if that gains much."""
     f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
-    rough = np.degrees(np.abs(corner_angles(x, f) - corner_angles(mesh.v, f)).mean())
+    rough = mean_difference(corner_angles(mesh.v, f), x, f)
     if rough < _POOR or (rough < _HARDLY_CONFORMAL and not is_coarse(mesh, x)):
         return x
     y = match_angles(mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
@@ -280,11 +280,11 @@ class _Ladder:
 
     def _difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences, in degrees."""
-        return float(np.degrees(np.abs(corner_angles(x, self.mesh.f) - self._source).mean()))
+        return mean_difference(self._source, x, self.mesh.f)
 
-    def add(self, name: str, x: FloatArray, stretch: float = 1.0) -> None:
+    def add(self, name: str, x: FloatArray, stretch: float = 1.0, certificate: Certificate | None = None) -> None:
         """Judge a map, tell the listener, and put it on record."""
-        certificate, angles = certify_checked(x, self.mesh.f), self._difference(x)
+        certificate, angles = certificate or certify_checked(x, self.mesh.f), self._difference(x)
         k, now = len(self.rounds), time.perf_counter()
         before = self.rounds[-1].foldings_after if k else certificate.foldings
         energy = HarmonicEnergy(self._metric.L).evaluate(x)[0]

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..certify import certify_checked, orientation_signs
-from ..distortion import corner_angles
+from ..distortion import mean_difference
 from ..errors import FactorisationFailed
 from ..factor import factorize
 from ..sums import weighted_sum
@@ -110,7 +110,7 @@ class AngleNewton:
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
-        return float(np.degrees(np.abs(corner_angles(x, self.f).T - self.source).mean()))
+        return mean_difference(self.source.T, x, self.f)
 
     def _linearised(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences (3, m), and their derivatives (3, 6, m) as the corners move along their axes."""

@@ -60,8 +60,8 @@ def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     near = np.zeros(len(x), dtype=bool)
     near[f[bad]] = True
     near = dilate(f, near, _RINGS)
+    y, folded = x, f[bad]
     f = f[near[f].any(axis=1)]
-    y, folded = x, f[orientation_signs(x, f) <= 0]
     best, fewest, since = x, len(folded), 0
     for _ in range(_ITERATIONS if fewest else 0):
         y = _projected(y, folded, near)

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..certify import certify_checked, orientation_signs
 from ..distortion import mean_angle_difference
 from ..energy import harmonic_problem
-from ..errors import MeshError
 from ..iterate import Iterate, Listener, Status
-from ..mesh import Mesh, check_mesh, check_rows
+from ..mesh import Mesh, check_mesh, check_rows, refuse_rows
 from ..sphere_map import Round, SphereMap, Step
 from .embedding import unit_rows
 from .mend import mend_locally
@@ -104,10 +103,7 @@ def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
     """Unit rows of `x`, untouched where they are so already."""
     rows = check_rows(x, len(mesh.v), "map")
     size = np.abs(rows).max(axis=1)
-    bad = np.flatnonzero(~np.isfinite(size) | (size == 0))
-    if len(bad):
-        raise MeshError(f"map has {len(bad)} rows that are zero or not finite, e.g. {bad[:3].tolist()}; "
-                        "give each vertex a direction")
+    refuse_rows(~np.isfinite(size) | (size == 0), "map")
     length = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
 

@@ -83,8 +83,9 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
     if not certificate.folding_free:
         for trial in _trials(x, f, v):
             y = embed_locally(grid(trial), f, grid)
-            if _certificate(y, f).folding_free:
-                mended, certificate = y, _certificate(y, f)
+            told = _certificate(y, f)
+            if told.folding_free:
+                mended, certificate = y, told
                 break
     moved = np.flatnonzero((mended != rounded).any(axis=1))
     return Float32Map((mended * scale).astype(np.float32), certificate, moved)

@@ -9,7 +9,7 @@ from pathlib import Path
 from .measures import mean_angle, to_common_energy
 from .paper import TABLE_1, TABLE_2, TABLE_3
 from .runs import Outcome, Runs
-from .surfaces import load_surface
+from .surfaces import Surface, load_surface
 
 _NOTE = """\
 Seconds are CPU time, everything included. "paper" columns are quoted from the paper, measured on its machine
@@ -41,16 +41,13 @@ def table_1(runs: Runs, folder: Path | None) -> str:
         ours, fast = runs.get(surface, "Algorithm 1"), runs.get(surface, "fast")
         lines.append(
             [
-                row.surface,
-                f"{surface.source}: {surface.relation}",
-                f"{len(surface.v)} ({row.vertices})",
+                *_what(row.surface, row.vertices, surface),
                 f"{_iterations(ours)} ({row.iterations[0]})",
                 f"{_seconds(ours.seconds)} ({row.seconds})",
                 f"{ours.energy:.5f}",
                 f"{mean_angle(surface, ours):.2f}",
                 str(ours.foldings),
-                _fast(fast),
-                f"{mean_angle(surface, fast):.2f}",
+                *_fast(surface, fast),
             ]
         )
     head = [
@@ -90,9 +87,7 @@ def table_2(runs: Runs, folder: Path | None) -> str:
         fast = runs.get(surface, "fast")
         lines.append(
             [
-                row.surface,
-                f"{surface.source}: {surface.relation}",
-                f"{len(surface.v)} ({row.vertices})",
+                *_what(row.surface, row.vertices, surface),
                 f"{_iterations(ours)} ({row.iterations[0]})",
                 f"{_seconds(ours.seconds)} ({row.seconds})",
                 f"{_iterations(theirs)} ({row.their_iterations})",
@@ -101,8 +96,7 @@ def table_2(runs: Runs, folder: Path | None) -> str:
                 _common(ours, theirs),
                 f"{ours.foldings} / {theirs.foldings}",
                 f"{mean_angle(surface, ours):.2f} / {mean_angle(surface, theirs):.2f}",
-                _fast(fast),
-                f"{mean_angle(surface, fast):.2f}",
+                *_fast(surface, fast),
             ]
         )
     head = [
@@ -145,9 +139,7 @@ def table_3(runs: Runs, folder: Path | None) -> str:
         fast = runs.get(surface, "fast")
         lines.append(
             [
-                row.surface,
-                f"{surface.source}: {surface.relation}",
-                f"{len(surface.v)} ({row.vertices})",
+                *_what(row.surface, row.vertices, surface),
                 f"{_steps(ours)} ({', '.join(map(str, row.iterations))})",
                 ", ".join(f"{entry['foldings_before']} -> {entry['foldings_after']}" for entry in ours.rounds),
                 f"{_seconds(ours.seconds)} ({_number(row.seconds)})",
@@ -156,8 +148,7 @@ def table_3(runs: Runs, folder: Path | None) -> str:
                 f"{_ratio(theirs.seconds, ours.seconds)} ({_number(row.ratio)})",
                 f"{ours.foldings} / {theirs.foldings}",
                 f"{mean_angle(surface, ours):.2f} / {mean_angle(surface, theirs):.2f}",
-                _fast(fast),
-                f"{mean_angle(surface, fast):.2f}",
+                *_fast(surface, fast),
             ]
         )
     head = [
@@ -203,8 +194,15 @@ def _common(ours: Outcome, theirs: Outcome) -> str:
     return f"{a} / {b}, {_seconds(s)} / {_seconds(t)}, {_ratio(t, s)}"
 
 
-def _fast(outcome: Outcome) -> str:
-    return outcome.status if outcome.foldings < 0 else f"{_seconds(outcome.seconds)}, {outcome.foldings}"
+def _what(name: str, vertices: int, surface: Surface) -> list[str]:
+    """The first cells of a line: the paper's surface, what stands for it, and the vertices of both."""
+    return [name, f"{surface.source}: {surface.relation}", f"{len(surface.v)} ({vertices})"]
+
+
+def _fast(surface: Surface, outcome: Outcome) -> list[str]:
+    """The last cells of a line: what the fast method makes of the surface."""
+    told = outcome.status if outcome.foldings < 0 else f"{_seconds(outcome.seconds)}, {outcome.foldings}"
+    return [told, f"{mean_angle(surface, outcome):.2f}"]
 
 
 def _seconds(seconds: float) -> str:
