@@ -193,7 +193,20 @@ def _low_valence(stars: Stars) -> Stars:
 
 
 def independent(stars: Stars, n: int) -> IntArray:
-    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle."""
+    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle.
+
+    Parameters
+    ----------
+    stars : Stars
+        Some vertices with what is around them.
+    n : int
+        Number of vertices of the mesh.
+
+    Returns
+    -------
+    (k,) int64 array
+        Rows of `stars`, no two of which are neighbours.
+    """
     shuffled = (stars.vertices * 2654435761) % 4294967291  # a permutation: the modulus is prime
     rank = np.full(n, np.iinfo(np.int64).max)
     rank[stars.vertices] = stars.valence * 4294967296 + shuffled

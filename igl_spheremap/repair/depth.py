@@ -24,7 +24,20 @@ _SOME = 20
 
 
 def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
-    """Mean logarithm of the lengths of the edges around each vertex."""
+    """Mean logarithm of the lengths of the edges around each vertex.
+
+    Parameters
+    ----------
+    v : (n, 3) float64 array
+        Positions.
+    f : (m, 3) int64 array
+        Faces of a closed mesh.
+
+    Returns
+    -------
+    (n,) float64 array
+        Natural logarithms; lengths below 1e-300 count as that.
+    """
     u, w = f[:, [0, 1, 2]].ravel(), f[:, [1, 2, 0]].ravel()
     d = v[u] - v[w]
     log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), 1e-300))

@@ -134,7 +134,20 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
 
 
 def upright(x: FloatArray, f: IntArray) -> FloatArray:
-    """The map or its mirror image: that which has more faces positively oriented."""
+    """The map or its mirror image: that which has more faces positively oriented.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        `x` itself, or `x` with its third coordinate reversed.
+    """
     signs = orientation_signs(x, f)
     return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
 
