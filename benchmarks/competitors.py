@@ -11,8 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 
 import igl_spheremap as ism
-from igl_spheremap.factor import factorize
-from igl_spheremap.laplacian import cotangent_laplacian, vertex_areas
+from igl_spheremap.operators.factor import factorize
+from igl_spheremap.operators.laplacian import cotangent_laplacian, vertex_areas
 
 Array = np.ndarray
 Competitor = Callable[[Array, Array], Array]

@@ -6,12 +6,12 @@ import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 
-from igl_spheremap.cli.command import UsageError
-from igl_spheremap.cli.exits import Exit
-from igl_spheremap.cli.source import Source, add_repair, load_source
-from igl_spheremap.cli.streams import add_format
+from igl_spheremap.apps.cli.command import UsageError
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.cli.source import Source, add_repair, load_source
+from igl_spheremap.apps.cli.streams import add_format
+from igl_spheremap.apps.viewer import UPS, App, add_picture_arguments, guess_up, open_for, run_app
 from igl_spheremap.errors import DisplayError, FileError, MapError, MeshError
-from igl_spheremap.viewer import UPS, App, add_picture_arguments, guess_up, open_for, run_app
 
 _STATUS = {MeshError: Exit.NO_MESH, FileError: Exit.FILE, UsageError: Exit.USAGE}
 

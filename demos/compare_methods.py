@@ -21,16 +21,16 @@ from common import demo_parser, main
 from polyscope import imgui, implot
 
 import igl_spheremap as ism
-from igl_spheremap.cli.source import Source
-from igl_spheremap.distortion import mesh_angle_differences
-from igl_spheremap.methods import METHODS
-from igl_spheremap.starts import mesh_gauss_map
-from igl_spheremap.viewer import App, Body, Stage
-from igl_spheremap.viewer.colouring import FOLDED_LEGEND, SUBJECTS, colouring, folded_faces
-from igl_spheremap.viewer.panel import subject_combo
-from igl_spheremap.viewer.pose import fit, pose
-from igl_spheremap.viewer.stage import draw_legend
-from igl_spheremap.viewer.style import LINES
+from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.viewer import App, Body, Stage
+from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, SUBJECTS, colouring, folded_faces
+from igl_spheremap.apps.viewer.panel import subject_combo
+from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.stage import draw_legend
+from igl_spheremap.apps.viewer.style import LINES
+from igl_spheremap.maps.methods import METHODS
+from igl_spheremap.mesh.normals import mesh_gauss_map
+from igl_spheremap.verify.distortion import mesh_angle_differences
 
 HEAD, FOOT = 54, 150
 #: Degrees at the end of the colours and of the histograms: the same for all methods, to be compared.

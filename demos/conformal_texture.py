@@ -21,16 +21,16 @@ from common import demo_parser, main
 from polyscope import imgui
 
 import igl_spheremap as ism
-from igl_spheremap.cli.source import Source
-from igl_spheremap.distortion import mesh_conformal_factor
-from igl_spheremap.sphere import moebius
-from igl_spheremap.viewer import App, Body, Stage
-from igl_spheremap.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.viewer.colouring import colouring
-from igl_spheremap.viewer.panel import begin_panel, end_panel, paragraph
-from igl_spheremap.viewer.pose import fit, pose
-from igl_spheremap.viewer.stage import packed
-from igl_spheremap.viewer.style import CHECKS, FOLDED, INK, linear
+from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.viewer import App, Body, Stage
+from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
+from igl_spheremap.apps.viewer.colouring import colouring
+from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph
+from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.stage import packed
+from igl_spheremap.apps.viewer.style import CHECKS, FOLDED, INK, linear
+from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.verify.distortion import mesh_conformal_factor
 
 #: Frames of a video: the handle goes once around the equator at this strength.
 TURN, STRENGTH = 24, 0.6

@@ -21,16 +21,16 @@ from common import demo_parser, load, main
 from polyscope import imgui
 
 from igl_spheremap import samples
-from igl_spheremap.cli.source import Source
-from igl_spheremap.mesh import Mesh
-from igl_spheremap.methods import METHODS
-from igl_spheremap.viewer import App, Body, Run, Stage
-from igl_spheremap.viewer.colouring import SUBJECTS, colouring
-from igl_spheremap.viewer.curves import energy_plot, folding_plot
-from igl_spheremap.viewer.panel import begin_panel, end_panel, paragraph, subject_combo
-from igl_spheremap.viewer.pose import fit, pose
-from igl_spheremap.viewer.result_view import edge_width
-from igl_spheremap.viewer.timeline import Slide, final_slide, slides
+from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.viewer import App, Body, Run, Stage
+from igl_spheremap.apps.viewer.colouring import SUBJECTS, colouring
+from igl_spheremap.apps.viewer.curves import energy_plot, folding_plot
+from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph, subject_combo
+from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.result_view import edge_width
+from igl_spheremap.apps.viewer.timeline import Slide, final_slide, slides
+from igl_spheremap.maps.methods import METHODS
+from igl_spheremap.mesh.check import Mesh
 
 SPEEDS = (1, 2, 5, 10, 25)
 

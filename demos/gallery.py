@@ -17,15 +17,15 @@ import polyscope as ps
 from PIL import Image
 
 import igl_spheremap as ism
-from igl_spheremap.cli.exits import Exit
-from igl_spheremap.distortion import face_areas
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.viewer import Body, Stage, window
+from igl_spheremap.apps.viewer.colouring import Colouring, colouring, folded_faces
+from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.style import sequential
+from igl_spheremap.descent.recording import Recording
+from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
-from igl_spheremap.plot import plot_run
-from igl_spheremap.recording import Recording
-from igl_spheremap.viewer import Body, Stage, window
-from igl_spheremap.viewer.colouring import Colouring, colouring, folded_faces
-from igl_spheremap.viewer.pose import fit, pose
-from igl_spheremap.viewer.style import sequential
+from igl_spheremap.mesh.measure import face_areas
 
 #: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256

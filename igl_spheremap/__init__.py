@@ -1,28 +1,87 @@
 """Conformal maps of genus-0 triangle meshes to the unit sphere, proved free of foldings."""
 
-from . import samples
-from .certify import Certificate, certify
-from .distortion import angle_differences, conformal_factor
-from .eigen_projection import EigenProjection, weighted_eigen_projection
-from .energy import harmonic_energy
-from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
-from .io import read_map, read_mesh, write_map, write_mesh
-from .iterate import Iterate, Status
-from .locate import Location, SphereLocator
-from .mapper import SphereMapper
-from .mesh import Mesh, check_faces, check_mesh
-from .mesh_repair import RepairedMesh, repair_mesh
-from .p_harmonic import p_harmonic_energy
-from .pipeline import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
-from .recording import Recording
-from .repair import repair_foldings
-from .sphere import cayley_update
-from .sphere_map import Round, SphereMap, Step
-from .starts import gauss_map
-from .texture import Atlas, texture_atlas
-from .transfer import resample, transfer
-from .variational import landmark_map, p_harmonic_map
-from .viewer import screenshot, show
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ._version import __version__ as __version__
+
+if TYPE_CHECKING:  # the same names once more, for type checkers and editors
+    from . import samples
+    from .apps.viewer.result_view import screenshot, show
+    from .descent.iterate import Iterate, Round, Status, Step
+    from .descent.p_harmonic import p_harmonic_energy
+    from .descent.problem import harmonic_energy
+    from .descent.recording import Recording
+    from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
+    from .io.files import read_mesh, write_mesh
+    from .io.written_map import read_map, write_map
+    from .maps.mapper import SphereMapper
+    from .maps.repair_foldings import repair_foldings
+    from .maps.sphere_map import SphereMap
+    from .maps.spherical_conformal_map import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
+    from .maps.variational import landmark_map, p_harmonic_map
+    from .mesh.check import Mesh, check_faces, check_mesh
+    from .mesh.clean import RepairedMesh, repair_mesh
+    from .mesh.normals import gauss_map
+    from .shapes.locate import Location, SphereLocator
+    from .shapes.texture import Atlas, texture_atlas
+    from .shapes.transfer import resample, transfer
+    from .sphere.cayley import cayley_update
+    from .start.star_map import EigenProjection, weighted_eigen_projection
+    from .verify.certificate import Certificate, certify
+    from .verify.distortion import angle_differences, conformal_factor
+
+#: Where each public name is defined. It is imported at its first use, so that a program pays for what it uses.
+_HOME = {
+    "screenshot": "apps.viewer.result_view",
+    "show": "apps.viewer.result_view",
+    "Iterate": "descent.iterate",
+    "Round": "descent.iterate",
+    "Status": "descent.iterate",
+    "Step": "descent.iterate",
+    "p_harmonic_energy": "descent.p_harmonic",
+    "harmonic_energy": "descent.problem",
+    "Recording": "descent.recording",
+    "DisplayError": "errors",
+    "FactorisationFailed": "errors",
+    "FileError": "errors",
+    "FoldingsRemain": "errors",
+    "MapError": "errors",
+    "MeshError": "errors",
+    "NotConverged": "errors",
+    "read_mesh": "io.files",
+    "write_mesh": "io.files",
+    "read_map": "io.written_map",
+    "write_map": "io.written_map",
+    "SphereMapper": "maps.mapper",
+    "repair_foldings": "maps.repair_foldings",
+    "SphereMap": "maps.sphere_map",
+    "minimize_harmonic_energy": "maps.spherical_conformal_map",
+    "remove_foldings": "maps.spherical_conformal_map",
+    "spherical_conformal_map": "maps.spherical_conformal_map",
+    "landmark_map": "maps.variational",
+    "p_harmonic_map": "maps.variational",
+    "Mesh": "mesh.check",
+    "check_faces": "mesh.check",
+    "check_mesh": "mesh.check",
+    "RepairedMesh": "mesh.clean",
+    "repair_mesh": "mesh.clean",
+    "gauss_map": "mesh.normals",
+    "Location": "shapes.locate",
+    "SphereLocator": "shapes.locate",
+    "Atlas": "shapes.texture",
+    "texture_atlas": "shapes.texture",
+    "resample": "shapes.transfer",
+    "transfer": "shapes.transfer",
+    "cayley_update": "sphere.cayley",
+    "EigenProjection": "start.star_map",
+    "weighted_eigen_projection": "start.star_map",
+    "Certificate": "verify.certificate",
+    "certify": "verify.certificate",
+    "angle_differences": "verify.distortion",
+    "conformal_factor": "verify.distortion",
+    "samples": "samples",
+}
 
 __all__ = [
     "Atlas",
@@ -75,4 +134,16 @@ __all__ = [
     "write_mesh",
 ]
 
-__version__ = "0.1.0"
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its room at first use."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(f"{__name__}.{_HOME[name]}")
+    value = module if name == "samples" else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .pipeline import SphereMap
+from typing import Any
 
 
 class MeshError(ValueError):
@@ -28,7 +25,7 @@ class MapError(RuntimeError):
         The map as far as it came, with its certificate, so that nothing is lost.
     """
 
-    def __init__(self, message: str, result: SphereMap | None = None) -> None:
+    def __init__(self, message: str, result: Any = None) -> None:
         super().__init__(message)
         self.result = result
 

@@ -32,8 +32,8 @@ from pathlib import Path
 import numpy as np
 import polyscope as ps
 import igl_spheremap as ism
-from igl_spheremap.viewer import app, window
-from igl_spheremap.viewer.style import FOLDED
+from igl_spheremap.apps.viewer import app, window
+from igl_spheremap.apps.viewer.style import FOLDED
 
 def vermilion(image):
     'Share of pixels of the colour of folded faces, in any light.'

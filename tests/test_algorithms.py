@@ -7,11 +7,11 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.energy import Problem, harmonic_problem
-from igl_spheremap.minimize import minimize
-from igl_spheremap.solvers import CayleyBB
-from igl_spheremap.sphere import normalize
-from igl_spheremap.starts import mesh_gauss_map
+from igl_spheremap.descent.algorithm_1 import CayleyBB
+from igl_spheremap.descent.minimize import minimize
+from igl_spheremap.descent.problem import Problem, harmonic_problem
+from igl_spheremap.mesh.normals import mesh_gauss_map
+from igl_spheremap.sphere.rows import normalize
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.cli import batch, main
-from igl_spheremap.cli.exits import Exit
-from igl_spheremap.cli.outcomes import Outcome, summary, table
+from igl_spheremap.apps.cli import batch, main
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.cli.outcomes import Outcome, summary, table
 from igl_spheremap.io import read_mesh, write_mesh
 
 

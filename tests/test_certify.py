@@ -7,7 +7,7 @@ import pytest
 from triangulations import delaunay_sphere, icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.certify import orientation_signs
+from igl_spheremap.verify.certificate import orientation_signs
 
 X, F = icosphere(2)
 

@@ -14,13 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from igl_spheremap import MeshError, certify, samples, spherical_conformal_map
-from igl_spheremap.cli import main, map_command
-from igl_spheremap.cli.main import COMMANDS, build_parser
-from igl_spheremap.cli.status_line import Interrupt, StatusLine
+from igl_spheremap import MeshError, samples, spherical_conformal_map
+from igl_spheremap.apps.cli import main, map_command
+from igl_spheremap.apps.cli.main import COMMANDS, build_parser
+from igl_spheremap.apps.cli.status_line import Interrupt, StatusLine
+from igl_spheremap.descent.iterate import Iterate
 from igl_spheremap.io import read_map, read_mesh, write_mesh
-from igl_spheremap.iterate import Iterate
-from igl_spheremap.repair.rounding import Float32Map
+from igl_spheremap.untangle.rounding import Float32Map
+from igl_spheremap.verify.certificate import certify
 
 SAMPLE = "sample:spheroid:n_vertices=500"
 CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
@@ -315,7 +316,7 @@ def an_iterate() -> tuple[Iterate, np.ndarray]:
 
 def test_the_status_line_waits_and_clears(monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("igl_spheremap.cli.status_line.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("igl_spheremap.apps.cli.status_line.time.monotonic", lambda: clock[0])
     iterate, f = an_iterate()
     terminal = Terminal()
     line = StatusLine(terminal, f)
@@ -332,7 +333,7 @@ def test_the_status_line_waits_and_clears(monkeypatch):
 
 
 def test_no_status_line_in_a_file(tmp_path, monkeypatch):
-    monkeypatch.setattr("igl_spheremap.cli.status_line._PATIENCE", -1.0)
+    monkeypatch.setattr("igl_spheremap.apps.cli.status_line._PATIENCE", -1.0)
     iterate, f = an_iterate()
     with (tmp_path / "log").open("w") as file:
         line = StatusLine(file, f)

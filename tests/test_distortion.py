@@ -5,8 +5,8 @@ import numpy as np
 from triangulations import icosphere, unit
 
 import igl_spheremap as ism
-from igl_spheremap.distortion import corner_angles
-from igl_spheremap.sphere import moebius
+from igl_spheremap.mesh.measure import corner_angles
+from igl_spheremap.sphere.moebius import moebius
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.cli import main
-from igl_spheremap.cli.exits import Exit
-from igl_spheremap.cli.main import COMMANDS, build_parser
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.cli.main import COMMANDS, build_parser
 from igl_spheremap.io import FORMATS, write_mesh
 
 ROOT = Path(__file__).parents[1]

@@ -7,8 +7,8 @@ from scipy.linalg import eigh
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.eigen_projection import stiffness, weighted_mass
-from igl_spheremap.sphere import moebius
+from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.start.star_map import stiffness, weighted_mass
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.5], F)

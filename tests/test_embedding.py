@@ -14,10 +14,10 @@ from triangulations import (
     unit,
 )
 
-from igl_spheremap.certify import certify, orientation_signs
-from igl_spheremap.repair.collapse import Complex, _Adjacency
-from igl_spheremap.repair.embedding import progressive_embedding, unit_rows
-from igl_spheremap.repair.kernel import analytic_centres, centres_beside, stars_of
+from igl_spheremap.untangle.collapse import Complex, _Adjacency
+from igl_spheremap.untangle.embedding import progressive_embedding, unit_rows
+from igl_spheremap.untangle.kernel import analytic_centres, centres_beside, stars_of
+from igl_spheremap.verify.certificate import certify, orientation_signs
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -6,8 +6,10 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.energy import Problem, harmonic_problem, positive_areas, remove_boosts
-from igl_spheremap.sphere import center, moebius, normalize, tangent
+from igl_spheremap.descent.problem import Problem, harmonic_problem, remove_boosts
+from igl_spheremap.operators.laplacian import positive_areas
+from igl_spheremap.sphere.moebius import center, moebius
+from igl_spheremap.sphere.rows import normalize, tangent
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from igl_spheremap import FileError, angle_differences, conformal_factor, samples, spherical_conformal_map
-from igl_spheremap.cli import main
+from igl_spheremap.apps.cli import main
+from igl_spheremap.draw.palette import colours
 from igl_spheremap.io import read_mesh, write_map, write_mesh, write_scalars, write_sphere, write_textured
-from igl_spheremap.texture import checker_image, texture_atlas
-from igl_spheremap.vertex_maps import colours, vertex_maps
+from igl_spheremap.shapes.texture import checker_image, texture_atlas
+from igl_spheremap.verify.vertex_maps import vertex_maps
 
 
 @pytest.fixture(scope="module")

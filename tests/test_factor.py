@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from igl_spheremap import factor as factor_module
 from igl_spheremap.errors import FactorisationFailed
-from igl_spheremap.factor import available_backends, factorize, refined_solve
-from igl_spheremap.laplacian import cotangent_laplacian, vertex_areas
+from igl_spheremap.operators import factor as factor_module
+from igl_spheremap.operators.factor import available_backends, factorize, refined_solve
+from igl_spheremap.operators.laplacian import cotangent_laplacian, vertex_areas
 
 BACKENDS = ("cvxopt", "scikit-sparse", "scipy", "cholespy", "pypardiso")
 

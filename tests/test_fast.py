@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from igl_spheremap import samples
-from igl_spheremap.distortion import mean_angle_difference
-from igl_spheremap.fast import fast_map
-from igl_spheremap.mesh import check_mesh
-from igl_spheremap.metric import build_metric
-from igl_spheremap.puncture import is_coarse, punctured_start
+from igl_spheremap.descent.fast import fast_map
+from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.start.punctured import is_coarse, punctured_start
+from igl_spheremap.verify.distortion import mean_angle_difference
 
 
 def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads():

@@ -6,10 +6,13 @@ import scipy.sparse as sp
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.energy import harmonic_problem, positive_areas
-from igl_spheremap.minimize import minimize
-from igl_spheremap.solvers.gu_yau import GuYau, largest_eigenvalue
-from igl_spheremap.sphere import best_rotation, normalize, tangent
+from igl_spheremap.descent.algorithm_1 import CayleyBB
+from igl_spheremap.descent.gu_yau import GuYau, largest_eigenvalue
+from igl_spheremap.descent.minimize import minimize
+from igl_spheremap.descent.problem import harmonic_problem
+from igl_spheremap.operators.laplacian import positive_areas
+from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.rows import normalize, tangent
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -94,7 +97,7 @@ def test_it_needs_more_iterations_than_algorithm_1():
         minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
         for iterates in (
             GuYau().iterates(PROBLEM, ism.gauss_map(V, F)),
-            ism.solvers.CayleyBB().iterates(PROBLEM, ism.gauss_map(V, F)),
+            CayleyBB().iterates(PROBLEM, ism.gauss_map(V, F)),
         )
     ]
     assert counts[0] > 3 * counts[1]

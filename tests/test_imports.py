@@ -1,69 +1,131 @@
-"""Imports run downwards only."""
+"""Imports run one way through the rooms that docs/architecture.md lists, and no two files import each other."""
 
 import ast
+import re
+import subprocess
+import sys
+from functools import cache
 from pathlib import Path
+
+import pytest
 
 import igl_spheremap
 
 ROOT = Path(igl_spheremap.__file__).parent
-
-
-def imported(path):
-    """Modules of the package that a file imports at run time, as paths below its root."""
-    found = set()
-    package = path.relative_to(ROOT).parent.parts
-    tree = ast.parse(path.read_text())
-    guarded = [node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)]
-    skip = {id(inner) for node in guarded for inner in ast.walk(node)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.level and id(node) not in skip:
-            base = package[: len(package) - node.level + 1]
-            target = (*base, *(node.module or "").split(".")) if node.module else base
-            names = [target] if node.module else [(*base, alias.name) for alias in node.names]
-            for name in names:
-                found |= modules_at(name)
-    return found - {path}
+ARCHITECTURE = ROOT.parent / "docs" / "architecture.md"
+FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py"}
 
 
 def modules_at(name):
-    """The file that a dotted name stands for, if it is a module of the package."""
+    """The file that a dotted name below the package stands for."""
     base = ROOT.joinpath(*name)
-    return {p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file()}
+    return {p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file() and p != ROOT / "__init__.py"}
 
 
-def graph():
-    return {path: imported(path) for path in sorted(ROOT.rglob("*.py"))}
+@cache
+def imported(path):
+    """Files of the package that a file imports by any statement, wherever it stands, type checking included."""
+    found = set()
+    package = path.relative_to(ROOT).parent.parts
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name.split(".") for alias in node.names]
+            for name in names:
+                if name[0] == ROOT.name:
+                    found |= modules_at(name[1:]) or {ROOT / "__init__.py"}
+        elif isinstance(node, ast.ImportFrom):
+            module = (node.module or "").split(".") if node.module else []
+            if node.level:
+                base = [*package[: len(package) - node.level + 1], *module]
+            elif module and module[0] == ROOT.name:
+                base = module[1:]
+            else:
+                continue
+            for alias in node.names:  # a module of that name, or a name within the module
+                found |= modules_at([*base, alias.name]) or modules_at(base) or {ROOT / "__init__.py"}
+    return frozenset(found - {path})
 
 
-def test_no_module_imports_what_imports_it():
-    links = graph()
-    links[ROOT / "__init__.py"] = set()  # the front door collects everything
-    done, path = set(), []
+def files():
+    return sorted(ROOT.rglob("*.py"))
 
-    def visit(module):
-        assert module not in path, " -> ".join(p.name for p in [*path[path.index(module):], module])
-        if module in done:
+
+def room(path):
+    """The room of a file; empty for the package's root."""
+    parts = path.relative_to(ROOT).parts
+    return parts[0] if len(parts) > 1 else ""
+
+
+def rooms():
+    """The rooms in the order of the table."""
+    if not ARCHITECTURE.exists():
+        pytest.skip("the docs are not installed with the package")
+    return re.findall(r"^\| `(\w+)/` \|", ARCHITECTURE.read_text(), re.MULTILINE)
+
+
+def test_the_table_lists_the_rooms_and_the_root_holds_the_front_door():
+    assert sorted(rooms()) == sorted({room(path) for path in files()} - {""})
+    assert {path.name for path in ROOT.glob("*.py")} == FRONT
+
+
+def test_imports_run_towards_the_top_of_the_table():
+    order = ["", *rooms()]
+    for path in files():
+        if path.parent == ROOT and path.name in ("__init__.py", "__main__.py"):
+            continue  # the front door collects everything
+        for other in imported(path):
+            assert order.index(room(other)) <= order.index(room(path)), f"{path} imports {other}"
+            assert other != ROOT / "__init__.py", f"{path} imports the front door"
+
+
+def test_no_file_imports_what_imports_it():
+    done, way = set(), []
+
+    def visit(path):
+        assert path not in way, " -> ".join(p.name for p in [*way[way.index(path):], path])
+        if path in done:
             return
-        path.append(module)
-        for other in sorted(links[module]):
+        way.append(path)
+        for other in sorted(imported(path)):
             visit(other)
-        path.pop()
-        done.add(module)
+        way.pop()
+        done.add(path)
 
-    for module in links:
-        visit(module)
-    assert len(done) == len(links) > 20
+    for path in files():
+        if path != ROOT / "__init__.py":
+            visit(path)
+    assert len(done) > 20
 
 
 def test_witnesses_import_no_solver():
-    links = graph()
-    for name in ("certify.py", "distortion.py"):
-        reached, todo = set(), [ROOT / name]
+    allowed = {"mesh", "sphere", "verify", ""}
+    for path in (ROOT / "verify").glob("*.py"):
+        reached, todo = set(), [path]
         while todo:
-            for other in links[todo.pop()] - reached:
+            for other in imported(todo.pop()) - reached:
                 reached.add(other)
                 todo.append(other)
-        assert {p.name for p in reached} <= {"mesh.py", "errors.py", "sums.py"}
+        assert {room(p) for p in reached} <= allowed
+
+
+def test_every_form_of_import_is_seen():
+    """The checks above rest on this: imports within functions and for type checkers count, names resolve to files."""
+    seen = imported(ROOT / "__init__.py")
+    assert ROOT / "maps" / "sphere_map.py" in seen  # only under TYPE_CHECKING
+    assert ROOT / "samples" / "__init__.py" in seen  # from . import samples
+    assert ROOT / "_version.py" in imported(ROOT / "io" / "npz.py")
+
+
+def test_each_public_name_is_listed_once_for_readers_and_once_for_type_checkers():
+    lines = ast.parse((ROOT / "__init__.py").read_text()).body
+    block = next(node for node in lines if isinstance(node, ast.If))
+    typed = {alias.name: node.module or alias.name for node in block.body for alias in node.names}
+    assert typed == igl_spheremap._HOME
+    assert sorted(typed) == sorted(igl_spheremap.__all__) == dir(igl_spheremap)
+    for name in igl_spheremap.__all__:
+        assert getattr(igl_spheremap, name) is not None
+    with pytest.raises(AttributeError, match="no_such_name"):
+        igl_spheremap.no_such_name  # noqa: B018
 
 
 def test_the_core_needs_no_extra():
@@ -71,9 +133,7 @@ def test_the_core_needs_no_extra():
 
     (scipy.optimize itself looks for scikit-sparse, which is therefore not in the list.)
     """
-    import subprocess
-    import sys
-
-    code = "import sys, igl_spheremap; print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))"
+    code = ("import sys, igl_spheremap as ism; [getattr(ism, name) for name in dir(ism)];"
+            "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"polyscope", "matplotlib", "nibabel", "trimesh", "cvxopt", "cholespy"} & set(loaded)

@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from igl_spheremap import FileError, MeshError, certify, check_mesh, samples, spherical_conformal_map
+from igl_spheremap import FileError, MeshError, check_mesh, samples, spherical_conformal_map
 from igl_spheremap import io as meshio_here
 from igl_spheremap.io import FORMATS, certify_radius, format_of, read_map, read_mesh, read_sphere, write_map, write_mesh
 from igl_spheremap.io.polygons import Polygons
-from igl_spheremap.repair.rounding import Float32Map
+from igl_spheremap.untangle.rounding import Float32Map
+from igl_spheremap.verify.certificate import certify
 
 EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz")
 ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere")

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap import repair, samples
-from igl_spheremap.certify import certify, certify_checked
-from igl_spheremap.distortion import angle_differences
+from igl_spheremap import samples
+from igl_spheremap.descent.fast import fast_map
 from igl_spheremap.errors import MeshError
-from igl_spheremap.fast import fast_map
-from igl_spheremap.gauge import fix_gauge
-from igl_spheremap.mesh import check_mesh
-from igl_spheremap.metric import build_metric
-from igl_spheremap.repair.mend import is_astray, mend_locally, restore_gauge
-from igl_spheremap.sphere import center
+from igl_spheremap.maps.repair_foldings import repair_foldings
+from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.sphere.gauge import fix_gauge
+from igl_spheremap.sphere.moebius import center
+from igl_spheremap.untangle.ladder import climb
+from igl_spheremap.untangle.mend import is_astray, mend_locally, restore_gauge
+from igl_spheremap.untangle.rounding import certified_float32
+from igl_spheremap.verify.certificate import certify, certify_checked
+from igl_spheremap.verify.distortion import angle_differences
 
 
 def _mapped(name, **parameters):
@@ -45,7 +48,7 @@ def folded(spheroid):
 
 def test_a_map_without_foldings_is_handed_back(spheroid):
     mesh, metric, x = spheroid
-    mended = repair.climb(mesh, metric, x)
+    mended = climb(mesh, metric, x)
     assert mended.x is x
     assert mended.rounds == ()
     assert mended.stretch == 1
@@ -53,7 +56,7 @@ def test_a_map_without_foldings_is_handed_back(spheroid):
 
 def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
     mesh, metric, x = folded
-    mended = repair.climb(mesh, metric, x)
+    mended = climb(mesh, metric, x)
     assert mended.certificate.folding_free
     assert [r.start for r in mended.rounds] == ["map", "embedding"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
@@ -65,14 +68,14 @@ def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
 def test_a_mended_map_is_in_the_gauge(folded):
     mesh, metric, x = folded
     assert np.linalg.norm(metric.A @ mend_locally(mesh, x)) > 1e-12
-    mended = repair.climb(mesh, metric, x)
+    mended = climb(mesh, metric, x)
     assert np.linalg.norm(metric.A @ mended.x) < 1e-12
     assert np.abs(fix_gauge(mesh, mended.x, metric.A) - mended.x).max() < 1e-12
 
 
 def test_what_rounding_folds_in_the_gauge_is_mended_or_left():
     mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
-    y = mend_locally(mesh, center(repair.climb(mesh, metric, x).x, np.full(len(x), 1 / len(x))))
+    y = mend_locally(mesh, center(climb(mesh, metric, x).x, np.full(len(x), 1 / len(x))))
     z = restore_gauge(mesh, y, metric.A)
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(metric.A @ z) < max(1e-3, np.linalg.norm(metric.A @ y) / 10)
@@ -84,13 +87,13 @@ def test_a_coarse_map_far_from_conformal_is_brought_nearer_but_only_if_that_gain
     metric = build_metric(mesh)
     x = fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
     assert certify(x, f).folding_free
-    mended = repair.climb(mesh, metric, x)
+    mended = climb(mesh, metric, x)
     assert mended.certificate.folding_free
     assert [r.start for r in mended.rounds] == ["map", "angles"]
     assert _mean(mesh, mended.x) < 0.5 * _mean(mesh, x)
     mesh, metric, x = _mapped("octopus", n_vertices=1500)
     assert _mean(mesh, x) > 7
-    assert repair.climb(mesh, metric, x).x is x
+    assert climb(mesh, metric, x).x is x
 
 
 def _rod():
@@ -109,7 +112,7 @@ def test_long_arms_come_back_certified_and_conformal():
     mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
     assert not certify_checked(x, mesh.f).folding_free
     seen = []
-    mended = repair.climb(mesh, metric, x, seen.append)
+    mended = climb(mesh, metric, x, seen.append)
     assert certify(mended.x, mesh.f).folding_free
     assert mended.stretch > 1
     assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in mended.rounds]
@@ -118,7 +121,7 @@ def test_long_arms_come_back_certified_and_conformal():
 
 def test_the_axis_gauge_holds_a_spring_better():
     mesh, metric, x = _mapped("spring", n_vertices=9000)
-    plain, axis = (repair.climb(mesh, metric, x, axis=axis) for axis in (False, True))
+    plain, axis = (climb(mesh, metric, x, axis=axis) for axis in (False, True))
     assert plain.certificate.folding_free
     assert axis.certificate.folding_free
     assert axis.on_axis
@@ -129,7 +132,7 @@ def test_the_axis_gauge_holds_a_spring_better():
 
 def test_the_axis_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, metric, x = spheroid
-    mended = repair.climb(mesh, metric, x, axis=True)
+    mended = climb(mesh, metric, x, axis=True)
     assert not mended.on_axis
     assert (mended.x == x).all()
 
@@ -137,7 +140,7 @@ def test_the_axis_gauge_is_left_alone_where_float64_suffices(spheroid):
 def test_any_map_is_mended_and_the_listener_sees_foldings_vanish(folded):
     mesh, _, x = folded
     seen = []
-    result = repair.repair_foldings(mesh.v, mesh.f, x, listener=seen.append)
+    result = repair_foldings(mesh.v, mesh.f, x, listener=seen.append)
     assert result.certificate.folding_free
     assert seen[0].residual == certify(x, mesh.f).foldings > 0
     assert seen[-1].residual == 0
@@ -147,7 +150,7 @@ def test_any_map_is_mended_and_the_listener_sees_foldings_vanish(folded):
 def test_a_good_map_of_another_program_stays_bit_for_bit():
     x, f = icosphere(2)
     single = x.astype(np.float32)
-    result = repair.repair_foldings(x, f, single)
+    result = repair_foldings(x, f, single)
     assert (result.sphere == single).all()
     assert result.certificate.folding_free
 
@@ -155,7 +158,7 @@ def test_a_good_map_of_another_program_stays_bit_for_bit():
 def test_a_map_turned_inside_out_is_reflected():
     x, f = icosphere(3)
     v = x * [1.0, 1.1, 1.2]
-    result = repair.repair_foldings(v, f, -x)
+    result = repair_foldings(v, f, -x)
     assert result.certificate.folding_free
     assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(angle_differences(v, f, x)).mean())
 
@@ -166,7 +169,7 @@ def test_rows_without_direction_are_refused(bad):
     y = x.copy()
     y[5] = bad
     with pytest.raises(MeshError):
-        repair.repair_foldings(x, f, y)
+        repair_foldings(x, f, y)
 
 
 @pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])
@@ -175,7 +178,7 @@ def test_float32_positions_are_certified_as_they_are(radius):
     assert certify(x, mesh.f).folding_free
     rounded = (radius * x).astype(np.float32)
     assert certify(unit(rounded.astype(float)), mesh.f).foldings
-    single = repair.certified_float32(x, mesh.f, radius, mesh.v)
+    single = certified_float32(x, mesh.f, radius, mesh.v)
     assert single.positions.dtype == np.float32
     assert single.certificate.folding_free
     # the certificate is that of the very numbers: a power of two is exact to divide by
@@ -189,7 +192,7 @@ def test_float32_positions_are_certified_as_they_are(radius):
 def test_float32_says_so_where_it_has_no_room():
     x, f = icosphere(3)
     crowded = unit(x + 3e9)
-    single = repair.certified_float32(crowded, f)
+    single = certified_float32(crowded, f)
     assert not single.certificate.folding_free
 
 

@@ -5,10 +5,11 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.energy import HarmonicEnergy, SumEnergy, harmonic_problem
-from igl_spheremap.landmarks import check_landmarks, match_landmarks
-from igl_spheremap.smooth_problem import smooth_problem
-from igl_spheremap.sphere import moebius, normalize, tangent
+from igl_spheremap.descent.problem import HarmonicEnergy, SumEnergy, harmonic_problem
+from igl_spheremap.descent.smooth_problem import smooth_problem
+from igl_spheremap.maps.landmarks import check_landmarks, match_landmarks
+from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.sphere.rows import normalize, tangent
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from igl_spheremap.laplacian import (
+from igl_spheremap.operators.laplacian import (
     cotangent_laplacian,
     is_usable,
     laplacian,

@@ -8,16 +8,16 @@ import scipy.sparse as sp
 from triangulations import icosphere, unit
 
 from igl_spheremap import samples, spherical_conformal_map
-from igl_spheremap.certify import orientation_signs
-from igl_spheremap.distortion import corner_angles
+from igl_spheremap.descent.fast import fast_map
 from igl_spheremap.errors import FactorisationFailed
-from igl_spheremap.fast import fast_map
-from igl_spheremap.laplacian import laplacian, vertex_areas
-from igl_spheremap.mesh import check_mesh
-from igl_spheremap.metric import build_metric
-from igl_spheremap.repair.axis import _turn_north, axis_gauge, axis_limbs
-from igl_spheremap.repair.depth import log_edges, middle_face, predicted_log_edges
-from igl_spheremap.repair.nested import _from_chart, _to_chart, solve_limbs
+from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.mesh.measure import corner_angles
+from igl_spheremap.operators.laplacian import laplacian, vertex_areas
+from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.untangle.axis import _turn_north, axis_gauge, axis_limbs
+from igl_spheremap.untangle.depth import log_edges, middle_face, predicted_log_edges
+from igl_spheremap.untangle.nested import _from_chart, _to_chart, solve_limbs
+from igl_spheremap.verify.certificate import orientation_signs
 
 
 def _mapped(name, **parameters):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from igl_spheremap.line_search import NonmonotoneSearch
+from igl_spheremap.descent.line_search import NonmonotoneSearch
 
 
 def test_step_is_the_first_power_of_delta_that_the_rule_accepts():

@@ -6,10 +6,12 @@ import igl.predicates
 import numpy as np
 import pytest
 
-from igl_spheremap import FoldingsRemain, MeshError, certify, samples
-from igl_spheremap.box_tree import BoxTree
-from igl_spheremap.locate import Location, SphereLocator, barycentric_weights
-from igl_spheremap.sphere import moebius, normalize
+from igl_spheremap import FoldingsRemain, MeshError, samples
+from igl_spheremap.shapes.box_tree import BoxTree
+from igl_spheremap.shapes.locate import Location, SphereLocator, barycentric_weights
+from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.verify.certificate import certify
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
 FACES = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap import metric as metric_module
+from igl_spheremap.operators import operators as metric_module
 
 V, F = ism.samples.make("dino", n_vertices=1500)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from igl_spheremap import check_mesh, samples, spherical_conformal_map
-from igl_spheremap.limb_scale import deep_limbs, log_scale, shortest_image_edges
-from igl_spheremap.mesh_quality import mesh_quality
-from igl_spheremap.metric import build_metric
+from igl_spheremap.mesh.quality import mesh_quality
+from igl_spheremap.operators.limb_scale import deep_limbs, log_scale, shortest_image_edges
+from igl_spheremap.operators.operators import build_metric
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
 FACES = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])

@@ -10,7 +10,7 @@ import pytest
 
 from igl_spheremap import MeshError, check_mesh, samples
 from igl_spheremap.io import read_mesh
-from igl_spheremap.mesh_repair import repair_mesh, weld
+from igl_spheremap.mesh.clean import repair_mesh, weld
 
 CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap.certify import orientation_signs
-from igl_spheremap.distortion import corner_angles
-from igl_spheremap.repair.kernel import tangent_axes
-from igl_spheremap.repair.newton import AngleNewton
+from igl_spheremap.mesh.measure import corner_angles
+from igl_spheremap.untangle.kernel import tangent_axes
+from igl_spheremap.untangle.newton import AngleNewton
+from igl_spheremap.verify.certificate import orientation_signs
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from triangulations import icosphere, unit
 
-from igl_spheremap.certify import certify, orientation_signs
-from igl_spheremap.repair.nudge import nudge
+from igl_spheremap.untangle.nudge import nudge
+from igl_spheremap.verify.certificate import certify, orientation_signs
 
 
 def _with_slivers():

@@ -6,10 +6,10 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from igl_spheremap.aggregation import aggregate
-from igl_spheremap.graph_sphere import graph_sphere
-from igl_spheremap.laplacian import cotangent_laplacian
-from igl_spheremap.ordering import bandwidth_order, nested_dissection
+from igl_spheremap.operators.factor.aggregation import aggregate
+from igl_spheremap.operators.factor.graph_sphere import graph_sphere
+from igl_spheremap.operators.factor.ordering import bandwidth_order, nested_dissection
+from igl_spheremap.operators.laplacian import cotangent_laplacian
 
 
 def ellipsoid(n_subdivisions=4, shuffle=None):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from igl_spheremap import samples, spherical_conformal_map
-from igl_spheremap.certify import certify_checked
-from igl_spheremap.distortion import mesh_angle_differences
-from igl_spheremap.energy import positive_areas
-from igl_spheremap.mesh import check_mesh
-from igl_spheremap.repair.polish import polish_map
-from igl_spheremap.repair.relax import MipsLoss
+from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.operators.laplacian import positive_areas
+from igl_spheremap.untangle.polish import polish_map
+from igl_spheremap.untangle.relax import MipsLoss
+from igl_spheremap.verify.certificate import certify_checked
+from igl_spheremap.verify.distortion import mesh_angle_differences
 
 
 @pytest.fixture(scope="module")

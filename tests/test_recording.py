@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.iterate import Iterate
-from igl_spheremap.recording import Recording
+from igl_spheremap.descent.iterate import Iterate
+from igl_spheremap.descent.recording import Recording
 
 
 @pytest.fixture(scope="module")

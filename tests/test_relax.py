@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap.certify import orientation_signs
-from igl_spheremap.repair.kernel import tangent_axes
-from igl_spheremap.repair.relax import LOSSES, descend
+from igl_spheremap.untangle.kernel import tangent_axes
+from igl_spheremap.untangle.relax import LOSSES, descend
+from igl_spheremap.verify.certificate import orientation_signs
 
 
 def _stretched(level=3):

@@ -9,8 +9,8 @@ import pytest
 from drawing import needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.figures import angle_figures
-from igl_spheremap.markup import page, table
+from igl_spheremap.draw.markup import page, table
+from igl_spheremap.verify.figures import angle_figures
 
 pytest.importorskip("matplotlib", reason="pip install 'igl_spheremap[plot]'")
 
@@ -99,7 +99,7 @@ import ctypes, sys
 def missing(name):
     raise OSError(name)
 sys.platform, ctypes.CDLL = 'linux', missing
-from igl_spheremap.cli import main
+from igl_spheremap.apps.cli import main
 sys.exit(main(sys.argv[1:]))
 """
     done = run([sys.executable, "-c", code, *map(str, words)])

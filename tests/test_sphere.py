@@ -8,7 +8,9 @@ from hypothesis.extra.numpy import arrays
 from triangulations import unit
 
 import igl_spheremap as ism
-from igl_spheremap.sphere import best_rotation, center, conformal_barycentre, moebius, tangent
+from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.moebius import center, conformal_barycentre, moebius
+from igl_spheremap.sphere.rows import tangent
 
 FINITE = st.floats(-50, 50).map(lambda t: round(t, 6))
 

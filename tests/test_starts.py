@@ -5,7 +5,7 @@ import numpy as np
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.starts import fill_directions
+from igl_spheremap.mesh.normals import fill_directions
 
 X, F = icosphere(3)
 

@@ -5,12 +5,13 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.dipole import dipole_map
-from igl_spheremap.energy import positive_areas
-from igl_spheremap.flat_metric import _angles, _defects, _laplacian, _log_scale, flat_metric, lay_out
-from igl_spheremap.laplacian import mollified_edge_lengths
-from igl_spheremap.metric import build_metric
-from igl_spheremap.sphere import best_rotation, normalize
+from igl_spheremap.operators.laplacian import mollified_edge_lengths, positive_areas
+from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.moebius import center
+from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.start.dipole import dipole_map
+from igl_spheremap.start.flat_metric import _angles, _defects, _laplacian, _log_scale, flat_metric, lay_out
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -65,7 +66,7 @@ def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
         np.abs(result.angle_differences()).max()
         < 1e-5
         + np.abs(
-            ism.angle_differences(x, F, ism.sphere.center(x, positive_areas(ism.check_mesh(x, F))))
+            ism.angle_differences(x, F, center(x, positive_areas(ism.check_mesh(x, F))))
         ).max()
     )
     ours, theirs = cross_ratios(result.sphere), cross_ratios(x)

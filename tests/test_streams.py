@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.cli import main
+from igl_spheremap.apps.cli import main
 from igl_spheremap.io import read_mesh, write_mesh
 
 SAMPLE = "sample:spheroid:n_vertices=300"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from igl_spheremap import MeshError, samples
-from igl_spheremap.distortion import face_areas
-from igl_spheremap.seam import cut_along_planes
-from igl_spheremap.sphere import normalize
-from igl_spheremap.texture import checker_image, texture_atlas
+from igl_spheremap.mesh.measure import face_areas
+from igl_spheremap.shapes.texture import checker_image, texture_atlas
+from igl_spheremap.sphere.cut import cut_along_planes
+from igl_spheremap.sphere.rows import normalize
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
 OCTAHEDRON_FACES = np.array(

@@ -11,7 +11,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.io import write_textured
-from igl_spheremap.texture import checker_image
+from igl_spheremap.shapes.texture import checker_image
 
 pytest.importorskip("trimesh")
 image = pytest.importorskip("PIL.Image")

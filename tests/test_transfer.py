@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from igl_spheremap import FoldingsRemain, MeshError, certify, samples, spherical_conformal_map
-from igl_spheremap.locate import Location, SphereLocator
-from igl_spheremap.sphere import normalize
-from igl_spheremap.transfer import (
+from igl_spheremap import FoldingsRemain, MeshError, samples, spherical_conformal_map
+from igl_spheremap.shapes.locate import Location, SphereLocator
+from igl_spheremap.shapes.transfer import (
     corresponding_points,
     interpolate,
     regular_mesh,
@@ -16,6 +15,8 @@ from igl_spheremap.transfer import (
     sphere_points,
     transfer,
 )
+from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.verify.certificate import certify
 
 
 @pytest.fixture(scope="module")

@@ -8,13 +8,13 @@ import pytest
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
+from igl_spheremap.apps.viewer import style, window
+from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
+from igl_spheremap.apps.viewer.colouring import SUBJECTS, colouring, log_factor, relief
+from igl_spheremap.apps.viewer.pose import UPS, fit, pose
+from igl_spheremap.apps.viewer.timeline import final_slide, slides
+from igl_spheremap.descent.recording import Recording
 from igl_spheremap.errors import DisplayError
-from igl_spheremap.recording import Recording
-from igl_spheremap.viewer import style, window
-from igl_spheremap.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.viewer.colouring import SUBJECTS, colouring, log_factor, relief
-from igl_spheremap.viewer.pose import UPS, fit, pose
-from igl_spheremap.viewer.timeline import final_slide, slides
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_fi
 
 
 def _angles(p, f):
-    from igl_spheremap.distortion import corner_angles
+    from igl_spheremap.mesh.measure import corner_angles
 
     return corner_angles(p, f)
 
@@ -147,7 +147,7 @@ def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
 @needs_drawing
 def test_opengl_that_does_not_start_is_one_line(tmp_path):
     code = """
-from igl_spheremap.viewer import window
+from igl_spheremap.apps.viewer import window
 try:
     window.open_window(offscreen=True)
 except RuntimeError as error:
@@ -163,7 +163,7 @@ except RuntimeError as error:
 @needs_drawing
 def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
     told = drive(f"""
-from igl_spheremap.viewer import screenshot
+from igl_spheremap.apps.viewer import screenshot
 v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
 screenshot(result, {str(tmp_path / "a.png")!r})

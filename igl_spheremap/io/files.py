@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError
-from ..mesh import check_rows
+from ..mesh.check import check_rows
 from . import npz
 from .formats import format_of
 from .records import LoadedMesh, Metadata, RawMesh

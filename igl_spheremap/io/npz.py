@@ -13,10 +13,10 @@ import igl
 import numpy as np
 import scipy
 
-from ..certify import Certificate
+from ..descent.iterate import Round, Status, Step
 from ..errors import MeshError
-from ..iterate import Status
-from ..sphere_map import Round, SphereMap, Step
+from ..maps.sphere_map import SphereMap
+from ..verify.certificate import Certificate
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
@@ -86,7 +86,7 @@ def write_map(path: Path, result: SphereMap) -> None:
     -------
     None
     """
-    from .. import __version__
+    from .._version import __version__
 
     plain = {name: getattr(result, name) for name in _PLAIN} | {
         "status": result.status.name,

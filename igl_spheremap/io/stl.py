@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh_repair import weld
+from ..mesh.clean import weld
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 from .text import numbers, read_rows

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FileError
-from ..mesh import check_mesh
-from ..texture import Atlas
+from ..mesh.check import check_mesh
+from ..shapes.texture import Atlas
 from .extras import need
 from .replacing import check_writable, replacing
 from .text import write_rows

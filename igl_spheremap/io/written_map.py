@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..certify import UNIT_TOLERANCE, Certificate, certify_checked
 from ..errors import FileError, MeshError
-from ..mesh import check_faces
-from ..repair.rounding import certified_float32
-from ..sphere_map import SphereMap
+from ..maps.sphere_map import SphereMap
+from ..mesh.check import check_faces
+from ..untangle.rounding import certified_float32
+from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import read_sphere
 from .formats import format_of

@@ -1,0 +1,138 @@
+"""`igl-spheremap info IN`: what of a mesh bears on its map."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from typing import Any
+
+from ...mesh.check import Mesh, check_mesh
+from ...mesh.quality import MeshQuality, checked_quality
+from ...operators.limb_scale import FLOAT64_LIMIT, Limb, deep_limbs, log_scale, shortest_image_edges
+from ...operators.operators import build_metric
+from .command import Command
+from .exits import Exit
+from .output import add_output, check_json, put_out, row
+from .source import Source, add_source, load_source, tell_repairs
+
+_SHOWN = 3  # limbs that the summary names
+
+
+def configure(parser: ArgumentParser) -> None:
+    """Add the arguments of `info`.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Gains them.
+
+    Returns
+    -------
+    None
+    """
+    add_source(parser)
+    add_output(parser)
+
+
+def run(args: Namespace) -> Exit:
+    """Measure and tell.
+
+    Parameters
+    ----------
+    args : Namespace
+        As configured.
+
+    Returns
+    -------
+    Exit
+        OK for any mesh that can be mapped.
+    """
+    check_json(args)
+    source = load_source(args)
+    tell_repairs(source)
+    mesh = check_mesh(source.v, source.f)
+    quality = checked_quality(mesh)
+    metric = build_metric(mesh)
+    scale = log_scale(mesh, metric)
+    limbs = deep_limbs(mesh, scale)
+    shortest = float(shortest_image_edges(mesh, scale).min())
+    figures: dict[str, Any] = {
+        "source": source.name,
+        "repairs": source.repairs,
+        "vertices": len(mesh.v),
+        "edges": len(mesh.f) * 3 // 2,
+        "faces": len(mesh.f),
+        "genus": 0,
+        "components": 1,
+        **asdict(quality),
+        "weights": metric.weights,
+        "notes": metric.notes,
+        "shortest_image_edge": shortest,
+        "deep_limbs": [asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs],
+    }
+    put_out(args, figures, _summary(source, mesh, quality, shortest, limbs))
+    return Exit.OK
+
+
+def _summary(
+    source: Source, mesh: Mesh, quality: MeshQuality, shortest: float, limbs: tuple[Limb, ...]
+) -> str:
+    m = len(mesh.f)
+    return "\n".join(
+        [
+            row("mesh", f"{source.name}: {len(mesh.v)} vertices, {m * 3 // 2} edges, {m} faces"),
+            row("topology", "closed, oriented, connected, genus 0: it can be mapped"),
+            row(
+                "size",
+                f"{' x '.join(f'{side:.4g}' for side in quality.extent)}, area {quality.area:.4g}, "
+                f"volume {abs(quality.volume):.4g}{' (oriented inwards)' * (quality.volume < 0)}",
+            ),
+            row(
+                "edges",
+                f"{quality.shortest_edge:.3g} to {quality.longest_edge:.3g}, mean {quality.mean_edge:.3g}; "
+                f"at most {quality.largest_valence} at a vertex",
+            ),
+            row(
+                "angles",
+                f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; "
+                f"{quality.slivers} slivers below 1 degree, {quality.zero_area_faces} faces of zero area, "
+                f"{quality.coincident_vertices} coincident vertices",
+            ),
+            row(
+                "weights",
+                f"{quality.non_delaunay_edges} of {m * 3 // 2} edges are not Delaunay: "
+                "negative weights there",
+            ),
+            row("limbs", _limbs(mesh, shortest, limbs)),
+        ]
+    )
+
+
+def _limbs(mesh: Mesh, shortest: float, limbs: tuple[Limb, ...]) -> str:
+    foretold = (
+        f"shortest image edge foretold: 1e{math.floor(math.log10(shortest))}"
+        if shortest > 0
+        else "below 1e-308"
+    )
+    if not limbs:
+        return f"none that float64 can't hold; {foretold}"
+    where = "; ".join(
+        "{} vertices at vertex {} ({:.4g}, {:.4g}, {:.4g})".format(
+            limb.vertices, limb.tip, *mesh.vertices[limb.tip]
+        )
+        for limb in limbs[:_SHOWN]
+    )
+    more = f"; and {len(limbs) - _SHOWN} more" if len(limbs) > _SHOWN else ""
+    return f"{len(limbs)} shrink below {FLOAT64_LIMIT:g}, where float64 ends: {where}{more}; {foretold}"
+
+
+COMMAND = Command(
+    "info",
+    "tell what of a mesh bears on its map",
+    """\
+igl-spheremap info sample:octopus
+igl-spheremap info lh.pial --json -""",
+    configure,
+    run,
+)

@@ -1,0 +1,98 @@
+"""`igl-spheremap view IN`: the surface beside its sphere, in a window or as a picture."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import MeshError
+from ...io import read_map
+from ...maps.methods import METHODS
+from ...maps.spherical_conformal_map import spherical_conformal_map
+from ...mesh.check import check_mesh
+from ...sphere.rows import normalize
+from ..viewer import SUBJECTS, UPS, ResultView, add_picture_arguments, guess_up, open_for, run_app
+from .command import Command
+from .exits import Exit
+from .pair import load_pair
+from .source import Source, add_source, load_source, tell_repairs
+
+FloatArray = NDArray[np.float64]
+#: What colours can tell, by the words that users give.
+_SHOWN = dict(zip(("foldings", "factor", "angles"), SUBJECTS, strict=True))
+
+
+def configure(parser: ArgumentParser) -> None:
+    """Add the arguments of `view`.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Gains them.
+
+    Returns
+    -------
+    None
+    """
+    add_source(parser)
+    parser.add_argument(
+        "sphere", metavar="SPHERE", nargs="?", help="its map, if there is one; else it is made, or found in an .npz"
+    )
+    parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="that makes the map; default: auto")
+    parser.add_argument("--show", choices=tuple(_SHOWN), default="foldings", help="by colours; default: foldings")
+    parser.add_argument("--up", choices=tuple(UPS), help="which way is up; default: z, but y for .obj, .glb, .gltf")
+    add_picture_arguments(parser)
+
+
+def run(args: Namespace) -> Exit:
+    """Show.
+
+    Parameters
+    ----------
+    args : Namespace
+        As configured.
+
+    Returns
+    -------
+    Exit
+        OK whatever the map is worth: it is there to be looked at.
+    """
+    open_for(args, "igl_spheremap")
+    source, x, caption = _map(args)
+    mesh = check_mesh(source.v, source.f)
+    up = args.up or guess_up(source.name)
+    run_app(ResultView(mesh, x, caption, up=up, subject=_SHOWN[args.show]), args)
+    return Exit.OK
+
+
+def _map(args: Namespace) -> tuple[Source, FloatArray, str]:
+    """The mesh, its map, and what to call it."""
+    if args.sphere is not None:
+        source, name, x = load_pair(args)
+        bad = np.flatnonzero(~(np.linalg.norm(x, axis=1) > 0) | ~np.isfinite(x).all(axis=1))
+        if len(bad):
+            raise MeshError(f"{name}: vertex {bad[0]} is at the origin or not finite; give a map to a sphere")
+        return source, normalize(x), Path(name).name
+    source = load_source(args)
+    tell_repairs(source)
+    if source.name.endswith(".npz") and not args.repair:
+        try:
+            return source, read_map(source.name).sphere, "map"
+        except MeshError:  # the archive holds a mesh only
+            pass
+    return source, spherical_conformal_map(source.v, source.f, args.method).sphere, f"map ({args.method})"
+
+
+COMMAND = Command(
+    "view",
+    "show a surface beside its sphere, in a window or as a picture",
+    """\
+igl-spheremap view sample:dino
+igl-spheremap view lh.pial lh.sphere --show angles
+igl-spheremap view bunny_map.npz --screenshot bunny.png""",
+    configure,
+    run,
+)

@@ -1,0 +1,176 @@
+"""A page about a run: verdict, figures, pictures, curves, versions; one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import platform
+import sys
+import tempfile
+from collections.abc import Sequence
+from html import escape
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent.iterate import Round
+from ..descent.recording import Recording
+from ..draw.markup import page, picture, table
+from ..draw.plot import plot_run
+from ..errors import DisplayError
+from ..maps.sphere_map import SphereMap, result_rows
+from ..mesh.check import Mesh, check_mesh
+from .viewer import SUBJECTS, picture_of
+from .viewer.timeline import title_of
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #212630; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
+h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2.2rem }
+table { border-collapse: collapse; margin: 0.5rem 0 }
+th, td { text-align: left; vertical-align: top; padding: 0.25rem 0.9rem 0.25rem 0; border-bottom: 1px solid #e3e7eb }
+th { font-weight: 600; white-space: nowrap }
+img, svg { max-width: 100%; height: auto } figure { margin: 1rem 0 } figcaption { color: #5a636c }
+pre { background: #f3f5f7; padding: 0.7rem 1rem; white-space: pre-wrap }
+.verdict { padding: 0.7rem 1rem; border-left: 6px solid; font-weight: 600 }
+.free { border-color: #009e73; background: #eef8f4 } .folded { border-color: #d63d00; background: #fdf1ec }
+"""
+_SIZE = (900, 470)
+_CAPTIONS = {
+    "foldings": "Folded faces are vermilion, on the surface and on its image.",
+    "conformal factor": "Conformal factor e^{2u}: u is 0 where areas keep their share, purple where the map shrinks.",
+    "angle differences": "Mean size of the angle differences of each face.",
+}
+
+
+def write_report(
+    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: Sequence[str] = (), up: str = "z"
+) -> Path:
+    """Write the page of a run.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; it is made if need be.
+    result : SphereMap
+        The map.
+    recording : Recording
+        What the run went through.
+    source : str
+        Name of the surface.
+    command : sequence of str
+        Command line that made it.
+    up : str
+        Which way is up in the pictures.
+
+    Returns
+    -------
+    Path
+        Of ``report.html``.
+
+    Raises
+    ------
+    FileError
+        If matplotlib is not installed.
+    OSError
+        If the file can't be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=300)
+    >>> recording = Recording(f)
+    >>> result = ism.spherical_conformal_map(v, f, listener=recording)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_report(Path(folder), result, recording, source="spheroid").name
+    'report.html'
+    """
+    free = result.certificate.folding_free
+    body = [
+        f"<h1>{escape(source)} on the sphere</h1>",
+        f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',
+        table(result_rows(result)[1:]),
+        _rounds(result.rounds),
+        "<h2>Pictures</h2>",
+        *_pictures(result, recording, up),
+        "<h2>Curves</h2>",
+        _curves(result, recording),
+        "<h2>How it was made</h2>",
+        f"<pre>{escape(' '.join(command))}</pre>" if command else "",
+        table(_versions()),
+    ]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "report.html"
+    path.write_text(page(f"{source} on the sphere", _STYLE, "\n".join(filter(None, body))), encoding="utf-8")
+    return path
+
+
+def _rounds(rounds: Sequence[Round]) -> str:
+    if not rounds:
+        return ""
+    header = ("round", "from", "folded faces", "iterations", "energy", "mean angle difference")
+    rows = [
+        (
+            str(entry.round),
+            entry.start,
+            f"{entry.foldings_before:,} → {entry.foldings_after:,}",
+            f"{entry.iterations:,}",
+            f"{entry.energy:.6f}",
+            f"{entry.mean_angle_difference:.3g}",
+        )
+        for entry in rounds
+    ]
+    return "<h2>Rounds</h2>" + table(rows, header)
+
+
+def _pictures(result: SphereMap, recording: Recording, up: str) -> list[str]:
+    """The start and the result in the colours of each subject, or why there is none."""
+    mesh = check_mesh(result.vertices, result.faces)
+    shots = [("Result", result.sphere, subject) for subject in SUBJECTS]
+    if recording.frames:
+        start = recording.frames[0].iterate
+        shots.insert(0, (f"Start: {title_of(start)}", start.x, SUBJECTS[0]))
+    try:
+        return [
+            picture(_shot(mesh, x, title, subject, up), f"{title}. {_CAPTIONS[subject]}") for title, x, subject in shots
+        ]
+    except DisplayError as error:
+        return [f"<p>No pictures: {escape(str(error))}</p>"]
+
+
+def _shot(mesh: Mesh, x: NDArray[np.float64], title: str, subject: str, up: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture.png"
+        picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)
+        return _smaller(path)
+
+
+def _smaller(path: Path) -> bytes:
+    """A picture in a palette of 256 colours, a fifth as large; Pillow comes with matplotlib."""
+    images = importlib.import_module("PIL.Image")
+    stream = io.BytesIO()
+    with images.open(path) as image:
+        image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def _curves(result: SphereMap, recording: Recording) -> str:
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences())
+    stream = io.StringIO()
+    same_names = {"svg.hashsalt": "igl_spheremap"}
+    with importlib.import_module("matplotlib").rc_context(same_names):
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    return text[text.index("<svg") :]
+
+
+def _versions() -> list[tuple[str, str]]:
+    rows = [("python", platform.python_version()), ("system", f"{platform.system()} {platform.machine()}")]
+    for name in ("igl_spheremap", "libigl", "numpy", "scipy", "polyscope", "matplotlib"):
+        try:
+            rows.append((name, metadata.version(name)))
+        except metadata.PackageNotFoundError:
+            rows.append((name, "not installed" if name not in sys.modules else "not from a package"))
+    return rows

@@ -1,0 +1,207 @@
+"""Runs of methods on surfaces, kept in files, so that what was interrupted goes on where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._version import __version__
+from ...descent.iterate import Iterate
+from ...errors import FactorisationFailed, FileError, MapError
+from ...io.replacing import replacing
+from ...maps.spherical_conformal_map import spherical_conformal_map
+from .surfaces import Surface
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Name of a run: method of `spherical_conformal_map`, and its options.
+METHODS: dict[str, tuple[str, dict[str, Any]]] = {
+    "Algorithm 1": ("lai2014", {"rounds": 0}),
+    "Algorithm 2": ("lai2014", {}),
+    "Gu-Yau": ("gu-yau", {"tutte": False}),
+    "Gu-Yau after Tutte": ("gu-yau", {}),
+    "stereographic": ("stereographic", {}),
+    "conformal equivalence": ("stereographic", {"plane": "conformal-equivalence"}),
+    "fast": ("auto", {}),
+}
+
+#: Stages of iterates that only start a minimisation, whose own first iterate follows.
+_STARTS = ("gauss map", "star map")
+
+#: Those that take thousands of iterations.
+_ITERATIVE = ("lai2014", "gu-yau")
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a run.
+
+    Attributes
+    ----------
+    rounds : list of dict
+        The fields of each `Round`; its status by name.
+    iterations : int
+        In all.
+    seconds : float
+        CPU time of this process.
+    energy : float
+        Harmonic energy.
+    foldings : int
+        Faces flipped or degenerate; -1 if there is no map.
+    status : str
+        How it ended, by name, or the error's message.
+    energies : (k,) float64 array
+        Of every iterate of the minimisations.
+    clock : (k,) float64 array
+        CPU seconds at each.
+    of_round : (k,) int64 array
+        Round that each belongs to.
+    maps : (r, n, 3) float64 array
+        The last iterate of each round.
+    sphere : (n, 3) float64 array
+        The result.
+    """
+
+    rounds: list[dict[str, Any]]
+    iterations: int
+    seconds: float
+    energy: float
+    foldings: int
+    status: str
+    energies: FloatArray
+    clock: FloatArray
+    of_round: IntArray
+    maps: FloatArray
+    sphere: FloatArray
+
+
+class Runs:
+    """All runs, computed when they are first asked for.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are kept: one file for each mesh, method, cap and version of the package.
+    max_iterations : int, optional
+        Cap on the iterations of each minimisation; by default the methods' own.
+    tell : callable
+        Takes a line on what is going on.
+    """
+
+    def __init__(self, folder: Path, max_iterations: int | None, tell: Callable[[str], None]) -> None:
+        self._folder, self._cap, self._tell = folder, max_iterations, tell
+
+    def get(self, surface: Surface, name: str) -> Outcome:
+        """The outcome of a run, from its file if there is one.
+
+        Parameters
+        ----------
+        surface : Surface
+            What to map.
+        name : str
+            A key of `METHODS`.
+
+        Returns
+        -------
+        Outcome
+            Of a failed run, too: its status is the message then.
+
+        Raises
+        ------
+        FileError
+            If the folder can't be written.
+        """
+        method, options = METHODS[name]
+        if self._cap is not None and method in _ITERATIVE:
+            options = {**options, "max_iterations": self._cap}
+        key = json.dumps([surface.digest, method, options, __version__], sort_keys=True)
+        path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
+        if path.is_file():
+            return _load(path)
+        self._tell(f"{name} on {surface.name} ({surface.source}, {len(surface.v)} vertices) ...")
+        outcome = _run(surface, method, options)
+        self._tell(f"    {outcome.iterations} iterations, {outcome.seconds:.1f} s, {outcome.foldings} foldings")
+        _save(path, outcome)
+        return outcome
+
+
+class _Watch:
+    """Listener that keeps energies, times and the last map of each round."""
+
+    def __init__(self) -> None:
+        self.energies: list[float] = []
+        self.clock: list[float] = []
+        self.of_round: list[int] = []
+        self.maps: dict[int, FloatArray] = {}
+        self._began = time.process_time()
+
+    def __call__(self, iterate: Iterate) -> None:
+        if iterate.stage not in _STARTS:
+            self.energies.append(iterate.energy)
+            self.clock.append(time.process_time() - self._began)
+            self.of_round.append(iterate.round)
+            self.maps[iterate.round] = iterate.x
+
+
+def _run(surface: Surface, method: str, options: dict[str, Any]) -> Outcome:
+    watch, began = _Watch(), time.process_time()
+    n = len(surface.v)
+    try:
+        result = spherical_conformal_map(surface.v, surface.f, method, listener=watch, **options)
+    except (MapError, FactorisationFailed) as error:
+        nothing = np.empty(0)
+        return Outcome(
+            [],
+            0,
+            time.process_time() - began,
+            np.nan,
+            -1,
+            str(error),
+            nothing,
+            nothing,
+            nothing.astype(np.int64),
+            np.empty((0, n, 3)),
+            np.full((n, 3), np.nan),
+        )
+    rounds = [asdict(entry) | {"status": entry.status.name} for entry in result.rounds]
+    maps = np.array([watch.maps[k] for k in sorted(watch.maps)]).reshape(-1, n, 3)
+    return Outcome(
+        rounds,
+        result.iterations,
+        time.process_time() - began,
+        result.energy,
+        result.certificate.foldings,
+        result.status.name,
+        np.array(watch.energies),
+        np.array(watch.clock),
+        np.array(watch.of_round, dtype=np.int64),
+        maps,
+        result.sphere,
+    )
+
+
+_ARRAYS = ("energies", "clock", "of_round", "maps", "sphere")
+
+
+def _save(path: Path, outcome: Outcome) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"can't write {path.parent}: {error.strerror or error}") from error
+    facts = {key: value for key, value in outcome.__dict__.items() if key not in _ARRAYS}
+    with replacing(path, force=True) as partial, partial.open("wb") as stream:
+        np.savez(stream, facts=np.array(json.dumps(facts)), **{key: getattr(outcome, key) for key in _ARRAYS})
+
+
+def _load(path: Path) -> Outcome:
+    with np.load(path) as stored:
+        return Outcome(**json.loads(str(stored["facts"])), **{key: stored[key] for key in _ARRAYS})

@@ -1,0 +1,230 @@
+"""The surfaces that stand for the paper's: real counterparts from a folder, or shapes that anybody can make."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+from dataclasses import dataclass
+from pathlib import Path
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import samples
+from ...errors import FileError
+from ...io import read_mesh
+from ...mesh.check import check_mesh
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Counterpart:
+    """How a surface of the paper can be stood for.
+
+    Attributes
+    ----------
+    file : str
+        Path in the folder of meshes; empty if only samples come close.
+    relation : str
+        How the file's surface relates to the paper's.
+    simplify_to : int
+        Vertices to which the file's mesh is simplified; 0 leaves it as it is.
+    sample : str
+        Shape that stands in without the folder.
+    sample_relation : str
+        How that relates to the paper's.
+    """
+
+    file: str
+    relation: str
+    sample: str
+    sample_relation: str
+    simplify_to: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A surface, ready to map.
+
+    Attributes
+    ----------
+    name : str
+        The paper's name for what it stands for.
+    v : (n, 3) float64 array
+        Positions.
+    f : (m, 3) int64 array
+        Faces.
+    source : str
+        File or sample that it is.
+    relation : str
+        How it relates to the paper's.
+    """
+
+    name: str
+    v: FloatArray
+    f: IntArray
+    source: str
+    relation: str
+
+    @property
+    def digest(self) -> str:
+        """A name for exactly this mesh."""
+        return hashlib.sha256(self.v.tobytes() + self.f.tobytes()).hexdigest()[:16]
+
+
+_GRAY_MATTER = "public/fsaverage5_pial_left.obj"
+
+COUNTERPARTS = {
+    "Hippocampus 1": Counterpart(
+        "public/choi_hippocampus.obj",
+        "another hippocampus, simplified to the paper's size",
+        "spheroid:n_vertices=2000,aspect=3",
+        "no hippocampus: a spheroid as long",
+        simplify_to=2000,
+    ),
+    "Hippocampus 2": Counterpart(
+        "public/choi_hippocampus.obj",
+        "another hippocampus, simplified to the paper's size",
+        "pear:n_vertices=2562",
+        "no hippocampus: a pear",
+        simplify_to=2562,
+    ),
+    "Putamen": Counterpart(
+        "public/paper_putamen_10002.obj",
+        "a putamen of an atlas, simplified to the paper's size",
+        "pear:n_vertices=10002",
+        "no putamen: a pear",
+    ),
+    "Gray matter": Counterpart(
+        _GRAY_MATTER,
+        "left pial surface of fsaverage5",
+        "brain:n_vertices=10000",
+        "no scan: a brain-like shape",
+    ),
+    "Brain": Counterpart(
+        "public/paper_brain_15002.obj",
+        "another brain, simplified to the paper's size",
+        "brain:n_vertices=15002",
+        "no scan: a brain-like shape",
+    ),
+    "Maxplanck": Counterpart(
+        "public/choi_maxplanck.obj",
+        "the same head, coarser",
+        "dumbbell:n_vertices=12556,waist=0.6",
+        "no head: two bulbs and a thick neck",
+    ),
+    "Bimba": Counterpart(
+        "public/paper_bimba_15002.obj",
+        "the same bust, simplified to the paper's size",
+        "octopus:n_vertices=15002,arm_length=0.6",
+        "no bust: a body with eight short arms",
+    ),
+    "Dino": Counterpart(
+        "public/dino_isoblend_6013.obj",
+        "another mesh of a dinosaur",
+        "dino:n_vertices=5500",
+        "another dinosaur",
+    ),
+    "Dilo": Counterpart(
+        "public/paper_dilo_9731.obj",
+        "the same dinosaur, simplified to the paper's size",
+        "dino:n_vertices=9731",
+        "another dinosaur",
+    ),
+    "Bird 1": Counterpart("", "", "bird:n_vertices=890", "another bird"),
+    "Bird 2": Counterpart("", "", "bird:n_vertices=860", "another bird"),
+    "Armadillo": Counterpart(
+        "public/armadillo_oded.obj",
+        "the same figure, another mesh",
+        "octopus:n_vertices=16519",
+        "no armadillo: an octopus",
+    ),
+}
+
+
+def load_surface(name: str, folder: Path | None) -> Surface:
+    """The surface that stands for one of the paper's.
+
+    Parameters
+    ----------
+    name : str
+        The paper's name, a key of `COUNTERPARTS`.
+    folder : Path, optional
+        Folder of meshes; without it, or where it lacks the file, fsaverage5 as nilearn ships it, or a sample.
+
+    Returns
+    -------
+    Surface
+        Checked.
+
+    Raises
+    ------
+    MeshError
+        If a file of the folder holds no closed genus-0 mesh.
+
+    Examples
+    --------
+    >>> load_surface("Bird 1", None).source
+    'sample:bird:n_vertices=890'
+    """
+    one = COUNTERPARTS[name]
+    if folder is not None and one.file and (folder / one.file).is_file():
+        v, f = _read(folder / one.file)
+        source, relation = one.file, one.relation
+        if one.simplify_to:
+            v, f = _simplified(v, f, one.simplify_to)
+    elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
+        v, f = _read(shipped)
+        source, relation = f"nilearn's {shipped.name}", one.relation
+    else:
+        v, f = samples.from_spec(one.sample)
+        source, relation = f"sample:{one.sample}", one.sample_relation
+    check_mesh(v, f)
+    return Surface(name, v, f, source, relation)
+
+
+def _read(path: Path) -> tuple[FloatArray, IntArray]:
+    mesh = read_mesh(path)
+    return mesh.v, mesh.f
+
+
+def _simplified(v: FloatArray, f: IntArray, n: int) -> tuple[FloatArray, IntArray]:
+    """Quadric simplification to n vertices."""
+    v, f, _, _ = igl.qslim(np.asfortranarray(v), np.asfortranarray(f, dtype=np.int32), 2 * n - 4)
+    return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
+
+
+def _nilearn_fsaverage() -> Path | None:
+    """The pial surface that nilearn ships, if it is installed and files can be read."""
+    if importlib.util.find_spec("nibabel") is None:
+        return None
+    spec = importlib.util.find_spec("nilearn")
+    for root in (spec.submodule_search_locations or ()) if spec else ():
+        path = Path(root) / "datasets" / "data" / "fsaverage5" / "pial_left.gii.gz"
+        if path.is_file():
+            return path
+    return None
+
+
+def check_folder(folder: Path | None) -> None:
+    """Say so if a folder of meshes was named that is not there.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        The folder.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    FileError
+        If it is no folder.
+    """
+    if folder is not None and not folder.is_dir():
+        raise FileError(f"{folder} is no folder of meshes")

@@ -1,0 +1,89 @@
+"""A conformal chart of the sphere, whose squares are squares there too: Mercator's, with poles anywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...mesh.check import Mesh
+from ...verify.distortion import mesh_conformal_factor
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Cosine of the least angle between two poles that are chosen.
+_APART = 0.5
+
+
+def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """Images of the tips of the two limbs that a map shrinks most.
+
+    A chart with its poles there gives limbs squares down to the tip.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+
+    Returns
+    -------
+    (2, 3) float64 array
+        At least 60 degrees apart, where any two vertices are.
+    """
+    factor = mesh_conformal_factor(mesh, x)
+    first = x[int(np.argmin(factor))]
+    far = x @ first < _APART
+    second = x[int(np.argmin(np.where(far, factor, np.inf)))] if far.any() else -first
+    return np.vstack((first, second))
+
+
+def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArray:
+    """Mercator coordinates of each corner of each face, with no jump inside a face.
+
+    Parameters
+    ----------
+    y : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces.
+    poles : (2, 3) float64 array
+        Unit rows, the north pole first; they need not be opposite to one another.
+
+    Returns
+    -------
+    (3 m, 2) float64 array
+        Longitude and Mercator latitude in turns around the poles, corner after corner; a face across the date
+        line has longitudes beyond it. A vertex at a pole has the latitude of the one next to it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
+    >>> poles = np.array([[0.0, 0, 1], [0, 0, -1]])
+    >>> turns = mercator_corners(y, np.array([[0, 1, 2]]), poles)
+    >>> float(turns[1, 0] - turns[0, 0]), bool(np.isclose(turns[2, 1], np.arctanh(0.8) / (2 * np.pi)))
+    (0.25, True)
+    """
+    north, south = poles
+    across = np.linalg.svd(south[None, :])[2][1:]
+    if np.linalg.det(np.vstack((across, south))) > 0:  # counterclockwise, as seen from the north, is east
+        across = across[::-1]
+    w = _stereographic(y, south, across) - _stereographic(north[None, :], south, across)
+    radius = np.hypot(w[:, 0], w[:, 1])
+    # |w| of a vertex at a pole is 0 or infinite
+    proper = np.isfinite(radius) & (radius > 0)
+    radius = np.clip(radius, radius[proper].min(), radius[proper].max())
+    longitude = (np.arctan2(-w[:, 1], -w[:, 0]) / (2 * np.pi))[f]
+    longitude = longitude - np.rint(longitude - longitude[:, :1])
+    latitude = -np.log(radius) / (2 * np.pi)
+    return np.column_stack((longitude.ravel(), latitude[f].ravel()))
+
+
+def _stereographic(y: FloatArray, pole: FloatArray, across: FloatArray) -> FloatArray:
+    """Projection from a pole to the plane of the equator; precise near the pole."""
+    d = y - pole
+    depth = 0.5 * np.einsum("ij,ij->i", d, d)[:, None]  # 1 - cos of the angle to the pole
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(depth > 0, d @ across.T / depth, np.inf))

@@ -1,0 +1,203 @@
+"""The one polyscope window of a process, on a screen or off it."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import DisplayError
+from . import style
+
+SIZE = (1000, 600)
+MATERIAL = "spheremap"
+#: World units that are as long as a pixel: the stage lays things out in pixels.
+UNITS_PER_PIXEL = 0.01
+_FIELD_OF_VIEW = 45.0
+_PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
+_offscreen: bool | None = None
+
+
+def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
+    """Start polyscope, or clear what an earlier call has drawn.
+
+    Parameters
+    ----------
+    title : str
+        Of the window.
+    size : (int, int)
+        Width and height in pixels.
+    offscreen : bool
+        Draw for files only; needs no display.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    DisplayError
+        If there is no display, no OpenGL, or this process draws the other way already.
+    """
+    global _offscreen
+    ps = _polyscope()
+    if _offscreen is None:
+        _start(ps, title, offscreen)
+        _offscreen = offscreen
+    elif _offscreen != offscreen:
+        raise DisplayError(
+            "this process draws off screen already"
+            if _offscreen
+            else "this process has a window already; draw pictures for files in another one"
+        )
+    ps.remove_everything()
+    ps.clear_user_callback()
+    ps.set_window_size(*size)
+
+
+def _polyscope() -> ModuleType:
+    try:
+        import polyscope
+    except ImportError as error:
+        raise DisplayError(f"polyscope can't be loaded ({error}); Debian and Ubuntu: apt install {_PACKAGES}") from None
+    return polyscope
+
+
+def _start(ps: ModuleType, title: str, offscreen: bool) -> None:
+    backend = _backend(offscreen)
+    ps.set_program_name(title)
+    ps.set_verbosity(0)
+    ps.set_use_prefs_file(False)
+    ps.set_errors_throw_exceptions(True)
+    ps.set_display_message_popups(False)
+    try:
+        ps.init(backend)
+    except RuntimeError as error:
+        ps.init("openGL_mock")  # else polyscope complains once more when the process ends
+        reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
+        mend = (
+            f"Debian and Ubuntu: apt install {_PACKAGES}"
+            if offscreen
+            else "is the display there? Pictures for files need none"
+        )
+        raise DisplayError(f"OpenGL did not start ({reason}); {mend}") from None
+    _dress(ps, offscreen)
+
+
+def _backend(offscreen: bool) -> str:
+    """Name of polyscope's backend, which does not crash: polyscope does where libEGL is missing."""
+    if not sys.platform.startswith("linux"):
+        return "openGL3_glfw"
+    if not offscreen:
+        if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            raise DisplayError("there is no display for a window; pictures for files need none")
+        return "openGL3_glfw"
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        raise DisplayError(f"libEGL.so.1 is missing; Debian and Ubuntu: apt install {_PACKAGES}") from None
+    return "openGL3_egl"
+
+
+def _dress(ps: ModuleType, offscreen: bool) -> None:
+    """Background, light and a camera that sees everything from the front without perspective."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = []
+        for name, image in zip("rgbk", style.matcaps(), strict=True):
+            path = Path(folder) / f"{name}.ppm"
+            path.write_bytes(b"P6\n256 256\n255\n" + np.rint(255 * image).astype(np.uint8).tobytes())
+            files.append(str(path))
+        ps.load_blendable_material(MATERIAL, filenames=files)
+    ps.set_build_default_gui_panels(False)
+    ps.set_open_imgui_window_for_user_callback(False)
+    ps.set_do_default_mouse_interaction(False)
+    ps.set_background_color(style.BACKGROUND)
+    ps.set_ground_plane_mode("none")
+    ps.set_SSAA_factor(2 if offscreen else 1)
+    ps.set_automatically_compute_scene_extents(False)
+    ps.set_view_projection_mode("orthographic")
+    ps.set_vertical_fov_degrees(_FIELD_OF_VIEW)
+    ps.set_max_fps(30)
+
+
+def aim(height: int) -> None:
+    """Point the camera so that a pixel is `UNITS_PER_PIXEL` long, x to the right and y up, the origin amid.
+
+    Parameters
+    ----------
+    height : int
+        Of the window in pixels.
+
+    Returns
+    -------
+    None
+    """
+    import polyscope as ps
+
+    reach = 0.5 * height * UNITS_PER_PIXEL
+    ps.set_length_scale(reach / (2 * np.tan(np.radians(_FIELD_OF_VIEW / 2))))  # as orthographic views have it
+    ps.set_bounding_box((-2 * reach, -reach, -reach), (2 * reach, reach, reach))
+    ps.look_at((0.0, 0.0, 3 * reach), (0.0, 0.0, 0.0))
+
+
+def save(path: str | os.PathLike[str]) -> None:
+    """Write what the window shows.
+
+    Parameters
+    ----------
+    path : path
+        Ends in .png or .jpg.
+
+    Returns
+    -------
+    None
+    """
+    import polyscope as ps
+
+    for _ in range(2):  # panels know their size only after a frame
+        ps.frame_tick()
+    ps.screenshot(os.fspath(path), transparent_bg=False, include_UI=True)
+
+
+def grab() -> NDArray[np.uint8]:
+    """What the window shows.
+
+    Returns
+    -------
+    (height, width, 3) uint8 array
+        Top row first.
+    """
+    import polyscope as ps
+
+    for _ in range(2):
+        ps.frame_tick()
+    image = ps.screenshot_to_buffer(transparent_bg=False, include_UI=True)
+    return np.ascontiguousarray(image[..., :3])
+
+
+def show(callback: Callable[[], None]) -> None:
+    """Run the window until it is closed.
+
+    Parameters
+    ----------
+    callback : callable
+        Called before every frame.
+
+    Returns
+    -------
+    None
+    """
+    import polyscope as ps
+
+    ps.set_user_callback(callback)
+    with contextlib.suppress(KeyboardInterrupt):
+        ps.show()
+    ps.clear_user_callback()

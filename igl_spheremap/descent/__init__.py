@@ -1,0 +1,1 @@
+"""One loop of minimisation, many energies and metrics."""

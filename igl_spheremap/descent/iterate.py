@@ -1,0 +1,107 @@
+"""The immutable records that solvers yield and listeners read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Status(Enum):
+    """How a run ended; the value is a sentence."""
+
+    CONVERGED = "the stopping rule was met"
+    MAX_ITERATIONS = "the iteration limit was reached first"
+    STALLED = "no step lowers the energy any more, at the rounding of floating point"
+    STOPPED = "a listener asked to stop"
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """One state of the map on its way.
+
+    Attributes
+    ----------
+    stage : str
+        What made it: "gauss map", "harmonic", "star map", "start", "repair", ...
+    round : int
+        Folding-removal round of Algorithm 2 that it belongs to; 0 before the first.
+    iteration : int
+        Count within the stage; 0 for its start.
+    x : (n, 3) float64 array
+        The map, unit rows. Read-only.
+    energy : float
+        Harmonic energy, or the objective that is minimised.
+    residual : float
+        What the stage's stopping rule looks at; NaN where there is none.
+    tau : float
+        Step size that led here; 0 for a start.
+    details : dict
+        What a stage has to tell beyond that, such as the eigenfunctions of a star map.
+    """
+
+    stage: str
+    round: int
+    iteration: int
+    x: FloatArray
+    energy: float
+    residual: float = float("nan")
+    tau: float = 0.0
+    details: dict[str, Any] | None = None
+
+
+#: Anything that takes an iterate. It may raise StopIteration to end the run with what there is.
+Listener = Callable[[Iterate], None]
+
+
+class Step(NamedTuple):
+    """One line of the history: an iterate without its positions."""
+
+    stage: str
+    round: int
+    iteration: int
+    energy: float
+    residual: float
+    tau: float
+
+
+@dataclass(frozen=True)
+class Round:
+    """One iteration of Algorithm 2, or one rung of the repair ladder.
+
+    Attributes
+    ----------
+    round : int
+        Its number, from 0.
+    start : str
+        What the map was made from: "gauss map", "star map", ...
+    foldings_before, foldings_after : int
+        Folded faces of the start and of the map that came of it.
+    iterations : int
+        Iterations between the two.
+    energy : float
+        Harmonic energy of the map.
+    mean_angle_difference : float
+        Mean over all corners of the size of the angle difference, in degrees.
+    status : Status
+        How the minimisation ended.
+    seconds : float
+        Wall time.
+    """
+
+    round: int
+    start: str
+    foldings_before: int
+    foldings_after: int
+    iterations: int
+    energy: float
+    mean_angle_difference: float
+    status: Status
+    seconds: float
+

@@ -1,0 +1,131 @@
+"""A listener that keeps what a run went through, so that whoever shows it never runs it again."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..verify.certificate import orientation_signs
+from .iterate import Iterate, Step
+
+IntArray = NDArray[np.int64]
+
+#: Bytes of positions that a recording holds unless it is told otherwise.
+BUDGET = 400_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """An iterate that was kept.
+
+    Attributes
+    ----------
+    index : int
+        Its place among all iterates of the run, those that were dropped included.
+    iterate : Iterate
+        With its positions, read-only.
+    foldings : int
+        Faces that are flipped or degenerate in it.
+    """
+
+    index: int
+    iterate: Iterate
+    foldings: int
+
+
+class Recording:
+    """Listener that keeps the numbers of every iterate, and as many positions as its budget holds.
+
+    Where the positions outgrow the budget every second one is dropped, and from then on only every second
+    (fourth, ...) one kept: the run stays evenly covered. The first and the last iterate of each stage are
+    never dropped. It may be read from another thread while the run goes on.
+
+    Parameters
+    ----------
+    f : (m, 3) int64 array
+        Faces, to count foldings.
+    budget : int
+        Bytes of positions to hold at the most, the ends of stages not counted.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> recording = Recording(f)
+    >>> result = ism.spherical_conformal_map(v, f, listener=recording)
+    >>> len(recording.frames) == len(result.history) == len(recording.foldings)
+    True
+    """
+
+    def __init__(self, f: IntArray, budget: int = BUDGET) -> None:
+        self._f = f
+        self._budget = budget
+        self._stride = 1
+        self._lock = threading.Lock()
+        self._frames: list[Frame] = []
+        self._steps: list[Step] = []
+        self._foldings: list[int] = []
+
+    def __call__(self, iterate: Iterate) -> None:
+        """Keep the iterate."""
+        foldings = int((orientation_signs(iterate.x, self._f) <= 0).sum())
+        with self._lock:
+            frame = Frame(len(self._steps), iterate, foldings)
+            self._steps.append(
+                Step(
+                    iterate.stage,
+                    iterate.round,
+                    iterate.iteration,
+                    iterate.energy,
+                    iterate.residual,
+                    iterate.tau,
+                )
+            )
+            self._foldings.append(foldings)
+            if len(self._frames) > 1 and not self._stays(len(self._frames) - 1, frame):
+                self._frames.pop()  # it was kept only while it was the latest
+            self._frames.append(frame)
+            while self._stride < len(self._steps) and len(self._frames) * iterate.x.nbytes > self._budget:
+                self._thin()
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The iterates that were kept, in order; the latest is always among them."""
+        with self._lock:
+            return tuple(self._frames)
+
+    @property
+    def history(self) -> tuple[Step, ...]:
+        """The numbers of every iterate."""
+        with self._lock:
+            return tuple(self._steps)
+
+    @property
+    def foldings(self) -> IntArray:
+        """Folded faces of every iterate, (k,) int64."""
+        with self._lock:
+            return np.array(self._foldings, dtype=np.int64)
+
+    def _thin(self) -> None:
+        """Drop every second frame that is neither the first nor the last of its stage."""
+        self._stride *= 2
+        following = [*self._frames[1:], None]
+        self._frames = [
+            frame
+            for k, (frame, after) in enumerate(zip(self._frames, following, strict=True))
+            if after is None or self._stays(k, after)
+        ]
+
+    def _stays(self, k: int, after: Frame) -> bool:
+        """True if the k-th frame is on the stride, or begins or ends its stage."""
+        frame = self._frames[k]
+        ends = _stage(after) != _stage(frame)
+        begins = k == 0 or _stage(self._frames[k - 1]) != _stage(frame)
+        return frame.index % self._stride == 0 or begins or ends
+
+
+def _stage(frame: Frame) -> tuple[str, int]:
+    return frame.iterate.stage, frame.iterate.round

@@ -1,0 +1,1 @@
+"""The front door: from `v, f` to a certified `SphereMap`."""

@@ -1,0 +1,123 @@
+"""Mending the map of any program, moving as little of it as possible."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..descent.iterate import Iterate, Listener, Round, Status, Step
+from ..descent.problem import harmonic_problem
+from ..mesh.check import Mesh, check_mesh, check_rows, refuse_rows
+from ..untangle.embedding import unit_rows
+from ..untangle.mend import mend_locally
+from ..untangle.polish import polish_map
+from ..untangle.relax import Polish
+from ..verify.certificate import certify_checked, orientation_signs
+from ..verify.distortion import mean_angle_difference
+from .sphere_map import SphereMap
+
+FloatArray = NDArray[np.float64]
+
+#: Rows this close to unit length count as unit.
+_UNIT = 1e-6
+
+
+def repair_foldings(
+    v: ArrayLike,
+    f: ArrayLike,
+    x: ArrayLike,
+    *,
+    polish: Polish | None = None,
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Mend every folding of a map to the sphere, from whatever program it comes.
+
+    Thin faces are set upright by small moves; vertices around other foldings are removed and put back where no face
+    folds. What moved is relaxed so that angles are kept as well as that allows. The rest of the map stays where
+    it is, and a map without foldings stays bit for bit.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions of the source.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    x : (n, 3) array_like
+        Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
+        sphere inside out is reflected first; one of the wrong degree is made anew.
+    polish : {"angles", "mips"}, optional
+        What to lower afterwards on the whole map, see `igl_spheremap.untangle.polish.polish_map`.
+    listener : callable, optional
+        Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
+        of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
+        those that they were collapsed to.
+
+    Returns
+    -------
+    SphereMap
+        With its certificate; ``rounds`` tells foldings before and after.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
+
+    References
+    ----------
+    Shen, Jiang, Zorin, Panozzo 2019, *Progressive Embedding*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.maps.repair_foldings import repair_foldings
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> x = ism.spherical_conformal_map(v, f).sphere.copy()
+    >>> x[[10, 20]] = x[[20, 10]]
+    >>> ism.certify(x, f).folding_free, repair_foldings(v, f, x).certificate.folding_free
+    (False, True)
+    """
+    began = time.perf_counter()
+    mesh = check_mesh(v, f)
+    y = _checked_map(x, mesh)
+    recorder = _Recorder(mesh, listener)
+    before = certify_checked(y, mesh.f)
+    recorder("map", y)
+    if not before.folding_free:
+        y = mend_locally(mesh, y, None if listener is None else lambda part: recorder("mending", part))
+        recorder("mended", y)
+    if polish is not None:
+        y = polish_map(mesh, y, polish)
+        recorder("polished", y)
+    after = certify_checked(y, mesh.f)
+    seconds = time.perf_counter() - began
+    energy = harmonic_problem(mesh).energy.evaluate(y)[0]
+    round_ = Round(0, "map", before.foldings, after.foldings, 0, energy,
+                   mean_angle_difference(mesh, y), Status.CONVERGED, seconds)
+    return SphereMap(mesh.vertices, mesh.f, y, after, energy, Status.CONVERGED, 0, seconds, "repair",
+                     tuple(recorder.steps), (round_,), settings={} if polish is None else {"polish": polish})
+
+
+def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
+    """Unit rows of `x`, untouched where they are so already."""
+    rows = check_rows(x, len(mesh.v), "map")
+    size = np.abs(rows).max(axis=1)
+    refuse_rows(~np.isfinite(size) | (size == 0), "map")
+    length = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
+
+
+class _Recorder:
+    """Counts foldings for the history, and passes maps on."""
+
+    def __init__(self, mesh: Mesh, listener: Listener | None) -> None:
+        self.steps: list[Step] = []
+        self._mesh, self._listener = mesh, listener
+
+    def __call__(self, stage: str, x: FloatArray) -> None:
+        foldings = float((orientation_signs(x, self._mesh.f) <= 0).sum())
+        k = len(self.steps)
+        self.steps.append(Step(stage, 0, k, float("nan"), foldings, 0.0))
+        if self._listener is not None:
+            self._listener(Iterate(stage, 0, k, x.copy(), float("nan"), foldings))

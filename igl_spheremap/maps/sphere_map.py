@@ -1,0 +1,156 @@
+"""The result: a map, its certificate, and how it came about."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent.iterate import Round, Status, Step
+from ..draw.markup import table
+from ..draw.plot import plot_run
+from ..verify.certificate import Certificate
+from ..verify.distortion import angle_differences, conformal_factor
+from ..verify.figures import angle_figures
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SphereMap:
+    """A map of a closed genus-0 mesh to the unit sphere.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The source as it was given.
+    faces : (m, 3) int64 array
+        The input's faces; positively oriented (outward) on the sphere.
+    sphere : (n, 3) float64 array
+        Images of the vertices, unit rows, in the input's order.
+    certificate : Certificate
+        What exact arithmetic says of ``sphere`` and ``faces``.
+    energy : float
+        Harmonic energy, eq. (6); 4 pi for a smooth conformal map.
+    status : Status
+        How the last minimisation ended.
+    iterations : int
+        Iterations of all stages together.
+    seconds : float
+        Wall time from arrays to result.
+    method : str
+        The method's name.
+    history : tuple of Step
+        Every iterate of every stage.
+    rounds : tuple of Round
+        Foldings before and after each round of folding removal.
+    backend : str
+        The factorisation that was used; empty where none was.
+    notes : tuple of str
+        What was done beyond the ordinary, such as other weights where the mesh's own can't be used.
+    settings : dict
+        The options that were given.
+    gauge : str
+        "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says so where huge faces do
+        not bear it. "axis", only if asked for: the two deepest tips at the poles.
+    stretch : float
+        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to. Angles
+        had to give there.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    sphere: FloatArray
+    certificate: Certificate
+    energy: float
+    status: Status
+    iterations: int
+    seconds: float
+    method: str
+    history: tuple[Step, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    backend: str = ""
+    notes: tuple[str, ...] = ()
+    settings: dict[str, Any] = field(default_factory=dict)
+    gauge: str = "centred"
+    stretch: float = 1.0
+
+    def angle_differences(self) -> FloatArray:
+        """Angle differences in degrees, image minus source.
+
+        Returns
+        -------
+        (m, 3) float64 array
+            As from `igl_spheremap.angle_differences`.
+        """
+        return angle_differences(self.vertices, self.faces, self.sphere)
+
+    def conformal_factor(self) -> FloatArray:
+        """Conformal factor e^{2u} at the vertices, eq. (14).
+
+        Returns
+        -------
+        (n,) float64 array
+            As from `igl_spheremap.conformal_factor`.
+        """
+        return conformal_factor(self.vertices, self.faces, self.sphere)
+
+    def plot(self) -> Any:
+        """Plot the course of the energy and the histogram of angle differences.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Notebooks show it; save it by its ``savefig``.
+
+        Raises
+        ------
+        FileError
+            If matplotlib is not installed.
+        """
+        return plot_run(self.history, None, self.angle_differences(), title=f"method {self.method}")
+
+    def _repr_html_(self) -> str:
+        """The figures as notebooks show them."""
+        return table(result_rows(self))
+
+    def __repr__(self) -> str:
+        verdict = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {verdict}, "
+                f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
+
+
+def result_rows(result: SphereMap) -> list[tuple[str, str]]:
+    """What there is to say of a map, as labels and texts.
+
+    Parameters
+    ----------
+    result : SphereMap
+        A map.
+
+    Returns
+    -------
+    list of (str, str)
+        In the order of interest.
+    """
+    angles = angle_figures(result.angle_differences())
+    backend = f", factorised by {result.backend}" if result.backend else ""
+    options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
+    rows = [
+        ("certificate", str(result.certificate)),
+        ("mesh", f"{len(result.vertices):,} vertices, {len(result.faces):,} faces"),
+        (
+            "angle differences",
+            "{mean:.3g} degrees on average, median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
+            "at most {max:.3g}".format(**angles),
+        ),
+        ("harmonic energy", f"{result.energy:.6f}, which is 4 pi {result.energy - 4 * math.pi:+.2e}"),
+        ("method", f"{result.method}{f' ({options})' if options else ''}{backend}"),
+        ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),
+    ]
+    return rows + [("note", note) for note in result.notes]
+

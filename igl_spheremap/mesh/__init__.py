@@ -1,0 +1,1 @@
+"""The gate, and what is measured on a surface."""

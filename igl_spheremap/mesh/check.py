@@ -1,0 +1,295 @@
+"""The gate: a mesh is checked here once, in numpy, before libigl sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from ..errors import MeshError
+from .explain import count, explain_characteristic, explain_edges, listed, some
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
+_FLAT = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A closed, oriented, connected genus-0 triangle mesh that passed the gate.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The input's vertices, in the input's units.
+    v : (n, 3) float64 array
+        The vertices moved to the origin and scaled to unit total area.
+    f : (m, 3) int64 array
+        The input's faces, 0-based, in the input's order.
+    """
+
+    vertices: FloatArray
+    v: FloatArray
+    f: IntArray
+
+
+def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
+    """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any real dtype, byte order and memory layout. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+
+    Returns
+    -------
+    Mesh
+        The checked mesh, with a copy of the vertices scaled to unit area about the origin.
+
+    Raises
+    ------
+    MeshError
+        One line that says what is wrong, where, and what would mend it.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> mesh = ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> mesh.v.shape, mesh.f.dtype
+    ((4, 3), dtype('int64'))
+    >>> ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1]])
+    Traceback (most recent call last):
+        ...
+    igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes ...
+    """
+    vertices = _positions(v)
+    faces = check_triangles(f)
+    _check_indices(faces, len(vertices))
+    _check_closed_sphere(faces, len(vertices))
+    return Mesh(vertices, _unit_area(vertices, faces), faces)
+
+
+def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
+    """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.
+
+    Parameters
+    ----------
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    n_vertices : int
+        Number of vertices; each must be used.
+
+    Returns
+    -------
+    (m, 3) int64 array
+        The faces, C-contiguous.
+
+    Raises
+    ------
+    MeshError
+        One line that says what is wrong, where, and what would mend it.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
+    (4, 3)
+    """
+    faces = check_triangles(f)
+    _check_indices(faces, n_vertices)
+    _check_closed_sphere(faces, n_vertices)
+    return faces
+
+
+def refuse_rows(bad: NDArray[np.bool_], name: str) -> None:
+    """Raise if some rows of an array give no direction.
+
+    Parameters
+    ----------
+    bad : (n,) bool array
+        Rows that are zero or not finite.
+    name : str
+        What the array is called in the message.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+    """
+    rows = np.flatnonzero(bad)
+    if len(rows):
+        raise MeshError(f"{name} has {len(rows)} rows that are zero or not finite, e.g. {rows[:3].tolist()}; "
+                        "give each vertex a direction")
+
+
+def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+    """Take `x` as an (n, 3) float64 array, or say why not.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        Real numbers of any dtype, byte order and memory layout.
+    n_vertices : int, optional
+        The number of rows that is wanted; any number by default.
+    name : str
+        What the array is called in messages.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        C-contiguous, native byte order; not checked for being finite.
+
+    Raises
+    ------
+    MeshError
+        If the array is not numeric, real and of that shape.
+
+    Examples
+    --------
+    >>> from igl_spheremap.mesh.check import check_rows
+    >>> check_rows([[0, 0, 1]]).dtype
+    dtype('float64')
+    """
+    array = _array(x, name)
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
+    if array.ndim != 2 or array.shape[1] != 3:
+        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per vertex{turned}")
+    if n_vertices is not None and len(array) != n_vertices:
+        raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _array(values: ArrayLike, name: str) -> NDArray[Any]:
+    """`values` as an array, with ragged input told apart."""
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
+
+
+def _positions(v: ArrayLike) -> FloatArray:
+    vertices = np.array(check_rows(v, name="vertices"))
+    if len(vertices) == 0:
+        raise MeshError("no vertices: the mesh is empty; give at least 4 vertices and 4 faces")
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        raise MeshError(f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
+                        f"{some(bad)}; correct or remove them")
+    return vertices
+
+
+def check_triangles(f: ArrayLike) -> IntArray:
+    """Take `f` as an (m, 3) int64 array, or say why not.
+
+    Parameters
+    ----------
+    f : (m, 3) array_like
+        Whole numbers of any dtype, byte order and memory layout.
+
+    Returns
+    -------
+    (m, 3) int64 array
+        C-contiguous, native byte order; not checked for being in range.
+
+    Raises
+    ------
+    MeshError
+        If the array is empty, or not of that shape, or holds no whole numbers.
+    """
+    array = _array(f, "faces")
+    if array.size == 0:
+        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
+    if array.ndim != 2 or array.shape[1] != 3:
+        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices each{turned}; "
+                        "triangulate polygons first")
+    if array.dtype.kind == "f":
+        if not np.isfinite(array).all() or (array != np.floor(array)).any():
+            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
+    elif array.dtype.kind not in "iu":
+        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def _check_indices(f: IntArray, n: int) -> None:
+    low, high = int(f.min()), int(f.max())
+    if low < 0 or high >= n:
+        bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
+        one_based = low == 1 and high == n
+        hint = "they look 1-based: subtract 1" if one_based else "correct the faces or add the missing vertices"
+        raise MeshError(f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {some(bad)}, e.g. "
+                        f"{f[bad[0]].tolist()}; {hint}")
+    repeated = (f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0])
+    if repeated.any():
+        bad = np.flatnonzero(repeated)
+        raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {some(bad)}; "
+                        "remove them (--repair does)")
+
+
+def _check_closed_sphere(f: IntArray, n: int) -> None:
+    """Raise unless each edge has two opposite faces, and the faces form one sphere.
+
+    With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
+    so that the Euler characteristic 2 rules out handles and pinched vertices at once.
+    """
+    m = len(f)
+    start, stop = f.astype(np.int32).ravel(), f[:, [1, 2, 0]].astype(np.int32).ravel()
+    half_edge = np.arange(1, 3 * m + 1, dtype=np.int32)  # from 1 on: a zero would be no entry
+    out = csr_matrix((half_edge, (start, stop)), shape=(n, n))
+    back = csr_matrix((half_edge, (stop, start)), shape=(n, n))
+    if out.nnz < 3 * m or not np.array_equal(out.indptr, back.indptr):
+        explain_edges(f, n)
+    out.sort_indices()
+    back.sort_indices()
+    if not np.array_equal(out.indices, back.indices):
+        explain_edges(f, n)
+    used = np.diff(out.indptr)
+    if (used == 0).any():
+        bad = np.flatnonzero(used == 0)
+        raise MeshError(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {some(bad)}; "
+                        "remove them (--repair does)")
+    twin = np.empty(3 * m, dtype=np.int32)
+    twin[out.data - 1] = back.data - 1
+    neighbours = csr_matrix((half_edge, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
+        components, label = connected_components(neighbours, directed=False)
+        sizes = np.sort(np.bincount(label))[::-1]
+        raise MeshError(f"{components} components of {listed(sizes)} faces; give one closed surface "
+                        f"(--repair --keep-largest does), face {int(np.argmax(label > 0))} is in the second one")
+    if n - 3 * m // 2 + m != 2:
+        explain_characteristic(f, twin, n)
+
+
+def _unit_area(vertices: FloatArray, f: IntArray) -> FloatArray:
+    """The vertices about the origin, scaled to unit area (to unit extent where the area vanishes)."""
+    size = float(np.abs(vertices).max())
+    if size == 0:
+        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
+    v = vertices / size
+    v -= (v.min(axis=0) + v.max(axis=0)) / 2
+    extent = float(np.abs(v).max())
+    if extent < 1e-15:
+        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
+    v /= extent
+    area = float(igl.doublearea(v, f).sum()) / 2
+    if area > _FLAT:
+        v /= np.sqrt(area)
+    return v
+
+

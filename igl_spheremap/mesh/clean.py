@@ -1,0 +1,268 @@
+"""Repair at the door, on request only: what can be mended without inventing geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..errors import MeshError
+from .check import check_mesh, check_rows, check_triangles
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class RepairedMesh:
+    """A closed, outward oriented genus-0 mesh, and how it came of the input. Unpacks to ``v, f``.
+
+    Attributes
+    ----------
+    v : (n, 3) float64 array
+        Vertices, rows of the input.
+    f : (m, 3) int64 array
+        Faces.
+    vertex_source : (n,) int64 array
+        Row of the input that each vertex comes from.
+    face_source : (m,) int64 array
+        Row of the input that each face comes from.
+    vertex_image : (n_input,) int64 array
+        Vertex that each row of the input became, -1 for those that were dropped.
+    actions : tuple of str
+        What was done, a phrase each; empty where nothing had to be.
+    """
+
+    v: FloatArray
+    f: IntArray
+    vertex_source: IntArray
+    face_source: IntArray
+    vertex_image: IntArray
+    actions: tuple[str, ...]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.v, self.f))
+
+
+def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> RepairedMesh:
+    """Mend what keeps a surface from being a closed, oriented genus-0 mesh, where that needs no new geometry.
+
+    Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
+    unreferenced vertices, makes the orientation consistent and outward, and gives each of the sheets that
+    touch at a vertex one of its own. Coincident vertices elsewhere are left alone: thin sheets have them.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    keep_largest : bool
+        Keep the component with the most faces and drop the others; by default several are refused.
+
+    Returns
+    -------
+    RepairedMesh
+        The mesh, index maps to the input and what was done.
+
+    Raises
+    ------
+    MeshError
+        If it can't be mended so: holes, handles, surplus sheets, several components, NaN.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.mesh.clean import repair_mesh
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [9, 9, 9]]
+    >>> repair_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]]).actions
+    ('dropped 1 unreferenced vertex', 'reversed 1 face to agree with neighbours')
+    """
+    vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
+    low, high = int(faces.min()), int(faces.max())
+    if low < 0 or high >= len(vertices):
+        check_mesh(vertices, faces)  # says where, and that it can't be mended
+    work = _Work(vertices, faces)
+    work.weld_open_edges()
+    work.drop_repeated_indices()
+    work.drop_copies()
+    work.drop_components(keep_largest)
+    work.drop_unreferenced()
+    work.orient()
+    work.split_pinched()
+    work.turn_outward()
+    try:
+        check_mesh(work.v, work.f)
+    except MeshError as error:
+        done = "; ".join(work.actions) or "nothing that repair can mend"
+        raise MeshError(f"not mended by repair ({done}): {error}") from None
+    return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
+
+
+def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Make equal rows one.
+
+    Parameters
+    ----------
+    points : (k, 3) float64 array
+        Positions; rows with a NaN equal none.
+
+    Returns
+    -------
+    v : (n, 3) float64 array
+        Each position once, in the order of first appearance.
+    index : (k,) int64 array
+        The row of `v` that each row of `points` equals.
+
+    Examples
+    --------
+    >>> weld(np.array([[1.0, 0, 0], [0, 0, 0], [1, 0, 0]]))[1]
+    array([0, 1, 0])
+    """
+    order = np.lexsort(points.T[::-1])  # stable: the first of equals comes first
+    fresh = np.ones(len(points), dtype=bool)
+    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    first = order[fresh]
+    group = np.empty(len(points), dtype=np.int64)
+    group[order] = np.cumsum(fresh) - 1
+    kept = np.sort(first)
+    return points[kept], np.searchsorted(kept, first[group])
+
+
+class _Work:
+    """A mesh under repair, with its index maps; each method mends one thing and says so in `actions`."""
+
+    def __init__(self, v: FloatArray, f: IntArray) -> None:
+        self.v, self.f = v, f
+        self.vertex_source, self.face_source = np.arange(len(v)), np.arange(len(f))
+        self.image = np.arange(len(v))
+        self.actions: list[str] = []
+
+    def weld_open_edges(self) -> None:
+        start, stop = self.f.ravel(), self.f[:, [1, 2, 0]].ravel()
+        _, index, count = np.unique(
+            _edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True
+        )
+        open_edges = count[index] == 1
+        rim = np.unique(np.concatenate([start[open_edges], stop[open_edges]]))
+        v, index = weld(self.v[rim])
+        if len(v) == len(rim):
+            return
+        target = np.arange(len(self.v))
+        target[rim] = rim[np.unique(index, return_index=True)[1]][index]
+        self.f, self.image = target[self.f], target[self.image]
+        self._say("welded", len(rim) - len(v), "coincident vertex", "coincident vertices", "along open edges")
+
+    def drop_repeated_indices(self) -> None:
+        a, b, c = self.f.T
+        bad = (a == b) | (b == c) | (c == a)
+        self._keep_faces(~bad)
+        self._say("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
+
+    def drop_copies(self) -> None:
+        """Of faces with the same corners the first is kept, where an edge has too many faces."""
+        keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
+        crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)
+        if not crowded.any():
+            return
+        copy = np.ones(len(self.f), dtype=bool)
+        copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
+        self._keep_faces(~(copy & crowded))
+        self._say("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
+
+    def drop_components(self, keep_largest: bool) -> None:
+        if not keep_largest or len(self.f) == 0:
+            return
+        first, second = self._twins()
+        components, label = _connected(first // 3, second // 3, len(self.f))
+        self._keep_faces(label == np.argmax(np.bincount(label)))
+        self._say("dropped", components - 1, "smaller component", "smaller components")
+
+    def drop_unreferenced(self) -> None:
+        used = np.zeros(len(self.v), dtype=bool)
+        used[self.f] = True
+        lost = ~used & (self.image == np.arange(len(self.v)))  # those that were welded are not lost
+        number = np.where(used, np.cumsum(used) - 1, -1)
+        self.f, self.image = number[self.f], number[self.image]
+        self.v, self.vertex_source = self.v[used], self.vertex_source[used]
+        self._say("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
+
+    def orient(self) -> None:
+        """Reverse the fewest faces of each component that make neighbours agree."""
+        first, second = self._twins()
+        i, j, m = first // 3, second // 3, len(self.f)
+        start = self.f.ravel()
+        clash = start[first] == start[second]
+        if not clash.any():
+            return
+        # Each face has two states, k and k + m; states are linked as each edge asks.
+        _, state = _connected(
+            np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
+        )
+        if (state[:m] == state[m:]).any():
+            return  # not orientable: the gate says so
+        _, label = _connected(i, j, m)
+        seed = np.unique(label, return_index=True)[1]
+        reverse = state[:m] != state[seed][label]
+        reverse ^= (np.bincount(label, weights=reverse) * 2 > np.bincount(label))[label]
+        self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
+        self._say("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
+
+    def split_pinched(self) -> None:
+        """Give each fan of faces around a vertex a vertex of its own."""
+        first, second = self._twins()
+        start = self.f.ravel()
+        if 2 * len(first) != len(start) or (start[first] == start[second]).any():
+            return  # open or not orientable: the gate says so
+        onward = [3 * (h // 3) + (h + 1) % 3 for h in (first, second)]
+        fans, fan = _connected(np.r_[first, second], np.r_[onward[1], onward[0]], len(start))
+        vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
+        extra = np.ones(fans, dtype=bool)
+        extra[np.unique(vertex, return_index=True)[1]] = False
+        if not extra.any():
+            return
+        number = np.where(extra, len(self.v) + np.cumsum(extra) - 1, vertex)
+        self.f = number[fan].reshape(-1, 3)
+        self.v = np.concatenate([self.v, self.v[vertex[extra]]])
+        self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[vertex[extra]]])
+        self._say("split", len(np.unique(vertex[extra])), "vertex", "vertices", "where sheets touch")
+
+    def turn_outward(self) -> None:
+        if not np.isfinite(self.v).all() or len(self.f) == 0:
+            return
+        a, b, c = ((self.v - self.v.mean(axis=0))[self.f[:, k]] for k in range(3))
+        if np.einsum("ij,ij->", a, np.cross(b, c)) < 0:
+            self.f = np.ascontiguousarray(self.f[:, ::-1])
+            self.actions.append("turned the surface outward")
+
+    def _keep_faces(self, keep: NDArray[np.bool_]) -> None:
+        self.f, self.face_source = np.ascontiguousarray(self.f[keep]), self.face_source[keep]
+
+    def _twins(self) -> tuple[IntArray, IntArray]:
+        """Half-edges (3 * face + corner) in pairs, of the edges that have exactly two faces."""
+        keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        order = np.argsort(keys, kind="stable")
+        _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
+        pairs = first[count == 2]
+        return order[pairs], order[pairs + 1]
+
+    def _say(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
+        if count:
+            self.actions.append(f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip())
+
+
+def _edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
+    """A number for each undirected edge."""
+    return np.minimum(start, stop) * n + np.maximum(start, stop)
+
+
+def _connected(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int32]]:
+    links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
+    count, label = connected_components(links, directed=False)
+    return int(count), label

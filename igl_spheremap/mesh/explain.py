@@ -1,0 +1,92 @@
+"""What is wrong with a mesh, where, and what mends it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..errors import MeshError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def components(i: NDArray[np.int64], j: NDArray[np.int64], size: int) -> tuple[int, NDArray[np.int32]]:
+    links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
+    number, label = connected_components(links, directed=False)
+    return int(number), label
+
+
+def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None:
+    """Raise for pinched vertices, else for handles."""
+    # A fan is a class of corners; corner h (tail of half-edge h) goes on to the tail of the next half-edge of its twin.
+    m = len(f)
+    onward = 3 * (twin // 3) + (twin + 1) % 3
+    _, label = components(np.arange(3 * m), onward, 3 * m)
+    fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
+    fan_vertex[label] = f.ravel()
+    fans = np.bincount(fan_vertex, minlength=n)
+    genus = (2 - (len(fan_vertex) - 3 * m // 2 + m)) // 2
+    if (fans > 1).any():
+        bad = np.flatnonzero(fans > 1)
+        raise MeshError(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
+                        f"{some(bad)}; give each sheet a vertex of its own")
+    raise MeshError(f"genus {genus}: the surface has {genus} handle{'s' * (genus > 1)} (Euler characteristic "
+                    f"{2 - 2 * genus}, everywhere, not at one place); only genus 0 maps to a sphere: cut and fill "
+                    "the handles")
+
+
+def explain_edges(f: IntArray, n: int) -> None:
+    """Raise the error that fits a mesh whose edges are not all shared by two opposite faces."""
+    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    low, high = np.minimum(start, stop), np.maximum(start, stop)
+    edge, inverse, faces_at = np.unique(low * n + high, return_inverse=True, return_counts=True)
+    ends = np.column_stack((edge // n, edge % n))
+    if (faces_at > 2).any():
+        bad = ends[faces_at > 2]
+        _, first, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+        twice = first[copies > 1]
+        hint = f"{count(twice, 'face')} given twice, {some(twice)}: remove the copies (--repair does)" if len(
+            twice) else "split the surface there, or remove the surplus faces"
+        raise MeshError(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {edge_list(bad)}; {hint}")
+    if (faces_at < 2).any():
+        bad = np.column_stack((start, stop))[faces_at[inverse] < 2]
+        raise MeshError(f"open surface: {count(bad, 'boundary edge')}, {edge_list(bad)}; close the holes "
+                        "(and weld coincident vertices if the mesh is a triangle soup)")
+    order = np.argsort(inverse, kind="stable")
+    first, second = order[0::2], order[1::2]
+    clash = start[first] == start[second]
+    bad = ends[inverse[first[clash]]]
+    faces = np.column_stack((first // 3, second // 3))[clash]
+    # Each face has two states; states are linked as each edge asks. A face linked to its own other state can't be set.
+    m = len(f)
+    i, j = first // 3, second // 3
+    _, label = components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
+    if (label[:m] == label[m:]).any():
+        raise MeshError(f"not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
+                        f"projective plane), it fails {edge_list(bad[:1])}; give an orientable surface")
+    raise MeshError(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
+                    f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}; reverse faces until they agree "
+                    "(--repair does)")
+
+
+def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
+    return f"{len(items)} {singular if len(items) == 1 else plural or singular + 's'}"
+
+
+def edge_list(edges: NDArray[Any]) -> str:
+    return "e.g. " + ", ".join(f"{int(i)}-{int(j)}" for i, j in edges[:3])
+
+
+def listed(items: NDArray[Any], most: int = 5) -> str:
+    shown = ", ".join(str(int(item)) for item in items[:most])
+    return shown + (", ..." if len(items) > most else "")
+
+
+def some(indices: NDArray[Any]) -> str:
+    return "e.g. " + listed(indices, 3).removesuffix(", ...")
+

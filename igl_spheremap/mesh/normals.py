@@ -1,0 +1,101 @@
+"""Maps to start from that need no iteration."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .check import Mesh, check_mesh
+
+FloatArray = NDArray[np.float64]
+
+
+def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
+    """Gauss map: each vertex goes to its unit normal, Definition 1.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows: libigl's area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
+        its neighbours' normals stands in.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh.
+
+    References
+    ----------
+    Lai et al., Definition 1.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> ism.gauss_map(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])[0].round(3)
+    array([0.577, 0.577, 0.577])
+    """
+    return mesh_gauss_map(check_mesh(v, f))
+
+
+def mesh_gauss_map(mesh: Mesh) -> FloatArray:
+    """`gauss_map` of a mesh that passed the gate.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+    """
+    normals = igl.per_vertex_normals(mesh.v, mesh.f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
+    return fill_directions(normals, mesh.f)
+
+
+def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
+    """Unit rows from `x`; rows that have no direction take the mean of their neighbours', ring by ring.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Directions, some of them zero or not finite.
+    f : (m, 3) int64 array
+        Faces.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows; the z axis where nothing has a direction.
+    """
+    length = np.linalg.norm(x, axis=1)
+    known = np.isfinite(length) & (length > 0.5e-150)
+    if known.all():
+        return x / length[:, None]
+    x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)
+    edges = np.vstack((f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]))
+    while not known.all():
+        reach = edges[known[edges[:, 0]] & ~known[edges[:, 1]]]
+        if not len(reach):
+            x[~known] = [0.0, 0.0, 1.0]
+            break
+        total = np.column_stack([np.bincount(reach[:, 1], x[reach[:, 0], k], minlength=len(x)) for k in range(3)])
+        new = np.unique(reach[:, 1])
+        size = np.linalg.norm(total[new], axis=1)
+        flat = size < 1e-12
+        if flat.any():  # opposite neighbours cancel: any one of them will do then
+            _, first = np.unique(reach[:, 1], return_index=True)
+            total[new[flat]] = x[reach[first[flat], 0]]
+        x[new] = total[new] / np.linalg.norm(total[new], axis=1, keepdims=True)
+        known[new] = True
+    return x

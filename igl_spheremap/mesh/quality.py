@@ -1,0 +1,136 @@
+"""What of a mesh bears on its map: size, orientation, shape of triangles, signs of weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .check import Mesh, check_mesh
+from .clean import weld
+from .measure import corner_angles, face_areas
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MeshQuality:
+    """Figures of a closed genus-0 mesh, in the units of its file where not said otherwise.
+
+    Attributes
+    ----------
+    extent : tuple of 3 floats
+        Size of the bounding box.
+    area : float
+        Of the surface.
+    volume : float
+        Enclosed; negative where the mesh is oriented inwards.
+    shortest_edge, mean_edge, longest_edge : float
+        Edge lengths.
+    smallest_angle, largest_angle : float
+        Degrees, over all corners.
+    slivers : int
+        Faces with an angle below 1 degree.
+    zero_area_faces : int
+        Faces without area, up to rounding.
+    non_delaunay_edges : int
+        Edges whose opposite angles exceed 180 degrees together: their cotangent weights are negative.
+    coincident_vertices : int
+        Vertices at the place of another one.
+    largest_valence : int
+        Most edges at one vertex.
+    """
+
+    extent: tuple[float, float, float]
+    area: float
+    volume: float
+    shortest_edge: float
+    mean_edge: float
+    longest_edge: float
+    smallest_angle: float
+    largest_angle: float
+    slivers: int
+    zero_area_faces: int
+    non_delaunay_edges: int
+    coincident_vertices: int
+    largest_valence: int
+
+
+def mesh_quality(v: ArrayLike, f: ArrayLike) -> MeshQuality:
+    """Measure what of a mesh bears on its map.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+
+    Returns
+    -------
+    MeshQuality
+        The figures.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh.
+
+    Examples
+    --------
+    >>> from igl_spheremap.mesh.quality import mesh_quality
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> quality = mesh_quality(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> round(quality.volume, 9), round(quality.smallest_angle, 6), quality.non_delaunay_edges
+    (2.666666667, 60.0, 0)
+    """
+    return checked_quality(check_mesh(v, f))
+
+
+def checked_quality(mesh: Mesh) -> MeshQuality:
+    """`mesh_quality` of a mesh that passed the gate.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked mesh.
+
+    Returns
+    -------
+    MeshQuality
+        The figures.
+    """
+    p, f = mesh.vertices, mesh.f
+    i, j = f.ravel(), f[:, [1, 2, 0]].ravel()
+    length = np.linalg.norm(p[i] - p[j], axis=1)[i < j]
+    angles = corner_angles(mesh.v, f)
+    areas = face_areas(mesh.v, f)
+    a, b, c = ((mesh.v - mesh.v.mean(axis=0))[f[:, k]] for k in range(3))
+    # The gate scales lengths by one factor: undo it in the volume.
+    scale = float(np.ptp(p, axis=0).max() / np.ptp(mesh.v, axis=0).max())
+    extent = np.ptp(p, axis=0).tolist()
+    smallest, largest = float(angles.min()), float(angles.max())
+    return MeshQuality(
+        extent=(extent[0], extent[1], extent[2]),
+        area=float(areas.sum()) * scale**2,
+        volume=float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6 * scale**3,
+        shortest_edge=float(length.min()),
+        mean_edge=float(length.mean()),
+        longest_edge=float(length.max()),
+        smallest_angle=float(np.degrees(smallest)),
+        largest_angle=float(np.degrees(largest)),
+        slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
+        zero_area_faces=int((areas <= 1e-15 * areas.mean()).sum()),
+        non_delaunay_edges=_non_delaunay(f, angles, len(p)),
+        coincident_vertices=len(p) - len(weld(p)[0]),
+        largest_valence=int(np.bincount(i).max()),
+    )
+
+
+def _non_delaunay(f: NDArray[np.int64], angles: FloatArray, n: int) -> int:
+    """Edges whose opposite angles sum to more than pi."""
+    start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
+    order = np.argsort(np.minimum(start, stop) * n + np.maximum(start, stop), kind="stable")
+    opposite = angles.ravel()[order]
+    return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())

@@ -1,0 +1,112 @@
+"""One interface over sparse symmetric positive definite factorisations."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+
+import numpy as np
+import scipy.sparse as sp
+
+from ...errors import FactorisationFailed
+from .base import Factor
+from .refine import refined_solve
+
+__all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize", "refined_solve"]
+
+# Backend name: the module that it needs, the file here that drives it. The fastest measured comes first.
+_BACKENDS = {
+    "cvxopt": ("cvxopt.cholmod", "cvxopt_cholmod"),
+    "scikit-sparse": ("sksparse.cholmod", "scikit_sparse"),
+    "scipy": ("scipy.sparse.linalg", "scipy_superlu"),
+    "cholespy": ("cholespy", "cholespy_cholmod"),
+    "pypardiso": ("pypardiso", "pardiso"),
+    "multigrid": ("scipy.sparse", "multigrid"),
+}
+
+# A factor with its making: the most that was measured (SuperLU, 240,000 vertices).
+_BYTES_PER_UNKNOWN = 3_000
+
+
+def available_backends() -> tuple[str, ...]:
+    """Names of the factorisations that can be used here, the fastest first.
+
+    Returns
+    -------
+    tuple of str
+        Always contains ``"scipy"`` and ``"multigrid"``, which need nothing beyond scipy. All are exact but
+        the last.
+
+    Examples
+    --------
+    >>> "scipy" in available_backends()
+    True
+    """
+    return tuple(name for name, (needs, _) in _BACKENDS.items() if _installed(needs))
+
+
+def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
+    """Factorise a sparse symmetric positive definite matrix.
+
+    Parameters
+    ----------
+    P : (n, n) sparse matrix of float64
+        Symmetric; both triangles stored.
+    backend : str
+        One of `available_backends`. ``"auto"`` takes the fastest exact one for the size, or
+        ``"multigrid"`` where its factor would take more than half of the machine's memory.
+
+    Returns
+    -------
+    Factor
+        Its `solve` applies the inverse, or one multigrid cycle, see `refined_solve`; its `backend` tells
+        which one was taken, its `exact` whether it is exact.
+
+    Raises
+    ------
+    ValueError
+        If `backend` is unknown or not installed.
+    FactorisationFailed
+        If `P` is not finite or not numerically positive definite.
+
+    Examples
+    --------
+    >>> factor = factorize(sp.diags_array([2.0, 4.0]), backend="scipy")
+    >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
+    ([0.5, 0.25], 'scipy')
+    """
+    P = P.T if P.format == "csr" else sp.csc_matrix(P)  # symmetric: its transpose will do
+    available = available_backends()
+    if backend == "auto":
+        backend = _choose(P.shape[0], available)
+    elif backend not in _BACKENDS:
+        raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_BACKENDS)}")
+    elif backend not in available:
+        raise ValueError(f"backend {backend!r} needs {_BACKENDS[backend][0]}, which is not installed")
+    if not np.isfinite(P.data).all():
+        raise FactorisationFailed("the matrix has entries that are not finite")
+    build: Callable[[sp.csc_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
+    return build(P)
+
+
+def _choose(n: int, available: tuple[str, ...]) -> str:
+    """Fastest exact backend if its factor is sure to fit into memory, else multigrid."""
+    return "multigrid" if n * _BYTES_PER_UNKNOWN > _memory() / 2 else available[0]
+
+
+def _memory() -> float:
+    """Bytes of the machine's memory, not what is free of it: a choice must come out the same run after run."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
+
+
+def _installed(module: str) -> bool:
+    """Whether a module can be imported, without importing it."""
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False

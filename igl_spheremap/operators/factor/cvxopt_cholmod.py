@@ -1,0 +1,40 @@
+"""CHOLMOD through cvxopt: the same as through scikit-sparse, with wheels for every system, under the GPL."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from cvxopt import cholmod, matrix, sparse, spmatrix
+
+from ...errors import FactorisationFailed
+from .base import Factor, reordered
+from .ordering import bandwidth_order
+
+
+def build(P: sp.csc_matrix) -> Factor:
+    """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
+    order = bandwidth_order(P.T)
+    A = _lower_triangle(P, order)
+    cholmod.options["supernodal"] = 2
+    try:
+        symbolic = cholmod.symbolic(A)
+        cholmod.numeric(A, symbolic)
+    except ArithmeticError as error:
+        raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
+
+    def solve(b: np.ndarray) -> np.ndarray:
+        # Sparse right-hand sides go through the factor four at a time, dense ones one by one: a third of the time.
+        x = cholmod.spsolve(symbolic, sparse(matrix(np.asfortranarray(b.reshape(len(b), -1)))))
+        return np.asarray(matrix(x)).reshape(b.shape)
+
+    return Factor("cvxopt", P.shape[0], reordered(order, solve))
+
+
+def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
+    """Lower triangle of the symmetric matrix P[order, order], without forming the rest."""
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=order.dtype)
+    rows, columns = rank.take(P.indices), np.repeat(rank, np.diff(P.indptr))
+    lower = rows >= columns
+    values, rows, columns = P.data[lower], rows[lower].astype(np.int64), columns[lower].astype(np.int64)
+    return spmatrix(matrix(values), matrix(rows), matrix(columns), P.shape)

@@ -1,0 +1,1 @@
+"""What a sphere is good for: locate, transfer, resample, texture."""

@@ -1,0 +1,181 @@
+"""Which face of a spherical triangulation holds a point, exactly, for many points at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import igl.predicates
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import FoldingsRemain, MeshError
+from ..mesh.check import check_faces, check_rows
+from ..verify.certificate import certify_checked
+from .box_tree import BoxTree
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
+
+
+@dataclass(frozen=True, eq=False)
+class Location:
+    """Where points lie on a triangulation. Unpacks to ``face, weights``.
+
+    Attributes
+    ----------
+    face : (k,) int64 array
+        The face that holds each point; of several, on an edge or at a vertex, the first.
+    weights : (k, 3) float64 array
+        Barycentric weights of its corners, non-negative, of sum 1: the point is the direction of their mean.
+    """
+
+    face: IntArray
+    weights: FloatArray
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.face, self.weights))
+
+
+class SphereLocator:
+    """Exact point location on a spherical triangulation.
+
+    A face holds a point if the point's ray from the origin meets it, which is decided in exact
+    arithmetic. Since the map is a bijection every point is found, in triangles of any size: candidates
+    come from a tree of boxes over the faces in the order of a space-filling curve through the *ranks* of
+    their coordinates, which is as deep in limbs 1e-12 wide as elsewhere.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        Images of the vertices on the unit sphere: a folding-free map.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+
+    Raises
+    ------
+    MeshError
+        If `f` is no closed genus-0 mesh on the rows of `x`.
+    FoldingsRemain
+        If the map is not certified folding-free: location would be ambiguous.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.locate import SphereLocator
+    >>> x, f = ism.samples.sphere(42)
+    >>> face, weights = SphereLocator(x, f).locate([[0.1, 0.2, 0.3]])
+    >>> y = (weights[:, :, None] * x[f[face]]).sum(axis=1)
+    >>> np.allclose(y / np.linalg.norm(y), np.array([1, 2, 3]) / 14**0.5)
+    True
+    """
+
+    def __init__(self, x: ArrayLike, f: ArrayLike) -> None:
+        self.x = check_rows(x)
+        self.f = check_faces(f, len(self.x))
+        certificate = certify_checked(self.x, self.f)
+        if not certificate.folding_free:
+            raise FoldingsRemain(f"points can't be located on a map that is {certificate}")
+        low, high = _face_boxes(self.x, self.f)
+        self._tree = BoxTree(low, high)
+
+    def locate(self, points: ArrayLike) -> Location:
+        """Find the faces that hold points.
+
+        Parameters
+        ----------
+        points : (k, 3) array_like
+            Points of the sphere; those of another length than 1 are scaled to it first.
+
+        Returns
+        -------
+        Location
+            Unpacks to faces and barycentric weights.
+
+        Raises
+        ------
+        MeshError
+            If a point is not finite or at the origin.
+        """
+        q = check_rows(points, name="points")
+        size = np.abs(q).max(axis=1, initial=0)
+        bad = np.flatnonzero(~(np.isfinite(q).all(axis=1) & (size > 0)))
+        if len(bad):
+            raise MeshError(f"{len(bad)} points are zero or not finite, e.g. {bad[0]}; give each a direction")
+        q = np.ldexp(q, -np.frexp(size)[1][:, None])  # exact, and no square over- or underflows
+        length = np.sqrt(np.einsum("ij,ij->i", q, q))
+        q = np.where(np.abs(length - 1)[:, None] <= 1e-15, q, q / length[:, None])  # vertices stay vertices
+        face = np.empty(len(q), dtype=np.int64)
+        order = self._tree.order_of(q)
+        for start in range(0, len(q), _BLOCK):
+            block = order[start : start + _BLOCK]
+            face[block] = self._locate_block(q[block])
+        return Location(face, barycentric_weights(q, *(self.x[self.f[face, k]] for k in range(3))))
+
+    def _locate_block(self, q: FloatArray) -> IntArray:
+        query, face = self._tree.candidates(q)
+        corners = [self.x[self.f[face, k]] for k in range(3)]
+        points, origin = q[query], np.zeros((1, 3))
+        inside = np.ones(len(face), dtype=bool)
+        for k in range(3):
+            sign = igl.predicates.orient3d(points, corners[k], corners[(k + 1) % 3], origin)
+            inside &= np.asarray(sign).ravel() >= 0
+        found = np.full(len(q), len(self.f))
+        np.minimum.at(found, query[inside], face[inside])
+        return found
+
+
+def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Weights with which the corners' mean has the direction of a point in their cone.
+
+    Parameters
+    ----------
+    q : (k, 3) float64 array
+        Unit vectors.
+    a, b, c : (k, 3) float64 arrays
+        Corners of the face that holds each.
+
+    Returns
+    -------
+    (k, 3) float64 array
+        Non-negative, of sum 1. Products are taken of differences from q, so that triangles of any size keep
+        their relative precision.
+
+    Examples
+    --------
+    >>> q = np.array([[1.0, 1.0, 1.0]]) / 3**0.5
+    >>> barycentric_weights(q, *np.eye(3)[:, None, :]).round(6)
+    array([[0.333333, 0.333333, 0.333333]])
+    """
+    a, b, c = a - q, b - q, c - q
+    weights = np.stack([_triple(q, b, c), _triple(q, c, a), _triple(q, a, b)], axis=1)
+    weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def _triple(q: FloatArray, u: FloatArray, w: FloatArray) -> FloatArray:
+    """q . (u x w), row by row."""
+    return np.asarray(
+        q[:, 0] * (u[:, 1] * w[:, 2] - u[:, 2] * w[:, 1])
+        + q[:, 1] * (u[:, 2] * w[:, 0] - u[:, 0] * w[:, 2])
+        + q[:, 2] * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+    )
+
+
+def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Boxes that hold the spherical triangles.
+
+    A point y of the flat triangle has 1 - |y|^2 = sum of w_i w_j |x_i - x_j|^2 <= d^2 / 3, d its longest
+    edge: the spherical triangle lies within 1 - |y| of the flat one.
+    """
+    a, b, c = (x[f[:, k]] for k in range(3))
+    longest = np.max([np.einsum("ij,ij->i", u, u) for u in (b - a, c - b, a - c)], axis=0)
+    bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
+    room = (bulge * (1 + 1e-6) + 1e-15)[
+        :, None
+    ]  # rounding of coordinates of size 1, and of the rows' lengths
+    return np.minimum(np.minimum(a, b), c) - room, np.maximum(np.maximum(a, b), c) + room

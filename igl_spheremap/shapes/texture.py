@@ -1,0 +1,170 @@
+"""Texture coordinates from the sphere: the seam is cut, its vertices are doubled, no face lies across it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+
+from ..errors import MeshError
+from ..mesh.check import check_rows, check_triangles
+from ..sphere.cut import CutMesh, cut_along_planes
+from ..sphere.rows import normalize
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Projection = Literal["equirectangular", "octahedral"]
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """Texture coordinates of a mapped surface.
+
+    Attributes
+    ----------
+    uv : (k, 2) float64 array
+        Between 0 and 1, v upwards; one row per vertex of the atlas.
+    f : (m, 3) int64 array
+        Faces of the atlas: those of the mesh, cut where they crossed the seam.
+    weights : (k, n) sparse matrix
+        Takes values at the mesh's vertices (positions, normals, data) to values at those of the atlas.
+    """
+
+    uv: FloatArray
+    f: IntArray
+    weights: csr_matrix
+
+    def carry(self, values: ArrayLike) -> FloatArray:
+        """Values at the atlas' vertices.
+
+        Parameters
+        ----------
+        values : (n,) or (n, d) array_like
+            At the mesh's vertices.
+
+        Returns
+        -------
+        (k,) or (k, d) float64 array
+            Linear along cut edges.
+        """
+        return np.asarray(self.weights @ np.asarray(values, dtype=np.float64))
+
+
+def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirectangular") -> Atlas:
+    """Texture coordinates of a surface from its map to the sphere.
+
+    Faces across the seam are cut there, which adds vertices on edges and changes no geometry. The poles
+    become vertices, with one copy for each face around them.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        Images of the vertices on the unit sphere.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    projection : {"equirectangular", "octahedral"}
+        Longitude and latitude, poles up and down; or the octahedron ``|x| + |y| + |z| = 1`` unfolded onto the
+        square, which has no poles and leaves no part of the picture unused.
+
+    Returns
+    -------
+    Atlas
+        Coordinates, faces, and the way from the mesh's vertices to them.
+
+    Raises
+    ------
+    MeshError
+        If the arrays are not of that shape.
+    ValueError
+        If the projection is unknown.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.texture import texture_atlas
+    >>> x, f = ism.samples.sphere(642)
+    >>> atlas = texture_atlas(x, f)
+    >>> atlas.carry(x).shape[1], float(atlas.uv.min()) >= 0, float(atlas.uv.max()) <= 1
+    (3, True, True)
+    """
+    if projection not in _CHARTS:
+        raise ValueError(f"unknown projection {projection!r}: choose one of {', '.join(_CHARTS)}")
+    points = check_rows(x, name="images")
+    faces = check_triangles(f)
+    if not np.isfinite(points).all() or (points == 0).all(axis=1).any():
+        raise MeshError("images are not finite or at the origin; give unit rows")
+    cut = cut_along_planes(normalize(points), faces, (0, 1, 2) if projection == "octahedral" else (0, 1))
+    uv = _CHARTS[projection](cut)
+    # Away from the seam a vertex has the same coordinates in all its faces.
+    corner = cut.f.ravel()
+    values, index = np.unique(np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True)
+    return Atlas(
+        np.ascontiguousarray(values[:, 1:]),
+        index.reshape(-1, 3).astype(np.int64),
+        cut.weights[values[:, 0].astype(np.int64)],
+    )
+
+
+def _equirectangular(cut: CutMesh) -> FloatArray:
+    """(m, 3, 2) coordinates of the corners: longitude from -pi to pi, latitude."""
+    corners = cut.x[cut.f]
+    side = _sides(corners)
+    # A corner at longitude pi belongs to -pi in faces on the other side of the seam: give its 0 the face's
+    # sign.
+    y = np.copysign(corners[..., 1], side[:, None, 1])
+    longitude = np.arctan2(y, corners[..., 0])
+    pole = (corners[..., 0] == 0) & (corners[..., 1] == 0)
+    beside = np.where(pole, 0, longitude).sum(axis=1) / np.maximum((~pole).sum(axis=1), 1)
+    longitude = np.where(pole, beside[:, None], longitude)
+    latitude = np.arctan2(corners[..., 2], np.hypot(corners[..., 0], corners[..., 1]))
+    return np.stack([0.5 + longitude / (2 * np.pi), 0.5 + latitude / np.pi], axis=-1)
+
+
+def _octahedral(cut: CutMesh) -> FloatArray:
+    """(m, 3, 2) coordinates of the corners: upper half within the diamond, lower half folded out."""
+    corners = cut.x[cut.f]
+    side = _sides(corners)
+    flat = np.abs(corners) / np.abs(corners).sum(axis=-1, keepdims=True)
+    inner = flat[..., :2]
+    outer = 1 - flat[..., 1::-1]
+    uv = side[:, None, :2] * np.where(side[:, None, 2:] > 0, inner, outer)
+    return np.asarray((1 + uv) / 2)
+
+
+def _sides(corners: FloatArray) -> FloatArray:
+    """The side of each plane that a face lies on, 1 or -1; some of its corners may lie in the plane."""
+    furthest = np.abs(corners).argmax(axis=1)
+    return np.where(np.take_along_axis(corners, furthest[:, None], axis=1)[:, 0] < 0, -1.0, 1.0)
+
+
+_CHARTS = {"equirectangular": _equirectangular, "octahedral": _octahedral}
+
+
+def checker_image(size: int = 1024, squares: int = 16) -> NDArray[np.uint8]:
+    """A checker board whose colour tells the place, to show a texture's course.
+
+    Parameters
+    ----------
+    size : int
+        Pixels along each side.
+    squares : int
+        Squares along each side.
+
+    Returns
+    -------
+    (size, size, 3) uint8 array
+        Rows from above; red grows with u, green with v.
+
+    Examples
+    --------
+    >>> checker_image(64, 4).shape
+    (64, 64, 3)
+    """
+    place = (np.arange(size) + 0.5) / size
+    u, v = np.meshgrid(place, 1 - place)
+    dark = ((u * squares).astype(int) + (v * squares).astype(int)) % 2
+    colour = np.stack([60 + 195 * u, 60 + 195 * v, np.full_like(u, 160)], axis=-1)
+    return np.asarray(colour * np.where(dark, 0.45, 1.0)[..., None], dtype=np.uint8)

@@ -1,0 +1,254 @@
+"""Data and surfaces carried between meshes through the sphere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
+from ..maps.sphere_map import SphereMap
+from ..mesh.check import check_rows
+from ..samples import sphere as regular_sphere
+from ..sphere.rows import normalize
+from .locate import Location, SphereLocator
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_DEEPEST = 9  # ico:9 has 2.6 million vertices
+
+
+@dataclass(frozen=True, eq=False)
+class Resampled:
+    """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``.
+
+    Attributes
+    ----------
+    v : (n, 3) float64 array
+        Points of the surface.
+    f : (m, 3) int64 array
+        Faces.
+    x : (n, 3) float64 array
+        Their images on the sphere.
+    location : Location
+        Where they lie on the surface that was resampled.
+    """
+
+    v: FloatArray
+    f: IntArray
+    x: FloatArray
+    location: Location
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.v, self.f))
+
+
+def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool = False) -> NDArray[Any]:
+    """Values at points of a mesh.
+
+    Parameters
+    ----------
+    values : (n,) or (n, ...) array_like
+        At the vertices.
+    f : (m, 3) int64 array
+        Faces of the mesh.
+    location : Location
+        The points.
+    labels : bool
+        Take the value of the corner with the largest weight, as labels need it; linear by default.
+
+    Returns
+    -------
+    (k,) or (k, ...) array
+        At the points.
+
+    Raises
+    ------
+    MeshError
+        If there is not one value per vertex.
+
+    Examples
+    --------
+    >>> location = Location(np.array([0]), np.array([[0.5, 0.3, 0.2]]))
+    >>> f = np.array([[0, 1, 2]])
+    >>> interpolate([10.0, 20.0, 30.0], f, location), interpolate([10, 20, 30], f, location, labels=True)
+    (array([17.]), array([10]))
+    """
+    values = np.asarray(values)
+    n = int(f.max()) + 1
+    if len(values) != n:
+        raise MeshError(f"{len(values)} values for {n} vertices; give one for each")
+    corners = f[location.face]
+    if labels:
+        return values[corners[np.arange(len(corners)), location.weights.argmax(axis=1)]]
+    return np.einsum("ij,ij...->i...", location.weights, values[corners])
+
+
+def transfer(
+    values: ArrayLike, source: SphereMap | SphereLocator, target: SphereMap | ArrayLike, labels: bool = False
+) -> NDArray[Any]:
+    """Carry data from one mesh to another through the sphere.
+
+    Both maps should be turned to agree, as those of aligned surfaces are by their gauge.
+
+    Parameters
+    ----------
+    values : (n,) or (n, ...) array_like
+        At the vertices of the source.
+    source : SphereMap or SphereLocator
+        Where the data are; a locator is worth keeping for many transfers.
+    target : SphereMap or (k, 3) array_like
+        Where they shall be: at the vertices of another map, or at points of the sphere.
+    labels : bool
+        The values are labels: take the nearest corner's; linear by default.
+
+    Returns
+    -------
+    (k,) or (k, ...) array
+        At the target.
+
+    Raises
+    ------
+    MeshError
+        If there is not one value per vertex.
+    FoldingsRemain
+        If the source's map is not certified folding-free.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.transfer import transfer
+    >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> height = transfer(source.sphere[:, 2], source, [[0, 0, 1], [0, 0, -1]])
+    >>> np.allclose(height, [1, -1], atol=0.01)
+    True
+    """
+    locator = _locator(source)
+    points = target.sphere if isinstance(target, SphereMap) else check_rows(target, name="points")
+    return interpolate(values, locator.f, locator.locate(points), labels)
+
+
+def corresponding_points(
+    location: Location, source: SphereMap | SphereLocator, target: SphereMap | SphereLocator
+) -> Location:
+    """Where points of one surface lie on another.
+
+    Parameters
+    ----------
+    location : Location
+        Points of the source: faces and barycentric weights.
+    source, target : SphereMap or SphereLocator
+        The two maps.
+
+    Returns
+    -------
+    Location
+        The same points of the sphere on the target.
+
+    Raises
+    ------
+    FoldingsRemain
+        If a map is not certified folding-free.
+    """
+    return _locator(target).locate(sphere_points(location, _locator(source)))
+
+
+def sphere_points(location: Location, source: SphereMap | SphereLocator) -> FloatArray:
+    """Images of points of a surface.
+
+    Parameters
+    ----------
+    location : Location
+        Faces and barycentric weights.
+    source : SphereMap or SphereLocator
+        The map.
+
+    Returns
+    -------
+    (k, 3) float64 array
+        Unit rows.
+    """
+    x, f = (source.sphere, source.faces) if isinstance(source, SphereMap) else (source.x, source.f)
+    corners = x[f[location.face]]
+    # Around one corner, so that a small face keeps its relative precision until the last sum.
+    offset = np.einsum("ij,ijk->ik", location.weights[:, 1:], corners[:, 1:] - corners[:, :1])
+    return normalize(corners[:, 0] + offset)
+
+
+def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
+    """The icosphere that a word stands for.
+
+    Parameters
+    ----------
+    to : str
+        ``ico:K``: an icosahedron whose edges are cut into 2^K parts, with 10 * 4^K + 2 vertices.
+
+    Returns
+    -------
+    x : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces.
+
+    Raises
+    ------
+    ValueError
+        If it stands for none.
+
+    Examples
+    --------
+    >>> regular_mesh("ico:5")[0].shape
+    (10242, 3)
+    """
+    kind, _, depth = to.partition(":")
+    if kind != "ico" or not depth.isdigit() or int(depth) > _DEEPEST:
+        raise ValueError(f"{to!r} is no regular sphere: give ico:0 to ico:{_DEEPEST}")
+    return regular_sphere(10 * 4 ** int(depth) + 2)
+
+
+def resample(source: SphereMap, to: str | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
+    """Give a surface the connectivity of another mesh of the sphere.
+
+    Parameters
+    ----------
+    source : SphereMap
+        The surface and its map.
+    to : str or (x, f)
+        ``ico:K``, a regular icosphere, or any mesh of the sphere.
+
+    Returns
+    -------
+    Resampled
+        Unpacks to ``v, f``.
+
+    Raises
+    ------
+    ValueError
+        If `to` is no regular sphere.
+    FoldingsRemain
+        If the map is not certified folding-free.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.transfer import resample
+    >>> v, f = resample(ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000)), "ico:3")
+    >>> v.shape, f.shape
+    ((642, 3), (1280, 3))
+    """
+    points, faces = regular_mesh(to) if isinstance(to, str) else to
+    x = check_rows(points, name="points")
+    locator = _locator(source)
+    location = locator.locate(x)
+    return Resampled(
+        interpolate(source.vertices, locator.f, location), np.asarray(faces, np.int64), x, location
+    )
+
+
+def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
+    return source if isinstance(source, SphereLocator) else SphereLocator(source.sphere, source.faces)

@@ -1,0 +1,53 @@
+"""The Cayley update: a step that stays on the sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .rows import row_dots
+
+FloatArray = NDArray[np.float64]
+
+
+def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
+    r"""Move along the Cayley path of Theorem 1, which keeps the length of each row for every `tau`.
+
+    Solves :math:`Y = F - \tfrac{\tau}{2} A (F + Y)` with :math:`A = H F^* - F H^*`, eqs. (10) and (11), in closed
+    form :math:`Y = \alpha F + \beta H`.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        The map F; rows of any nonzero length.
+    h : (n, 3) array_like
+        The descent covector H (its negative is followed), one row per row of `x`.
+    tau : float
+        Step size; 0 gives `x` back, negative values go backwards.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Y[tau], each row as long as that of `x` up to rounding.
+
+    References
+    ----------
+    Lai et al., Theorem 1. With T the part of H orthogonal to F and s = ``tau |F| |T| / 2`` its coefficients are those
+    of the rational parametrisation of a rotation: written so, nothing cancels when H is almost parallel to F.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.cayley_update([[0.0, 0.0, 1.0]], [[-1.0, 0.0, 5.0]], 2.0)
+    array([[1., 0., 0.]])
+    """
+    f, h = np.asarray(x, dtype=np.float64), np.asarray(h, dtype=np.float64)
+    ff = row_dots(f, f)
+    t = h - (row_dots(f, h) / ff)[:, None] * f
+    s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
+    cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
+    y = ((cosine + s * cosine) * (cosine - s * cosine))[:, None] * f - (tau * cosine**2 * ff)[:, None] * t  # Theorem 1
+    # A long step magnifies what rounding left of F in T: give each row its length back.
+    y *= np.sqrt(ff / row_dots(y, y))[:, None]
+    return y
+

@@ -1,0 +1,73 @@
+"""The stated, deterministic gauge of every result: Moebius-centred, and turned to the Gauss map."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..mesh.normals import mesh_gauss_map
+from .moebius import center
+from .rows import weighted_moment, weighted_sum
+
+FloatArray = NDArray[np.float64]
+
+#: How much the direction from the middle of the body counts beside the normal. It decides where normals leave the
+#: rotation open (a flat body has but two of them), and is too small to be seen where they don't.
+_TIE_BREAK = 1e-3
+
+
+def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+    """Moebius map of `x` in the package's gauge.
+
+    The source's area has its barycentre at the origin (the conformal barycentre of Douady and Earle 1986, unique),
+    and the rotation is the one that agrees best with the Gauss map, in the source's area (Kabsch).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+    A : (n,) float64 array
+        Vertex areas.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+    """
+    x = center(x, A)
+    normals = mesh_gauss_map(mesh)
+    outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
+    if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out
+        outward = -outward
+    return np.einsum("ij,jk->ik", x, best_rotation(x, normals + _TIE_BREAK * outward, A))
+
+
+def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
+    """Rotation R, never a reflection, that brings ``x @ R`` closest to `target` (Kabsch).
+
+    Parameters
+    ----------
+    x, target : (n, 3) float64 array
+        Points and where they ought to be.
+    weights : (n,) float64 array
+        Non-negative weights of the squares.
+
+    Returns
+    -------
+    (3, 3) float64 array
+        Orthogonal, determinant +1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    >>> bool(np.allclose(best_rotation(np.eye(3), quarter, np.ones(3)), quarter))
+    True
+    """
+    u, _, vt = np.linalg.svd(weighted_moment(weights, x, target))
+    u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
+    return np.asarray(u @ vt)
+

@@ -1,0 +1,1 @@
+"""First maps, which need no iteration."""

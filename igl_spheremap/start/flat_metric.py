@@ -1,0 +1,235 @@
+"""A flat metric on a punctured mesh, discretely conformally equivalent to its own, by convex Newton steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from ..errors import FactorisationFailed, MapError, NotConverged
+from ..mesh.check import Mesh
+from ..operators.factor import factorize
+from ..operators.laplacian import mollified_edge_lengths
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+
+#: Halvings of a Newton step at the most.
+_HALVINGS = 40
+#: Added to the Hessian's diagonal, the next where one fails: broken faces leave vertices without any.
+_SHIFTS = (1e-10, 1e-6, 1e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMetric:
+    """Edge lengths ``exp((u_i + u_j) / 2) l_ij`` that make a mesh without one vertex and its star flat.
+
+    Attributes
+    ----------
+    vertex : int
+        The vertex that was taken out; it lies at infinity.
+    u : (n,) float64 array
+        Logarithmic scale factors. All edges to the vertex at infinity are scaled to length 1.
+    faces : (k, 3) int64 array
+        The faces that are left.
+    angles : (k, 3) float64 array
+        Their angles in radians, which sum to 2 pi around each inner vertex.
+    log_lengths : (k, 3) float64 array
+        Logarithms of their sides, each opposite its corner.
+    broken : int64 array
+        Faces of the mesh in which one side is longer than the two others together, so that there is no flat
+        metric but for them. The theory asks for other edges (flips) there, which would be another mesh.
+    iterations : int
+        Newton steps.
+    """
+
+    vertex: int
+    u: FloatArray
+    faces: IntArray
+    angles: FloatArray
+    log_lengths: FloatArray
+    broken: IntArray
+    iterations: int
+
+
+def flat_metric(
+    mesh: Mesh, vertex: int, x: FloatArray, *, tolerance: float = 1e-8, max_iterations: int = 100
+) -> FlatMetric:
+    """Flatten a mesh, with one vertex at infinity.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source; zero-length edges are lengthened by mollification.
+    vertex : int
+        The one to take out.
+    x : (n, 3) float64 array
+        A nearly conformal map to the unit sphere, whose scale factors are the first guess.
+    tolerance : float
+        Largest deviation of an inner vertex's angle sum from 2 pi that may be left, in radians.
+    max_iterations : int
+        Newton steps at the most.
+
+    Returns
+    -------
+    FlatMetric
+        The only one of this mesh, vertex and condition at infinity.
+
+    Raises
+    ------
+    NotConverged
+        If defects are left after `max_iterations`.
+
+    References
+    ----------
+    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*: the angle defects are the
+    gradient of a convex energy of u, whose Hessian is the cotangent Laplacian of the current metric; where
+    the triangle inequality fails the energy goes on with angles pi, 0, 0.
+    """
+    rest = (mesh.f != vertex).all(axis=1)
+    f, log_l = mesh.f[rest], np.log(mollified_edge_lengths(mesh.v, mesh.f))
+    u = _first_guess(mesh, vertex, x)
+    star, corner = np.nonzero(mesh.f == vertex)
+    link = mesh.f[star, (corner + 1) % 3]
+    at_infinity = -2 * log_l[star, (corner + 2) % 3]  # of length 1, all edges to the vertex
+    u += (at_infinity - u[link]).mean()
+    u[link], u[vertex] = at_infinity, 0.0
+    free = np.setdiff1d(np.arange(len(u)), [*link, vertex])
+    u, angles, worst, k = _newton(u, f, log_l[rest], free, tolerance, max_iterations)
+    if worst > tolerance:
+        raise NotConverged(f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more")
+    broken = np.flatnonzero(rest)[_broken(angles)]
+    return FlatMetric(vertex, u, f, angles, log_l[rest] + _log_scale(u, f), broken, k)
+
+
+def lay_out(metric: FlatMetric) -> ComplexArray:
+    """Positions in the plane that have a flat metric's lengths.
+
+    Found as the least-squares conformal map of the flat metric, which is an isometry up to scale: one solve
+    places all vertices, no error travels along a chain of faces, and a broken face, which counts for nothing,
+    spoils its surroundings only.
+
+    Parameters
+    ----------
+    metric : FlatMetric
+        From `flat_metric`.
+
+    Returns
+    -------
+    (n,) complex128 array
+        Positions up to a similarity, the image turned as seen from outside; infinite for the vertex that was
+        taken out.
+
+    Raises
+    ------
+    MapError
+        If broken faces leave parts that nothing holds.
+
+    References
+    ----------
+    Levy, Petitjean, Ray, Maillot 2002, *Least squares conformal maps*: Dirichlet energy minus area.
+    """
+    f, n = metric.faces, len(metric.u)
+    sound = ~_broken(metric.angles)
+    L = _laplacian(metric.angles, f, n)
+    start, stop = f[sound].ravel(), f[sound][:, [1, 2, 0]].ravel()
+    S = sp.csr_matrix((np.ones(len(start)), (start, stop)), shape=(n, n))
+    half = (S - S.T) / 2  # x . half y is the area: inner edges cancel
+    system = sp.bmat([[L, -half], [half.copy(), L]], format="csr")
+    rim = np.unique(start[~np.isin(start * n + stop, stop * n + start)])
+    pins = rim[[0, -1]]
+    free = np.setdiff1d(np.arange(n), [*pins, metric.vertex])
+    rows, fixed = np.r_[free, free + n], np.r_[pins, pins + n]
+    values = np.array([0.0, 1.0, 0.0, 0.0])  # the pins lie at 0 and 1
+    z = np.zeros(2 * n)
+    z[fixed] = values
+    try:
+        z[rows] = factorize(system[rows][:, rows]).solve(-(system[rows][:, fixed] @ values))
+    except FactorisationFailed:
+        raise MapError(
+            f"the flat metric can't be laid out: {len(metric.broken)} broken faces, e.g. "
+            f"{metric.broken[:3].tolist()}, leave parts that nothing holds; remesh there, or take the "
+            "Laplace-Beltrami map"
+        ) from None
+    return np.asarray(np.where(np.arange(n) == metric.vertex, np.inf, z[:n] + 1j * z[n:]))
+
+
+def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
+    """Scale factors of `x`, then of the stereographic projection from the vertex."""
+    edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))  # each edge both ways
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.v)])
+        scale = np.bincount(edges[:, 0], ratio[0] - ratio[1]) / np.bincount(edges[:, 0])
+        # Lengths in the plane are 2 |x - y| / (|x - pole| |y - pole|).
+        u = scale - np.log(((x - x[vertex]) ** 2).sum(axis=1))
+    return np.asarray(np.where(np.isfinite(u), u, 0.0))
+
+
+def _log_scale(u: FloatArray, f: IntArray) -> FloatArray:
+    """Logarithm of the factor of the edge opposite each corner."""
+    return np.asarray((u[np.roll(f, -1, axis=1)] + u[np.roll(f, -2, axis=1)]) / 2)
+
+
+def _angles(log_lengths: FloatArray) -> FloatArray:
+    """Corner angles from the sides opposite; pi, 0, 0 where the triangle inequality fails."""
+    # In units of each face's longest side: limbs shrink below any common unit.
+    side = np.exp(log_lengths - log_lengths.max(axis=1, keepdims=True))
+    perimeter = side.sum(axis=1, keepdims=True)
+    excess = np.maximum(perimeter - 2 * side, 0.0)  # b + c - a
+    others = np.roll(excess, -1, axis=1) * np.roll(excess, -2, axis=1)
+    return np.asarray(2 * np.arctan2(np.sqrt(others), np.sqrt(excess * perimeter)))
+
+
+def _broken(angles: FloatArray) -> NDArray[np.bool_]:
+    return ~((angles.min(axis=1) > 0) & (angles.max(axis=1) < np.pi))
+
+
+def _defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
+    return np.asarray(2 * np.pi - np.bincount(f.ravel(), angles.ravel(), minlength=n), dtype=np.float64)
+
+
+def _laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
+    """Cotangent Laplacian from angles; broken triangles have no weight."""
+    broken = _broken(angles)[:, None]
+    half = np.where(broken, 0.0, 0.5 / np.tan(np.where(broken, 1.0, angles)))
+    index = (np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel())
+    W = sp.csr_matrix((half.ravel(), index), shape=(n, n))
+    W = W + W.T
+    return (sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W).tocsr()
+
+
+def _newton(
+    u: FloatArray, f: IntArray, log_l: FloatArray, free: IntArray, tolerance: float, max_iterations: int
+) -> tuple[FloatArray, FloatArray, float, int]:
+    """Minimise the convex energy over the free vertices; its gradient are the angle defects."""
+    angles = _angles(log_l + _log_scale(u, f))
+    for k in count():
+        K = _defects(angles, f, len(u))[free]
+        worst = float(np.abs(K).max(initial=0.0))
+        if worst <= tolerance or k == max_iterations:
+            break
+        step = np.zeros(len(u))
+        step[free] = _newton_step(angles, f, len(u), free, K)
+        tau = 1.0
+        for _ in range(_HALVINGS):  # convex: as long as the slope is not steep, the energy fell
+            trial = u + tau * step
+            angles = _angles(log_l + _log_scale(trial, f))
+            if _defects(angles, f, len(u))[free] @ step[free] <= 0.5 * abs(K @ step[free]):
+                break
+            tau /= 2
+        u = trial
+    return u, angles, worst, k
+
+
+def _newton_step(angles: FloatArray, f: IntArray, n: int, free: IntArray, K: FloatArray) -> FloatArray:
+    H = _laplacian(angles, f, n)[free][:, free]
+    for shift in _SHIFTS:
+        try:
+            return -factorize(H + shift * sp.identity(len(free))).solve(K)
+        except FactorisationFailed:  # faces broken or so thin that rounding made it indefinite
+            continue
+    return -K

@@ -1,0 +1,202 @@
+"""A start that the factorisation gives for free: punctured harmonic map, affine correction, inverse stereography."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..mesh.measure import face_areas
+from ..mesh.normals import mesh_gauss_map
+from ..operators.factor import refined_solve
+from ..operators.operators import Metric
+from ..sphere.moebius import center
+from ..sphere.rows import dot
+from ..verify.distortion import mean_angle_difference
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+
+#: Faces that are looked at for the affine correction, and for a face to puncture.
+_SAMPLE = 4000
+#: A larger mean Beltrami coefficient says that the punctured face was a bad one.
+_LARGEST_STRETCH = 0.5
+#: One larger than this is no stretch but chaos, as slivers make it, and correcting it would flatten the plane.
+_LARGEST_CORRECTION = 0.95
+#: A start with more energy than this is none: 4 pi is that of a conformal map.
+_LARGEST_ENERGY = 6 * np.pi
+#: Share of the sphere's area below which the flat faces of a map are coarse.
+_COARSE = 0.95
+#: Distance in the plane that is as good as infinite, and whose square is finite.
+_INFINITE = 1e100
+#: Sides in the plane below this share of its extent are rounding: deep in limbs nothing is known of a stretch.
+_RELIABLE = 1e-10
+#: Of the start's solves, where the factor is only approximate.
+_ACCURACY = 1e-6
+#: Faces tried before the best of the poor starts is taken.
+_TRIES = 4
+
+
+def punctured_start(mesh: Mesh, metric: Metric, faces: Iterable[int] | None = None) -> FloatArray:
+    """Conformal map but for one face, as good as two solves can make it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    metric : Metric
+        Its factorised Laplacian.
+    faces : iterable of int, optional
+        Faces to puncture, tried one after the other until a start is good; well-shaped ones by default.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, Moebius-centred on the vertex areas. The Gauss map where no puncture gives finite numbers.
+
+    References
+    ----------
+    Angenent, Haker, Tannenbaum, Kikinis 1999 (reference [11] of Lai et al.) for the punctured map. The affine
+    correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
+    """
+    tried = []
+    for face in candidate_faces(mesh) if faces is None else faces:
+        z = _plane_map(mesh, metric, mesh.f[face])
+        z, stretch = _unstretch(mesh, z)
+        x = center(to_sphere(z, metric.A), metric.A) if np.isfinite(z).all() else None
+        if x is None or not np.isfinite(x).all():
+            continue
+        tried.append((0.5 * dot(x, metric.L @ x), x))
+        if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not is_coarse(mesh, x):
+            break
+    if not tried:
+        return center(mesh_gauss_map(mesh), metric.A)
+    if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it says nothing
+        return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
+    return min(tried, key=lambda pair: pair[0])[1]
+
+
+def is_coarse(mesh: Mesh, x: FloatArray) -> bool:
+    """Whether the faces of a map cut deep through the sphere.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+
+    Returns
+    -------
+    bool
+        True if the flat faces have less than 95 percent of the sphere's area.
+    """
+    return float(face_areas(x, mesh.f).sum()) < _COARSE * 4 * np.pi
+
+
+def candidate_faces(mesh: Mesh) -> Iterator[int]:
+    """A few well-shaped faces of middling size, spread over the mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+
+    Yields
+    ------
+    int
+        Face indices, good ones to puncture.
+    """
+    m = len(mesh.f)
+    sample = np.unique(np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64))
+    a, b, c = (mesh.v[mesh.f[sample, k]] for k in range(3))
+    lengths = np.sqrt([((b - c) ** 2).sum(1), ((c - a) ** 2).sum(1), ((a - b) ** 2).sum(1)])
+    s = lengths.sum(axis=0) / 2
+    area = np.sqrt(np.maximum(s * (s - lengths[0]) * (s - lengths[1]) * (s - lengths[2]), 0))
+    square = (lengths**2).sum(axis=0)
+    quality = np.divide(4 * np.sqrt(3) * area, square, out=np.zeros_like(area), where=square > 0)
+    middling = np.median(area)
+    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), 1e-300)
+    order = sample[np.argsort(-quality * np.sqrt(ratio), kind="stable")]
+    yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
+
+
+def _plane_map(mesh: Mesh, metric: Metric, corners: IntArray) -> ComplexArray:
+    """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
+
+    The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
+    mesh's Green functions between them give the map.
+    """
+    a, b, c = corners
+    loads = np.zeros((len(mesh.v), 2))
+    loads[[b, c], [0, 1]] = 1
+    loads[a] = -1
+    green = refined_solve(metric.P, metric.factor, loads, _ACCURACY)
+    p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
+    side = max(float(np.linalg.norm(p)), 1e-300)
+    along = p @ q / side
+    height = np.sqrt(max(q @ q - along**2, 0.0))
+    # A face without area is placed as an equilateral one: the affine correction finds its shape.
+    target = np.array([side, along - 1j * height]) if height > 0 else np.array([1, 0.5 - 0.75**0.5 * 1j])
+    with np.errstate(all="ignore"):
+        try:
+            coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
+        except np.linalg.LinAlgError:
+            return np.full(len(mesh.v), np.nan + 0j)
+        return np.einsum("ij,j->i", green, coefficients)
+
+
+def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
+    """Take out the mean Beltrami coefficient, z + nu conj(z), estimated from some faces by medians."""
+    f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
+    a, b, c = (mesh.v[f[:, k]] for k in range(3))
+    p, q = b - a, c - a
+    side = np.sqrt(np.einsum("ij,ij->i", p, p))
+    with np.errstate(all="ignore"):
+        along = np.einsum("ij,ij->i", p, q) / side
+        w = along + 1j * np.sqrt(np.einsum("ij,ij->i", q, q) - along**2)  # third corner in the face's own plane
+        dp, dq = z[f[:, 1]] - z[f[:, 0]], z[f[:, 2]] - z[f[:, 0]]
+        # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
+        nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
+        known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z[f] - z[f[0, 0]]).max()
+    nu = nu[known & np.isfinite(nu) & (np.abs(nu) < 1)]
+    if not len(nu):
+        return z, 1.0
+    mean = complex(np.median(nu.real), np.median(nu.imag))
+    return (z + mean * z.conj() if abs(mean) < _LARGEST_CORRECTION else z), mean
+
+
+def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
+    """Inverse stereographic projection with about half the weight in each hemisphere.
+
+    Parameters
+    ----------
+    z : (n,) complex128 array
+        Finite positions in the plane; infinity goes to the south pole.
+    weights : (n,) float64 array
+        Non-negative.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows.
+    """
+    some = slice(None, None, max(1, len(z) // _SAMPLE))  # which half is a matter of scale: centring decides it
+    w = weights[some]
+    z = z - complex(_middle(z.real[some], w), _middle(z.imag[some], w))
+    radius = np.abs(z)
+    middle = _middle(radius[some], w)
+    z = z / (middle if middle > 0 else radius.max())
+    z = z / np.maximum(np.abs(z) / _INFINITE, 1)
+    square = z.real**2 + z.imag**2
+    return np.column_stack((2 * z.real, 2 * z.imag, 1 - square)) / (1 + square)[:, None]
+
+
+def _middle(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted median."""
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])

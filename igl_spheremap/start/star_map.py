@@ -1,0 +1,221 @@
+"""The weighted Laplace-Beltrami eigenproblem and the star map of Theorem 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from ..errors import MeshError
+from ..mesh.check import Mesh, check_mesh, check_rows
+from ..mesh.measure import face_areas
+from ..mesh.normals import fill_directions
+from ..operators.factor import factorize, refined_solve
+from ..operators.laplacian import usable_laplacian
+from ..verify.distortion import mesh_conformal_factor
+
+FloatArray = NDArray[np.float64]
+
+#: Shift of the inverse iteration: below the spectrum 0, 2, 2, 2, 6, ... so that A - sigma B_u can be factorised.
+_SIGMA = -0.5
+
+
+@dataclass(frozen=True, eq=False)
+class EigenProjection:
+    """The first three nontrivial eigenfunctions of eq. (20) and the star map that they make.
+
+    Attributes
+    ----------
+    star_map : (n, 3) float64 array
+        Unit rows, Theorem 2; turned to agree best with the map that gave the weights; never inside out.
+    phi : (n, 3) float64 array
+        Eigenfunctions, orthonormal in B_u, turned like the star map. On the sphere, ``|phi|^2`` = 3 / (4 pi).
+    eigenvalues : (3,) float64 array
+        Ascending; 2, 2, 2 if the weights are those of a conformal map to the unit sphere.
+    """
+
+    star_map: FloatArray
+    phi: FloatArray
+    eigenvalues: FloatArray
+
+
+def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> EigenProjection:
+    """Solve the eigenproblem weighted by the conformal factor of `x`, and take the star map.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x : (n, 3) array_like
+        A map to the unit sphere, with or without foldings.
+
+    Returns
+    -------
+    EigenProjection
+        Star map, eigenfunctions and eigenvalues.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh, or `x` has not one finite row per vertex.
+
+    References
+    ----------
+    Lai et al., eqs. (20), (25)-(27) and Theorem 2.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("sphere", n_vertices=600)
+    >>> projection = ism.weighted_eigen_projection(v, f, v)
+    >>> projection.eigenvalues.round(1)
+    array([2., 2., 2.])
+    >>> ism.certify(projection.star_map, f).folding_free
+    True
+    """
+    mesh = check_mesh(v, f)
+    x = check_rows(x, len(mesh.v), "images")
+    if not np.isfinite(x).all():
+        raise MeshError("images are not finite: "
+                        f"vertex {int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])}; correct them")
+    return project(mesh, stiffness(mesh), x)
+
+
+def stiffness(mesh: Mesh) -> sp.csr_matrix:
+    """Stiffness matrix A of eq. (26), which is L.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+
+    Returns
+    -------
+    (n, n) sparse matrix
+        Positive semidefinite.
+    """
+    return usable_laplacian(mesh.v, mesh.f)  # eq. (26)
+
+
+def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
+    """Mass matrix B_u of eq. (26) for a weight e^{2u} that is linear on each face, integrated exactly.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    weight : (n,) float64 array
+        e^{2u} at the vertices, non-negative.
+
+    Returns
+    -------
+    (n, n) sparse matrix
+        Symmetric; its entries sum to the integral of the weight.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=600))
+    >>> float(round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9))
+    1.0
+    """
+    n, area = len(mesh.v), face_areas(mesh.v, mesh.f)
+    w = weight[mesh.f]
+    total = w.sum(axis=1)
+    rows, columns, values = [], [], []
+    for i in range(3):
+        for j in range(3):
+            # int e_i e_j e_k = area / 60 times 6 (all equal), 2 (two equal), 1 (all different).
+            share = 2 * total + 4 * w[:, i] if i == j else total + w[:, i] + w[:, j]
+            rows.append(mesh.f[:, i])
+            columns.append(mesh.f[:, j])
+            values.append(area * share / 60)  # eq. (26)
+    index = (np.concatenate(rows), np.concatenate(columns))
+    return sp.csr_matrix((np.concatenate(values), index), shape=(n, n))
+
+
+def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
+    """`weighted_eigen_projection` with the stiffness matrix at hand.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    A : (n, n) sparse matrix
+        Stiffness matrix, eq. (26).
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+
+    Returns
+    -------
+    EigenProjection
+        Star map, eigenfunctions and eigenvalues.
+    """
+    B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
+    values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
+    areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
+    c = areas @ phi / areas.sum()  # eq. (19)
+    star = fill_directions(phi - c, mesh.f)  # Theorem 2
+    frame = _agreement(phi, x, B, mirrored=_volume(star, mesh.f) < 0)
+    return EigenProjection(star @ frame, phi @ frame, values)
+
+
+def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """Conformal factor of eq. (14), finite and positive, as B_u needs it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        A map to the unit sphere.
+
+    Returns
+    -------
+    (n,) float64 array
+        e^{2u}; vertices without source area have the largest finite value, and none is below 1e-12 of the mean.
+    """
+    factor = mesh_conformal_factor(mesh, x)
+    finite = np.isfinite(factor)
+    factor = np.where(finite, factor, factor[finite].max(initial=1.0))
+    return np.maximum(factor, 1e-12 * max(float(factor.mean()), 1e-300))
+
+
+def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:
+    """First three nontrivial pairs of A x = lambda B_u x, eq. (27), by shift-invert with our factorisation."""
+    n = A.shape[0]
+    if n <= 8:  # too small for Lanczos
+        values, vectors = eigh(A.toarray(), B.toarray())
+        return values[1:4], vectors[:, 1:4]
+    P = (A - _SIGMA * B).tocsr()
+    factor = factorize(P)
+    inverse = LinearOperator((n, n), matvec=lambda b: refined_solve(P, factor, b, 1e-10), dtype=np.float64)
+    start = np.ones(n) + np.sin(np.arange(n))  # fixed, so that every run gives the same numbers
+    values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)
+    order = np.argsort(values)
+    return values[order][1:], vectors[:, order][:, 1:]
+
+
+def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix, mirrored: bool) -> FloatArray:
+    """Orthogonal matrix that turns `phi` to `x`, a reflection if `phi` turns the surface inside out.
+
+    Eigenfunctions have no frame of their own. Whether to reflect is not left to the agreement with `x`: half of a bad
+    map is folded, and its mirror image agrees as well.
+    """
+    u, _, vt = np.linalg.svd(phi.T @ (B @ x))
+    handed = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    u[:, -1] *= -handed if mirrored else handed
+    return np.asarray(u @ vt)
+
+
+def _volume(x: FloatArray, f: NDArray[np.int64]) -> float:
+    """Six times the volume that a surface encloses, negative if it is inside out."""
+    a, b, c = (x[f[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)))

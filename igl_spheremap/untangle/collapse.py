@@ -1,0 +1,236 @@
+"""Removing vertices around foldings by half-edge collapses, in independent sets that are put back in reverse.
+
+A collapse v -> t removes the two faces that hold both and hands the other faces of v to t. It keeps a
+triangulated sphere one if v and t have exactly two common neighbours (the link condition). Every vertex of a
+triangulated sphere with more than four has such a neighbour: the edges outside the star that join vertices of
+its link are non-crossing chords of a polygon, so two of the link's vertices meet none. Hence any set of
+vertices can be removed, down to a tetrahedron.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..verify.certificate import certify_checked, orientation_signs
+from .kernel import Stars, cross, dot, stars_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Rounds unit rows to positions that vertices may take.
+Grid = Callable[[FloatArray], FloatArray]
+
+#: Vertices of a valence above this, and above 3/2 of the least one present, wait for their neighbours to go.
+_LOW_VALENCE = 8
+#: Fan faces tried for a vertex, valence times number of targets: a hub costs no more than its valence.
+_FANS_TRIED = 512
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Vertices that were removed together; no two of them were neighbours.
+
+    Attributes
+    ----------
+    stars : Stars
+        Their stars before the removal.
+    target : (k,) int64 array
+        The neighbour that each was collapsed to.
+    """
+
+    stars: Stars
+    target: IntArray
+
+
+class Complex:
+    """A triangulated sphere, or a part of one, under collapses and their undoing.
+
+    Parameters
+    ----------
+    f : (m, 3) int64 array
+        Faces; copied.
+    x : (n, 3) float64 array
+        Unit rows; shared, so that positions written later are seen.
+    frozen : (n,) bool array
+        Vertices that may be neither removed nor collapsed to, as faces around them may lie outside `f`.
+    grid : callable
+        Rounds unit rows to positions that vertices may take.
+
+    Attributes
+    ----------
+    f : (m, 3) int64 array
+        Faces; rows that are not `alive` are stale.
+    alive : (m,) bool array
+        Faces of the present complex.
+    present : (n,) bool array
+        Vertices of the present complex.
+    """
+
+    def __init__(self, f: IntArray, x: FloatArray, frozen: BoolArray, grid: Grid) -> None:
+        self.f, self.x, self.frozen, self.grid = f.copy(), x, frozen, grid
+        self.alive = np.ones(len(f), dtype=bool)
+        self.present = np.zeros(len(x), dtype=bool)
+        self.present[f.ravel()] = True
+        self.bad = orientation_signs(x, f) <= 0
+
+    def is_bijective(self) -> bool:
+        """Whether the present complex covers the sphere once and without folding."""
+        return certify_checked(self.x, self.f[self.alive]).folding_free
+
+    def faces(self) -> IntArray:
+        """Indices of the faces that are alive."""
+        return np.flatnonzero(self.alive)
+
+    def collapse(self, batch: Batch) -> None:
+        """Remove a batch of vertices."""
+        stars, target = batch.stars, batch.target[batch.stars.owner]
+        gone = (stars.a == target) | (stars.b == target)
+        self.alive[stars.faces[gone]] = self.bad[stars.faces[gone]] = False
+        kept = stars.faces[~gone]
+        self.f[kept] = np.stack((target, stars.a, stars.b), axis=1)[~gone]
+        self.bad[kept] = orientation_signs(self.x, self.f[kept]) <= 0
+        self.present[stars.vertices] = False
+
+    def restore(self, batch: Batch) -> None:
+        """Put a batch of vertices back; the positions are the caller's business."""
+        stars = batch.stars
+        self.f[stars.faces] = np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1)
+        self.alive[stars.faces] = True
+        self.present[stars.vertices] = True
+
+    def next_batch(self, wanted: BoolArray) -> Batch | None:
+        """Choose an independent set among the wanted vertices, and where each collapses to.
+
+        Parameters
+        ----------
+        wanted : (n,) bool array
+            Vertices that may go, none of them frozen.
+
+        Returns
+        -------
+        Batch or None
+            None if no wanted vertex can go.
+        """
+        ids = self.faces()
+        spare = int(self.present.sum()) - 4 if not self.frozen.any() else len(self.x)
+        wanted = wanted & self.present
+        if spare <= 0 or not wanted.any():
+            return None
+        f = self.f[ids]
+        stars = _low_valence(stars_of(f, wanted, ids))
+        stars = stars.take(independent(stars, len(self.x)))
+        adjacency = _Adjacency(f, len(self.x))
+        target = self._best_targets(stars, adjacency)
+        rows = np.flatnonzero(target >= 0)
+        rows = rows[_edges_new_once(stars.take(rows), target[rows], len(self.x))][:spare]
+        return Batch(stars.take(rows), target[rows]) if len(rows) else None
+
+    def _best_targets(self, stars: Stars, adjacency: _Adjacency) -> IntArray:
+        """For each star the contractible neighbour whose fan folds least, then is best shaped; or -1."""
+        owner = stars.owner  # each neighbour of a vertex is the `a` of exactly one outer edge
+        contractible = adjacency.common(stars.vertices[owner], stars.a) == 2
+        pairs = np.flatnonzero(contractible & ~self.frozen[stars.a])
+        pairs = pairs[_spread(owner[pairs], stars.valence)]
+        owner = owner[pairs]
+        cost = self._fan_cost(stars, owner, stars.a[pairs])
+        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))  # hubs last: chains halve evenly then
+        owner, first = np.unique(owner[order], return_index=True)
+        target = np.full(len(stars.vertices), -1)
+        target[owner] = stars.a[pairs[order[first]]]
+        return target
+
+    def _fan_cost(self, stars: Stars, owner: IntArray, target: IntArray) -> FloatArray:
+        """Foldings in the fan from each target, plus a penalty below 1 for its worst shaped face."""
+        fans = stars.take(owner)
+        pair = fans.owner
+        t = target[pair]
+        inside = np.flatnonzero((fans.a != t) & (fans.b != t))
+        p, a, b = self.x[t[inside]], self.x[fans.a[inside]], self.x[fans.b[inside]]
+        u, w = a - p, b - p
+        det = dot(p, cross(u, w))
+        sides = dot(u, u) + dot(w, w) + dot(w - u, w - u)
+        quality = 3.4 * np.divide(det, sides, out=np.zeros(len(det)), where=sides > 0)  # 1 if equilateral
+        worst, foldings = np.full(len(target), 1.0), np.zeros(len(target))
+        np.minimum.at(worst, pair[inside], quality)
+        np.add.at(foldings, pair[inside], quality <= 0)
+        return foldings + (1 - np.clip(worst, 0.0, 1.0)) / 2
+
+
+class _Adjacency:
+    """Neighbour lists and edge look-up of a set of faces."""
+
+    def __init__(self, f: IntArray, n: int) -> None:
+        u, w = f[:, [0, 1, 2]].ravel(), f[:, [1, 2, 0]].ravel()
+        both = np.concatenate((u * n + w, w * n + u))
+        both.sort()
+        self.n = n
+        self.keys = both[np.flatnonzero(np.diff(both, prepend=-1))]
+        self.degree = np.bincount(self.keys // n, minlength=n)
+        self.start = np.cumsum(self.degree) - self.degree
+
+    def common(self, u: IntArray, w: IntArray) -> IntArray:
+        """Number of common neighbours of each pair, by running through the shorter list."""
+        swap = self.degree[u] > self.degree[w]
+        short, other = np.where(swap, w, u), np.where(swap, u, w)
+        count = self.degree[short]
+        begin = np.cumsum(count) - count
+        owner = np.repeat(np.arange(len(u)), count)
+        q = self.keys[np.arange(count.sum()) + np.repeat(self.start[short] - begin, count)] % self.n
+        wanted = other[owner] * self.n + q
+        at = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
+        return np.bincount(owner[self.keys[at] == wanted], minlength=len(u))
+
+
+def _low_valence(stars: Stars) -> Stars:
+    """Keep the stars of low valence: collapsing hubs first would be slow and would make long fans."""
+    valence = stars.valence
+    return stars.take(np.flatnonzero(valence <= max(_LOW_VALENCE, 1.5 * valence.min())))
+
+
+def independent(stars: Stars, n: int) -> IntArray:
+    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle.
+
+    Parameters
+    ----------
+    stars : Stars
+        Some vertices with what is around them.
+    n : int
+        Number of vertices of the mesh.
+
+    Returns
+    -------
+    (k,) int64 array
+        Rows of `stars`, no two of which are neighbours.
+    """
+    shuffled = (stars.vertices * 2654435761) % 4294967291  # a permutation: the modulus is prime
+    rank = np.full(n, np.iinfo(np.int64).max)
+    rank[stars.vertices] = stars.valence * 4294967296 + shuffled
+    neighbours = np.minimum.reduceat(rank[stars.a], stars.start)
+    return np.flatnonzero(rank[stars.vertices] < neighbours)
+
+
+def _spread(owner: IntArray, valence: IntArray) -> BoolArray:
+    """Which of the contractible neighbours are tried as targets: all, but at high valence only some."""
+    stride = -(-valence**2 // _FANS_TRIED)
+    first = np.searchsorted(owner, np.arange(len(valence)))
+    return (np.arange(len(owner)) - first[owner]) % stride[owner] == 0
+
+
+def _edges_new_once(stars: Stars, target: IntArray, n: int) -> BoolArray:
+    """Drop collapses that would add an edge which another one, of an earlier row, adds too."""
+    t = target[stars.owner]
+    # the edge to `a` is new unless `a` is the target or one of the two neighbours of v and t
+    after, before = stars.b[stars.a == t], stars.a[stars.b == t]
+    beside = (stars.a == t) | (stars.a == after[stars.owner]) | (stars.a == before[stars.owner])
+    new = np.flatnonzero(~beside)
+    key = np.minimum(t, stars.a)[new] * n + np.maximum(t, stars.a)[new]
+    order = np.argsort(key, kind="stable")
+    repeated = np.flatnonzero(np.diff(key[order], prepend=-1) == 0)
+    keep = np.ones(len(stars.vertices), dtype=bool)
+    keep[stars.owner[new[order[repeated]]]] = False
+    return keep

@@ -1,0 +1,307 @@
+"""Progressive embedding: from any positions to a map that is certified free of foldings.
+
+Vertices around foldings are removed by half-edge collapses until no folding is left, and put back in reverse
+order, each inside the kernel of its star, which the vertex that it was collapsed to sees whole. Where float64
+is too coarse for that, a larger region is removed, in the end the whole sphere down to a regular tetrahedron.
+
+References
+----------
+Praun and Hoppe 2003, *Spherical Parametrization and Remeshing*. Shen, Jiang, Zorin and Panozzo 2019,
+*Progressive Embedding*. What is proved and what is only observed: docs/guarantee.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..verify.certificate import certify_checked, orientation_signs
+from .collapse import Batch, Complex, Grid, independent
+from .kernel import Stars, analytic_centres, centres_beside, stars_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Rings around the places where float64 was too coarse that are removed too in the next attempt; then
+#: everything.
+_RINGS = (4, 8, 16, 32, 64, 128, 256)
+#: Rings beyond those within which collapses may go on; doubled when they do not suffice.
+_MARGIN = 4
+#: Batches of collapses after which foldings that are left have a further ring around them removed as well.
+_PATIENCE = 8
+#: A vertex is tried at the centre of its kernel, then pulled towards the target of its collapse.
+_PULLS = (1.0, 0.3, 0.1, 0.01, 1e-3)
+_INSERTION_ATTEMPTS = 3
+#: The vertices present are relaxed each time their number has grown by this factor.
+_GROWTH = 1.5
+_TETRAHEDRON = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]) / 3**0.5
+
+
+class _RegionTooSmall(Exception):
+    """The foldings can't be removed without vertices that were to stay."""
+
+
+class _TooCoarse(Exception):
+    """Float64 has no position for some vertices inside the kernels of their stars."""
+
+    def __init__(self, vertices: IntArray) -> None:
+        super().__init__()
+        self.vertices = vertices
+
+
+#: Called with the whole map, vertices that are still removed lying on the ones that they were collapsed to.
+Watch = Callable[[FloatArray], None]
+
+
+def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
+    """Mend every folding of a map to the sphere, moving only vertices around foldings where that suffices.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Finite, nonzero rows.
+    f : (m, 3) int64 array
+        Faces of a closed genus-0 mesh that passed the gate.
+    watch : callable, optional
+        Called with the map each time that a batch of vertices was put back.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings. Should float64 be too coarse even for the whole sphere rebuilt,
+        which was never seen, `x` itself.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl
+    >>> v, f = igl.icosahedron()
+    >>> bool(certify_checked(progressive_embedding(np.ones((12, 3)), f), f))
+    True
+    """
+    x = unit_rows(x)
+    if certify_checked(x, f).folding_free:
+        return x
+    y = embed_locally(upright(x, f), f, watch=watch)
+    if certify_checked(y, f).folding_free:
+        return y
+    everywhere = np.ones(len(x), dtype=bool)
+    with suppress(_TooCoarse):
+        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # so that no bad position has a say in what collapses where
+        _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, watch)
+        return y
+    return x
+
+
+def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
+                  watch: Watch | None = None) -> FloatArray:
+    """Mend foldings by progressive embedding within ever larger regions around them.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Rows of one length, 1 but for a grid's.
+    f : (m, 3) int64 array
+        Faces of a closed genus-0 mesh that passed the gate.
+    grid : callable, optional
+        Rounds unit rows to the positions that are allowed; all of float64's by default.
+    watch : callable, optional
+        See `progressive_embedding`.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Without foldings, or `x` itself where that can't be had locally. The degree may be wrong.
+    """
+    bad = orientation_signs(x, f) <= 0
+    if not bad.any() or bad.sum() > len(f) / 2:
+        return x
+    forced = np.zeros(len(x), dtype=bool)
+    with suppress(_TooCoarse):
+        return _mend_locally(x, f, bad, forced, grid or unit_rows, watch, homing=True)
+    for rings in _RINGS:
+        try:
+            return _mend_locally(x, f, bad, forced, grid or unit_rows, watch)
+        except _TooCoarse as failure:
+            forced[failure.vertices] = True
+            forced = dilate(f, forced, rings)
+    return x
+
+
+def upright(x: FloatArray, f: IntArray) -> FloatArray:
+    """The map or its mirror image: that which has more faces positively oriented.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        `x` itself, or `x` with its third coordinate reversed.
+    """
+    signs = orientation_signs(x, f)
+    return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
+
+
+def unit_rows(x: FloatArray) -> FloatArray:
+    """Rows scaled to length 1 without over- or underflow; bit for bit as they are if all have it already."""
+    square = np.einsum("ij,ij->i", x, x)
+    if np.abs(square - 1).max() < 1e-14:
+        return x.copy()
+    x = x / np.abs(x).max(axis=1, keepdims=True)
+    return np.asarray(x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None])
+
+
+def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
+    """Marked vertices and those within so many edges of them."""
+    for _ in range(rings):
+        grown = marked.copy()
+        grown[f[marked[f].any(axis=1)]] = True
+        if grown.sum() == marked.sum():
+            break
+        marked = grown
+    return marked
+
+
+def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
+                  watch: Watch | None, homing: bool = False) -> FloatArray:
+    """Remove and rebuild the forced vertices, and around bad faces as little as possible.
+
+    What is put back goes to where it was, or as near as it may, if it is `homing`; else it shares out the room.
+    """
+    around = forced.copy()
+    around[f[bad]] = True
+    margin = _MARGIN
+    while True:
+        region = dilate(f, around, margin)
+        faces = region[f].any(axis=1)
+        vertices = np.unique(f[faces])
+        local = np.full(len(x), -1)
+        local[vertices] = np.arange(len(vertices))
+        frozen = np.zeros(len(x), dtype=bool)
+        frozen[f[~faces]] = True
+        part = x[vertices]
+        try:
+            mesh = Complex(local[f[faces]], part, frozen[vertices], grid)
+            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch), homing)
+        except _RegionTooSmall:
+            margin *= 2
+            continue
+        except _TooCoarse as failure:
+            raise _TooCoarse(vertices[failure.vertices]) from None
+        y = x.copy()
+        y[vertices] = part
+        return y
+
+
+def _within(x: FloatArray, vertices: IntArray, watch: Watch | None) -> Watch | None:
+    """Watch a part of the map as if it were the whole."""
+    if watch is None:
+        return None
+
+    def watch_part(part: FloatArray) -> None:
+        y = x.copy()
+        y[vertices] = part
+        watch(y)
+
+    return watch_part
+
+
+def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None, homing: bool = False) -> None:
+    """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
+    f, home = mesh.f.copy(), mesh.x.copy() if homing else None
+    batches = list(_removals(mesh, forced))
+    if mesh.bad.any() or (forced & mesh.present).any():
+        if mesh.frozen.any():
+            raise _RegionTooSmall
+        corners = mesh.f[mesh.faces()[0]]
+        last = np.setdiff1d(np.flatnonzero(mesh.present), corners)
+        mesh.x[np.append(last, corners)] = mesh.grid(_TETRAHEDRON)
+    movable = dilate(f, ~mesh.present & ~mesh.frozen, 1) & ~mesh.frozen
+    _put_back(mesh, batches, movable, watch, home)
+
+
+def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
+    """Collapse until no forced vertex and no folding is left, or nothing more can go."""
+    for turn in count():
+        wanted = mesh.present & False
+        wanted[mesh.f[mesh.bad]] = True
+        wanted = dilate(mesh.f[mesh.faces()], wanted, turn // _PATIENCE) | (forced & mesh.present)
+        batch = mesh.next_batch(wanted & ~mesh.frozen)
+        if batch is not None:
+            mesh.collapse(batch)
+            yield batch
+        elif mesh.frozen.any() or mesh.is_bijective() or mesh.present.sum() == 4:
+            return
+        else:  # no folding, yet no bijection: down to the tetrahedron
+            forced = np.ones_like(forced)
+
+
+def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, watch: Watch | None,
+              home: FloatArray | None) -> None:
+    """Undo the collapses, newest first, to `home` where it is given; else relaxing as the complex grows."""
+    for batch in reversed(batches):
+        mesh.x[batch.stars.vertices] = mesh.x[batch.target]
+    relaxed_at = int((mesh.present & movable).sum())
+    for batch in reversed(batches):
+        mesh.restore(batch)
+        _insert(mesh, batch, movable, home)
+        size = int((mesh.present & movable).sum())
+        if home is None and size > _GROWTH * relaxed_at + 4:
+            relax_areas(mesh, movable)
+            relaxed_at = size
+        if watch is not None:
+            watch(mesh.x)
+
+
+def _insert(mesh: Complex, batch: Batch, movable: BoolArray, home: FloatArray | None) -> None:
+    """Give the vertices of a batch that was just restored positions in their kernels."""
+    x, stars, target = mesh.x, batch.stars, batch.target
+    for _ in range(_INSERTION_ATTEMPTS):
+        placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
+        for pull in _PULLS:
+            x[stars.vertices] = mesh.grid(unit_rows(x[target] + pull * (placed - x[target])))
+            failed = np.flatnonzero(~proper(x, stars))
+            stars, target, placed = stars.take(failed), target[failed], placed[failed]
+            if not len(target):
+                return
+        x[stars.vertices] = x[target]
+        relax_areas(mesh, movable)  # makes room
+    raise _TooCoarse(stars.vertices)
+
+
+def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
+    """Move vertices, a colour class at a time, to the analytic centres of their kernels.
+
+    That is coordinate ascent on the sum of log(face area), so that room is shared out. A move is kept only if
+    all faces around are positively oriented, exactly.
+    """
+    ids = mesh.faces()
+    f, x = mesh.f[ids], mesh.x
+    for _ in range(sweeps):
+        stars = stars_of(f, movable & mesh.present)
+        waiting = np.ones(len(stars.vertices), dtype=bool)
+        while waiting.any():
+            rows = np.flatnonzero(waiting)
+            chosen = rows[independent(stars.take(rows), len(x))]
+            waiting[chosen] = False
+            move = stars.take(chosen)
+            old = x[move.vertices]
+            x[move.vertices] = mesh.grid(analytic_centres(x, move))
+            rejected = ~proper(x, move)
+            x[move.vertices[rejected]] = old[rejected]
+
+
+def proper(x: FloatArray, stars: Stars) -> BoolArray:
+    """Whether all faces of each star are positively oriented, exactly."""
+    signs = orientation_signs(x, np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1))
+    return np.asarray(np.minimum.reduceat(signs, stars.start) > 0)

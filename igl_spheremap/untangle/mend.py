@@ -1,0 +1,128 @@
+"""Mending where a map is folded, at a cost that only what is around foldings causes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..sphere.gauge import fix_gauge
+from ..sphere.rows import weighted_sum
+from ..start.punctured import is_coarse
+from ..verify.certificate import certify_checked
+from ..verify.distortion import mean_angle_difference
+from .embedding import Watch, dilate, progressive_embedding, upright
+from .nudge import nudge
+from .relax import AngleLoss, descend
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Rings around what embedding moved that are relaxed with it.
+_RELAXED_RINGS = 2
+#: Sweeps of that at the least and at the most, and how many vertices they may move together in between.
+_SWEEPS = (5, 30)
+_WORK = 3000
+_TOLERANCE = 0.01
+#: A centroid this far from the origin is worth the mending of what the rounding of a Moebius map folds.
+_ASTRAY = 1e-3
+#: But not if the mean angle difference grows by more than this factor.
+_DEAR = 1.05
+
+
+def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
+                 relaxed: BoolArray | None = None) -> FloatArray:
+    """Set upright what is folded by small moves, embed what is left, and relax it with its surroundings.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows.
+    watch : callable, optional
+        Called with the map after every round of small moves, and each time that a batch of vertices was put back.
+    relaxed : (n,) bool array, optional
+        Vertices to relax besides.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings.
+    """
+    x = upright(x, mesh.f)
+    y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
+    moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
+    return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
+
+
+def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
+    """Descend on the angle differences of some vertices.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows, without folding around the movable vertices.
+    movable : (n,) bool array
+        Vertices that may move.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, without folding where there was none.
+    """
+    around = mesh.f[movable[mesh.f].any(axis=1)]
+    if not len(around):
+        return x
+    sweeps = int(np.clip(_WORK / movable.sum(), *_SWEEPS))
+    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=sweeps, tolerance=_TOLERANCE)
+
+
+def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+    """Put a map that was mended back into the package's gauge, which mending moves a little.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The checked source.
+    x : (n, 3) float64 array
+        Unit rows, certified free of foldings.
+    A : (n,) float64 array
+        Vertex areas, of sum 1.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, certified free of foldings: `x` itself where the Moebius map folds it and its centroid is as good as
+        at the origin, and where huge faces would lose their angles by it.
+    """
+    y = fix_gauge(mesh, x, A)
+    free = certify_checked(y, mesh.f).folding_free
+    if free and not is_coarse(mesh, x):
+        return y
+    if not free:
+        if not is_astray(x, A):
+            return x
+        y = mend_locally(mesh, y)
+    worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
+    return y if worth and certify_checked(y, mesh.f).folding_free else x
+
+
+def is_astray(x: FloatArray, A: FloatArray) -> bool:
+    """Whether the source's area has its centroid in the image off the origin by more than is worth mending.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    A : (n,) float64 array
+        Vertex areas, of sum 1.
+
+    Returns
+    -------
+    bool
+        True beyond a thousandth of the radius.
+    """
+    return float(np.linalg.norm(weighted_sum(A, x))) > _ASTRAY

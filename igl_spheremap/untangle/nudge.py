@@ -1,0 +1,106 @@
+"""Slivers set upright by moves no longer than they are thin, before anything is taken apart.
+
+A thin face folds when a vertex crosses its long side by next to nothing. Each folding asks its corners for the
+shortest move that would give it a little area, and what several foldings ask of a vertex is averaged: projections onto
+half-spaces, which end in their intersection where there is room.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..verify.certificate import orientation_signs
+from .embedding import Watch, dilate, unit_rows
+from .kernel import cross, dot
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Twice the area that foldings are given, in units of their longest side squared.
+_THICKNESS = 1e-3
+#: Moves are this much longer than the shortest ones that would do alone.
+_OVER_RELAXATION = 1.3
+#: Iterations at the most, and without progress.
+_ITERATIONS = 80
+_PATIENCE = 25
+#: Rings around foldings that may move.
+_RINGS = 3
+
+
+def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
+    """Set foldings upright by small moves of the vertices around, as far as that goes.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows.
+    f : (m, 3) int64 array
+        Faces.
+    watch : callable, optional
+        Called with the map after every iteration.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows. Where small moves do not lead to an end, all is as in `x`.
+
+    References
+    ----------
+    Agmon 1954, *The Relaxation Method for Linear Inequalities*.
+
+    Examples
+    --------
+    >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
+    >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
+    >>> orientation_signs(x, f).tolist(), orientation_signs(nudge(x, f), f).tolist()
+    ([1, -1, 1, 1], [1, 1, 1, 1])
+    """
+    bad = orientation_signs(x, f) <= 0
+    near = np.zeros(len(x), dtype=bool)
+    near[f[bad]] = True
+    near = dilate(f, near, _RINGS)
+    y, folded = x, f[bad]
+    f = f[near[f].any(axis=1)]
+    best, fewest, since = x, len(folded), 0
+    for _ in range(_ITERATIONS if fewest else 0):
+        y = _projected(y, folded, near)
+        if watch is not None:
+            watch(y)
+        folded = f[orientation_signs(y, f) <= 0]
+        best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
+        if not fewest or since == _PATIENCE:
+            break
+    return _without_failures(x, best, f)
+
+
+def _without_failures(x: FloatArray, y: FloatArray, f: IntArray) -> FloatArray:
+    """The moves from `x` to `y` but for those connected to foldings that are left."""
+    moved = (x != y).any(axis=1)
+    failed = np.zeros(len(x), dtype=bool)
+    failed[f[orientation_signs(y, f) <= 0]] = True
+    while True:
+        grown = failed | (dilate(f, failed, 1) & moved)
+        if grown.sum() == failed.sum():
+            return np.where(failed[:, None], x, y)
+        failed = grown
+
+
+def _projected(x: FloatArray, folded: IntArray, movable: NDArray[np.bool_]) -> FloatArray:
+    """One step of all foldings towards a little area each."""
+    p = [x.take(folded[:, k], axis=0) for k in range(3)]
+    outward = p[0] + p[1] + p[2]
+    reach = np.sqrt(dot(outward, outward))
+    outward /= np.where(reach > 0, reach, 1.0)[:, None]
+    side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
+    square = np.stack([dot(s, s) for s in side])
+    slope = [cross(outward, s) for s in side]  # of twice the area, as each corner moves
+    lack = _THICKNESS * square.max(axis=0) - dot(outward, cross(side[1], side[2]))
+    length = lack / np.maximum(square.sum(axis=0), 1e-300)
+    move, asked = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
+    for k in range(3):
+        np.add.at(move, folded[:, k], length[:, None] * slope[k])
+    some = np.flatnonzero((asked > 0) & movable)
+    y = x.copy()
+    y[some] = unit_rows(x[some] + _OVER_RELAXATION * move[some] / asked[some, None])
+    return y

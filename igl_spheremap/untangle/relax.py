@@ -1,0 +1,256 @@
+"""Descent vertex by vertex on what the stars lose in shape, with exact signs as the acceptance test.
+
+Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton
+step of its own in its tangent plane, and keeps it if its loss falls and every face around it stays positively
+oriented.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.measure import corner_angles, face_areas
+from ..operators.laplacian import mollified_edge_lengths
+from .collapse import independent
+from .embedding import proper, unit_rows
+from .kernel import Stars, cross, dot, stars_of, tangent_axes
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+Polish = Literal["angles", "mips"]
+
+#: Steps are over-relaxed, shortened while they are not accepted, and given up until the next sweep.
+_LENGTHS = (1.8, 0.7, 0.2)
+#: Longest step, in units of the distance to the nearest neighbour.
+_REACH = 0.7
+
+
+class Loss(Protocol):
+    """What faces (p, a, b) lose in shape, as a function of p."""
+
+    def at(self, corner: IntArray) -> Loss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
+
+    def take(self, faces: BoolArray) -> Loss:
+        """The loss of some of the faces."""
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Loss of each face."""
+
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Loss; gradient (e, 2) along the two axes; positive semidefinite Hessian (e, 3): xx, xy, yy."""
+
+
+@dataclass(frozen=True)
+class AngleLoss:
+    """Sum of the sizes of the three angle differences, against the corner angles of a source.
+
+    A difference d counts as sqrt(d^2 + smoothing^2): smooth at zero, and nearly its size elsewhere.
+    """
+
+    source: FloatArray  # (3, e), radians: at p, a, b
+    smoothing: float = np.radians(0.5)
+
+    @classmethod
+    def of(cls, v: FloatArray, f: IntArray) -> AngleLoss:
+        """Loss against the mesh `v, f`."""
+        return cls(corner_angles(v, f).T)
+
+    def at(self, corner: IntArray) -> AngleLoss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
+        return replace(self, source=_turned(self.source, corner))
+
+    def take(self, faces: BoolArray) -> AngleLoss:
+        """The loss of some of the faces."""
+        return replace(self, source=self.source[:, faces])
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Smoothed sum of sizes."""
+        d = self._differences(a - p, b - p)[0]
+        return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
+
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Gauss-Newton with iteratively reweighted squares."""
+        u, w = a - p, b - p
+        d, normal = self._differences(u, w)
+        turn_a = -cross(normal, u) / dot(u, u)[:, None]
+        turn_b = cross(normal, w) / dot(w, w)[:, None]
+        at_a, at_b = (np.stack([dot(turn, axes[:, k]) for k in range(2)]) for turn in (turn_a, turn_b))
+        turns = np.stack((-at_a - at_b, at_a, at_b))  # corner, axis, face
+        size = np.sqrt(d * d + self.smoothing**2)
+        gradient = (d / size * turns.transpose(1, 0, 2)).sum(axis=1).T
+        hessian = np.stack([(turns[:, i] * turns[:, j] / size).sum(axis=0)
+                            for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
+        return size.sum(axis=0), gradient, hessian
+
+    def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
+        normal = cross(u, w)
+        double_area = np.sqrt(dot(normal, normal))
+        across = w - u
+        angles = np.arctan2(double_area, (dot(u, w), -dot(u, across), dot(w, across)))
+        return angles - self.source, normal / np.where(double_area > 0, double_area, 1)[:, None]
+
+
+@dataclass(frozen=True)
+class MipsLoss:
+    """MIPS energy: Dirichlet energy over image area, 1 where a face keeps its angles, weighted by the
+    source's area.
+
+    References
+    ----------
+    Hormann and Greiner 2000, *MIPS: An Efficient Global Parametrization Method*.
+    """
+
+    half_cotangents: FloatArray  # (3, e), at p, a, b
+    area: FloatArray  # (e,)
+
+    @classmethod
+    def of(cls, v: FloatArray, f: IntArray) -> MipsLoss:
+        """Loss against the mesh `v, f`, slivers made harmless."""
+        return cls(np.asarray(igl.cotmatrix_entries(mollified_edge_lengths(v, f))).T, face_areas(v, f))
+
+    def at(self, corner: IntArray) -> MipsLoss:
+        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
+        return MipsLoss(_turned(self.half_cotangents, corner), self.area[corner // 3])
+
+    def take(self, faces: BoolArray) -> MipsLoss:
+        """The loss of some of the faces."""
+        return MipsLoss(self.half_cotangents[:, faces], self.area[faces])
+
+    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Weighted ratio of the face."""
+        return self._parts(p, a, b)[0]
+
+    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
+              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Exact gradient; Hessian of the Dirichlet energy alone, as the area is nearly bilinear."""
+        values, area, normal = self._parts(p, a, b)
+        _, at_a, at_b = self.half_cotangents
+        weight = self.area / area
+        slope = at_a[:, None] * (p - b) + at_b[:, None] * (p - a)
+        gain = cross(normal, b - a) / 2  # of the area
+        gradient = weight[:, None] * slope - (values / area)[:, None] * gain
+        stiff = weight * (at_a + at_b)
+        slopes = np.stack([dot(gradient, axes[:, k]) for k in range(2)], axis=1)
+        return values, slopes, np.stack((stiff, 0 * stiff, stiff), axis=1)
+
+    def _parts(self, p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Loss, flat area and unit normal of each face."""
+        u, w = a - p, b - p
+        normal = cross(u, w)
+        double_area = np.sqrt(dot(normal, normal))
+        at_p, at_a, at_b = self.half_cotangents
+        loss = self.area * (at_p * dot(w - u, w - u) + at_a * dot(w, w) + at_b * dot(u, u))
+        loss = np.divide(loss, double_area, out=np.full(len(loss), np.inf), where=double_area > 0)
+        return loss, double_area / 2, normal / np.where(double_area > 0, double_area, 1)[:, None]
+
+
+def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
+    """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
+    face, k = corner // 3, corner % 3
+    return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
+
+
+LOSSES = {"angles": AngleLoss, "mips": MipsLoss}
+
+
+def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = None, *,
+            sweeps: int = 10, tolerance: float = 2e-3) -> FloatArray:
+    """Lower a loss of shape vertex by vertex, keeping a map that is free of foldings so.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Unit rows, without folding around the movable vertices.
+    f : (m, 3) int64 array
+        Faces.
+    loss : Loss
+        `AngleLoss` or `MipsLoss` of the source.
+    movable : (n,) bool array, optional
+        Vertices that may move; all by default.
+    sweeps : int
+        Sweeps at the most.
+    tolerance : float
+        Ends when a sweep lowers the loss by less than this share.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows, without folding where there was none.
+
+    Examples
+    --------
+    >>> import igl
+    >>> v, f = igl.icosahedron()
+    >>> x = unit_rows(v)
+    >>> noisy = unit_rows(x + 0.1 * np.cos(np.arange(36.0)).reshape(12, 3))
+    >>> y = descend(noisy, f, AngleLoss.of(x, f), sweeps=30)
+    >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
+    True
+    """
+    x = x.copy()
+    classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
+    for _ in range(sweeps):
+        before, after = np.sum([(0.0, 0.0), *(_step(x, *part) for part in classes)], axis=0)
+        if before - after <= tolerance * before:
+            break
+    return x
+
+
+def _colour_classes(f: IntArray, movable: BoolArray, loss: Loss) -> list[tuple[Stars, Loss]]:
+    """Stars of the movable vertices, split into classes without neighbours, and the losses of their faces."""
+    stars, classes = stars_of(f, movable), []
+    while len(stars.vertices):
+        chosen = np.zeros(len(stars.vertices), dtype=bool)
+        chosen[independent(stars, len(movable))] = True
+        part = stars.take(np.flatnonzero(chosen))
+        corner = 3 * part.faces + np.argmax(f[part.faces] == part.vertices[part.owner][:, None], axis=1)
+        classes.append((part, loss.at(corner)))
+        stars = stars.take(np.flatnonzero(~chosen))
+    return classes
+
+
+def _step(x: FloatArray, stars: Stars, loss: Loss) -> tuple[float, float]:
+    """Move one class of vertices, in place; the loss before and after."""
+    owner = stars.owner
+    p, a, b = (x.take(ids, axis=0) for ids in (stars.vertices, stars.a, stars.b))
+    at, axes = p.take(owner, axis=0), np.stack(tangent_axes(p), axis=1)
+    old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
+                              for part in loss.model(at, a, b, axes.take(owner, axis=0)))
+    nearest = np.minimum.reduceat(dot(a - at, a - at), stars.start)
+    steps = _newton(gradient, hessian, _REACH * np.sqrt(nearest))
+    move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
+    new, rows = old.copy(), np.arange(len(p))
+    for length in _LENGTHS:
+        trial = unit_rows(p[rows] + length * move[rows])
+        x[stars.vertices[rows]] = trial
+        part, faces = stars.take(rows), np.isin(owner, rows)
+        value = np.add.reduceat(loss.take(faces).values(trial.take(part.owner, axis=0), a[faces], b[faces]), part.start)
+        better = (value < old[rows]) & proper(x, part)
+        new[rows[better]] = value[better]
+        rows = rows[~better]
+        x[stars.vertices[rows]] = p[rows]
+        if not len(rows):
+            break
+    return float(old.sum()), float(new.sum())
+
+
+def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
+    """Minimiser of each quadratic model in the plane, within a radius."""
+    xx, xy, yy = hessian.T
+    det = xx * yy - xy * xy
+    scale = np.where(det > 1e-12 * (xx + yy) ** 2, det, np.inf)
+    step = -np.stack((yy * gradient[:, 0] - xy * gradient[:, 1], xx * gradient[:, 1] - xy * gradient[:, 0]),
+                     axis=1) / scale[:, None]
+    length = np.sqrt(dot(step, step))
+    return step * np.minimum(1, longest / np.where(length > 0, length, 1))[:, None]

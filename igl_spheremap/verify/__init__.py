@@ -1,0 +1,1 @@
+"""The witness: certificates and distortion. It imports no solver."""

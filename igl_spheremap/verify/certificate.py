@@ -1,0 +1,215 @@
+"""The witness: is a map from a closed surface to the unit sphere free of foldings? Exact signs and exact degree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import igl.predicates
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..mesh.check import check_faces, check_rows
+from ..sphere.rows import along, row_dots
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Rows may leave the unit sphere by the rounding of a float32 file, no more.
+UNIT_TOLERANCE = 1e-6
+_ORIGIN = np.zeros((1, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What exact arithmetic says of a map to the sphere.
+
+    Attributes
+    ----------
+    flipped : int64 array
+        Faces whose image is oriented inwards: the foldings.
+    degenerate : int64 array
+        Faces whose image is flat: its plane holds the origin.
+    degree : int
+        How often the sphere is covered, counted with sign; 1 for a bijection. 0 where it could not be counted.
+    not_finite : int64 array
+        Vertices with a NaN or infinite coordinate.
+    off_sphere : int64 array
+        Vertices whose distance from the origin differs from 1 by more than 1e-6.
+    """
+
+    flipped: IntArray
+    degenerate: IntArray
+    degree: int
+    not_finite: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    off_sphere: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    @property
+    def folding_free(self) -> bool:
+        """True if the map is proved to be a homeomorphism onto the unit sphere."""
+        faults = len(self.flipped) + len(self.degenerate) + len(self.not_finite) + len(self.off_sphere)
+        return faults == 0 and self.degree == 1
+
+    @property
+    def foldings(self) -> int:
+        """Number of faces that are flipped or degenerate."""
+        return len(self.flipped) + len(self.degenerate)
+
+    def __bool__(self) -> bool:
+        return self.folding_free
+
+    def __str__(self) -> str:
+        if self.folding_free:
+            return "folding-free: every face is positively oriented and the sphere is covered once (exact)"
+        faults = [f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}" for bad, what in (
+            (self.not_finite, "vertices not finite"),
+            (self.off_sphere, "vertices off the unit sphere"),
+            (self.flipped, "flipped faces"),
+            (self.degenerate, "degenerate faces"),
+        ) if len(bad)]
+        if self.degree != 1 and not len(self.not_finite):
+            faults.append(f"the sphere is covered {self.degree} times")
+        return "not folding-free: " + "; ".join(faults)
+
+
+def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
+    """Certify a map of a closed genus-0 mesh to the unit sphere, from whatever program it comes.
+
+    The map sends each face to the spherical triangle of its image corners. It is a homeomorphism if (and, but
+    for degenerate faces, only if) every face is positively oriented and the degree is 1. Both are decided in exact
+    arithmetic on the numbers as they are given.
+
+    Parameters
+    ----------
+    x : (n, 3) array_like
+        Images of the vertices on the unit sphere.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh.
+
+    Returns
+    -------
+    Certificate
+        The foldings, the degree and the verdict ``folding_free``.
+
+    Raises
+    ------
+    MeshError
+        If `f` is no closed genus-0 mesh on the rows of `x`, or `x` is no (n, 3) array of real numbers.
+
+    References
+    ----------
+    Orientation by the adaptive exact predicates of Shewchuk 1997. That local orientation and degree 1 suffice is
+    argued in docs/guarantee.md.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> x = np.vstack((np.eye(3), -np.eye(3)))
+    >>> f = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    >>> ism.certify(x, f).folding_free
+    True
+    >>> ism.certify(-x, f).degree
+    -1
+    """
+    x = check_rows(x)
+    return certify_checked(x, check_faces(f, len(x)))
+
+
+def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
+    """Certificate of `x`, float64 rows, on faces that passed the gate already.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Images of the vertices.
+    f : (m, 3) int64 array
+        Faces that passed the gate.
+
+    Returns
+    -------
+    Certificate
+        As from `certify`.
+    """
+    nothing = np.empty(0, dtype=np.int64)
+    square = row_dots(x, x)
+    if not np.isfinite(square).all():
+        bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
+        if len(bad):
+            return Certificate(nothing, nothing, 0, not_finite=bad)
+    off_sphere = np.flatnonzero(np.abs(np.sqrt(square) - 1) > UNIT_TOLERANCE)
+    signs = orientation_signs(x, f)
+    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), _degree(x, f, signs),
+                       off_sphere=off_sphere)
+
+
+def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
+    """Exact orientation of each face as seen from the origin.
+
+    Parameters
+    ----------
+    x : (n, 3) float64 array
+        Finite positions.
+    f : (m, 3) int64 array
+        Faces.
+
+    Returns
+    -------
+    (m,) int64 array
+        +1 outward, -1 inward (a folding), 0 if the plane of the face holds the origin.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
+    array([ 1, -1])
+    """
+    if not len(f):  # libigl divides by the number of rows
+        return np.empty(0, dtype=np.int64)
+    corners = (x.take(f[:, k], axis=0) for k in range(3))
+    return np.asarray(igl.predicates.orient3d(*corners, _ORIGIN), dtype=np.int64)
+
+
+def _degree(x: FloatArray, f: IntArray, signs: IntArray) -> int:
+    """Sum of the signs of the faces over one direction in general position, exactly."""
+    for q in _directions(x, f, signs):
+        over = _faces_near(x, f, q)
+        if not len(over):
+            return 0
+        a, b, c = (x[f[over, k]] for k in range(3))
+        q_rows = np.broadcast_to(q, a.shape)
+        side = np.array([igl.predicates.orient3d(np.ascontiguousarray(q_rows), *pair, _ORIGIN)
+                         for pair in ((a, b), (b, c), (c, a))], dtype=np.int64).reshape(3, -1)
+        sign = signs[over]
+        inside = (side * sign).min(axis=0, initial=1)
+        on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
+        if not on_edge.any():  # else the count is not defined here: take another direction
+            return int(sign[inside > 0].sum())
+    return 0
+
+
+def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> list[FloatArray]:
+    """Directions to count at: inside some faces of the image, then fixed ones."""
+    proper = np.flatnonzero(signs)
+    chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
+    inside = [np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen]]
+    # Golden-angle points: in general position towards any mesh that was not made from them.
+    height = (np.arange(24) + 0.5) / 12 - 1
+    turn = np.arange(24) * 2.399963229728653 + 0.1
+    rim = np.sqrt(1 - height**2)
+    return inside + list(np.column_stack((rim * np.cos(turn), rim * np.sin(turn), height)))
+
+
+def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
+    """Faces that may hold direction `q`: a necessary test in floating point, with room for its rounding.
+
+    Seen along q, a cone that holds q has the origin in the bounding box of its corners.
+    """
+    q = q / np.linalg.norm(q)
+    room = 1e-14 * float(np.abs(x).max())
+    across = [along(x, axis) for axis in np.linalg.svd(q[None, :])[2][1:]]
+    # One bit for each half-plane that a vertex is in: a box holds the origin if its corners have all four.
+    sides = [half for s in across for half in (s <= room, s >= -room)] + [along(x, q) > -room]
+    bits = np.zeros(len(x), dtype=np.uint8)
+    for k, side in enumerate(sides):
+        bits |= side.astype(np.uint8) << np.uint8(k)
+    return np.flatnonzero((bits[f[:, 0]] | bits[f[:, 1]] | bits[f[:, 2]]) == 0b11111)

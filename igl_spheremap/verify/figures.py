@@ -1,0 +1,32 @@
+"""The figures of a result in words and numbers, for tables."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def angle_figures(differences: NDArray[np.float64]) -> dict[str, float]:
+    """How the sizes of the angle differences are spread.
+
+    Parameters
+    ----------
+    differences : (m, 3) float64 array
+        Degrees.
+
+    Returns
+    -------
+    dict
+        Mean, median, 95th and 99th percentile, and maximum, in degrees.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle_figures(np.array([[1.0, -2.0, 3.0]]))["median"]
+    2.0
+    """
+    size = np.abs(differences).ravel()
+    median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
+    return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
+
+
