@@ -1,11 +1,8 @@
 """The corpus of meshes, where there is one."""
 
-import os
-from pathlib import Path
 
 import pytest
-
-CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
+from corpus import CORPUS
 
 
 def pytest_collection_modifyitems(items):

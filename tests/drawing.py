@@ -5,11 +5,10 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from corpus import ROOT
 
-ROOT = Path(__file__).parents[1]
 DEMOS = ROOT / "demos"
 
 

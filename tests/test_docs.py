@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from corpus import ROOT
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -21,7 +22,6 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.main import COMMANDS, build_parser
 from igl_spheremap.io import FORMATS, write_mesh
 
-ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 BUILT = {DOCS / "_build", DOCS / "reference" / "generated"}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]

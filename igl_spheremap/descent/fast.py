@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
-from ..operators.operators import Metric
+from ..operators.operators import Operators
 from ..start.punctured import is_coarse, punctured_start
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
@@ -27,7 +27,7 @@ _FAR_LESS = 0.5
 
 def fast_map(
     mesh: Mesh,
-    metric: Metric,
+    operators: Operators,
     x: FloatArray | None = None,
     *,
     tolerance: float = TOLERANCE,
@@ -40,7 +40,7 @@ def fast_map(
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian.
     x : (n, 3) float64 array, optional
         Start; the punctured harmonic map by default.
@@ -58,8 +58,8 @@ def fast_map(
         energy has no useful minimiser: there the last iterate is the start, if that keeps angles better.
     """
     if x is None:
-        x = punctured_start(mesh, metric)
-    iterates = SobolevCayley(metric.L, metric.P, metric.factor, metric.A, mesh.f).iterates(x)
+        x = punctured_start(mesh, operators)
+    iterates = SobolevCayley(operators.L, operators.P, operators.factor, operators.A, mesh.f).iterates(x)
     first = next(iterates)
     minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
     last, stopped = minimum.last, minimum.status is Status.STOPPED

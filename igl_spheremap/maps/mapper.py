@@ -12,7 +12,7 @@ from ..descent.fast import TOLERANCE
 from ..descent.iterate import Listener
 from ..errors import MeshError
 from ..mesh.check import check_mesh
-from ..operators.operators import build_metric
+from ..operators.operators import build_operators
 from ..untangle.relax import Polish
 from .methods.auto import Gauge, check_choices, map_in_metric
 from .sphere_map import SphereMap
@@ -37,7 +37,7 @@ class SphereMapper:
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian.
 
     Raises
@@ -61,7 +61,7 @@ class SphereMapper:
 
     def __init__(self, v: ArrayLike, f: ArrayLike, backend: str = "auto") -> None:
         self.mesh = check_mesh(v, f)
-        self.metric = build_metric(self.mesh, backend)
+        self.operators = build_operators(self.mesh, backend)
 
     def map(
         self,
@@ -105,9 +105,9 @@ class SphereMapper:
         check_choices(gauge, polish)
         n = len(self.mesh.v)
         x = None if start is None else unit_rows(start, n)
-        metric = self.metric if weights is None else replace(self.metric, A=_shares(weights, n))
+        operators = self.operators if weights is None else replace(self.operators, A=_shares(weights, n))
         recorder = Recorder(listener)
-        draft = map_in_metric(self.mesh, metric, x, recorder, tolerance=tolerance, max_iterations=max_iterations,
+        draft = map_in_metric(self.mesh, operators, x, recorder, tolerance=tolerance, max_iterations=max_iterations,
                               gauge=gauge, polish=polish)
         options = {"gauge": gauge, "tolerance": tolerance, "max_iterations": max_iterations, "polish": polish}
         return finish(self.mesh, draft, recorder, "auto", options, began)

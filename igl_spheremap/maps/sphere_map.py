@@ -56,7 +56,7 @@ class SphereMap:
         The options that were given.
     gauge : str
         "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says so where huge faces do
-        not bear it. "axis", only if asked for: the two deepest tips at the poles.
+        not bear it. "poles", only if asked for: the two deepest tips at the poles.
     stretch : float
         How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to. Angles
         had to give there.

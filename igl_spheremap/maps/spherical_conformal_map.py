@@ -46,8 +46,8 @@ def spherical_conformal_map(
         Called with every `Iterate`; may raise StopIteration to end with what there is.
     **options
         The method's own, with its own defaults: see `igl_spheremap.maps.methods`. Those of "auto" are ``backend`` (the
-        factorisation), ``polish`` ("angles" or "mips"), ``gauge`` ("axis" for bodies beyond float64), ``tolerance`` and
-        ``max_iterations``.
+        factorisation), ``polish`` ("angles" or "mips"), ``gauge`` ("poles" for bodies beyond float64),
+        ``tolerance`` and ``max_iterations``.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
-from .operators import Metric
+from .operators import Operators
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,7 +39,7 @@ class Limb:
     edge: float
 
 
-def log_scale(mesh: Mesh, metric: Metric) -> FloatArray:
+def log_scale(mesh: Mesh, operators: Operators) -> FloatArray:
     """Foretell the logarithm of the map's local scale at each vertex, relative to the body.
 
     With a puncture at p in the body, ``L u = 4 pi delta_p - K`` makes the surface flat: u is the logarithm of
@@ -51,7 +51,7 @@ def log_scale(mesh: Mesh, metric: Metric) -> FloatArray:
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its Laplacian, factorised.
 
     Returns
@@ -67,14 +67,14 @@ def log_scale(mesh: Mesh, metric: Metric) -> FloatArray:
     n = len(mesh.v)
     angles = corner_angles(mesh.v, mesh.f)
     curvature = 2 * np.pi - np.bincount(mesh.f.ravel(), angles.ravel(), minlength=n)
-    curvature += (4 * np.pi - curvature.sum()) * metric.A  # 0 but for rounding
+    curvature += (4 * np.pi - curvature.sum()) * operators.A  # 0 but for rounding
     p = 0
     for _ in range(2):  # from anywhere, then from the middle of the body as seen from there
         load = -curvature
         load[p] += 4 * np.pi
-        u = metric.factor.solve(load)
+        u = operators.factor.solve(load)
         order = np.argsort(u)
-        middle = order[np.searchsorted(np.cumsum(metric.A[order]), 0.5)]
+        middle = order[np.searchsorted(np.cumsum(operators.A[order]), 0.5)]
         u -= u[middle]
         p = int(middle)
     return np.asarray(u)

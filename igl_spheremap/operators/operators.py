@@ -20,7 +20,7 @@ _REGULARISATION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Metric:
+class Operators:
     """L, the vertex areas, and P^-1 for P = L + 1e-9 M.
 
     Attributes
@@ -47,7 +47,7 @@ class Metric:
     notes: tuple[str, ...] = ()
 
 
-def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent") -> Metric:
+def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent") -> Operators:
     """Assemble and factorise, with other weights where the mesh's own do not bear it.
 
     Parameters
@@ -88,4 +88,4 @@ def build_metric(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangen
             notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             continue
         break
-    return Metric(L, P, A, factor, choice, tuple(notes))
+    return Operators(L, P, A, factor, choice, tuple(notes))

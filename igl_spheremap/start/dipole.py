@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..operators.factor import refined_solve
-from ..operators.operators import Metric
+from ..operators.operators import Operators
 
 ComplexArray = NDArray[np.complex128]
 
@@ -15,7 +15,7 @@ ComplexArray = NDArray[np.complex128]
 _ACCURACY = 1e-8
 
 
-def dipole_map(mesh: Mesh, metric: Metric, face: int) -> ComplexArray:
+def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     """Map a mesh to the plane with a pole inside one face.
 
     With a local coordinate w about the puncture, z = 1 / w solves ``Laplace z = 2 pi (d/dx - i d/dy) delta``.
@@ -25,7 +25,7 @@ def dipole_map(mesh: Mesh, metric: Metric, face: int) -> ComplexArray:
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian.
     face : int
         The punctured face.
@@ -46,7 +46,7 @@ def dipole_map(mesh: Mesh, metric: Metric, face: int) -> ComplexArray:
     gradients = 1j * opposite / (2 * _area(w))  # of the hat functions: opposite edge, turned inwards
     load = np.zeros((len(mesh.v), 2))
     load[corners] = np.column_stack((gradients.real, -gradients.imag))
-    z = refined_solve(metric.P, metric.factor, load, _ACCURACY)
+    z = refined_solve(operators.P, operators.factor, load, _ACCURACY)
     return np.asarray(z[:, 0] + 1j * z[:, 1])
 
 

@@ -11,7 +11,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
 from ..operators.factor import refined_solve
-from ..operators.operators import Metric
+from ..operators.operators import Operators
 from ..sphere.moebius import center
 from ..sphere.rows import dot
 from ..verify.distortion import mean_angle_difference
@@ -40,14 +40,14 @@ _ACCURACY = 1e-6
 _TRIES = 4
 
 
-def punctured_start(mesh: Mesh, metric: Metric, faces: Iterable[int] | None = None) -> FloatArray:
+def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> FloatArray:
     """Conformal map but for one face, as good as two solves can make it.
 
     Parameters
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian.
     faces : iterable of int, optional
         Faces to puncture, tried one after the other until a start is good; well-shaped ones by default.
@@ -64,16 +64,16 @@ def punctured_start(mesh: Mesh, metric: Metric, faces: Iterable[int] | None = No
     """
     tried = []
     for face in candidate_faces(mesh) if faces is None else faces:
-        z = _plane_map(mesh, metric, mesh.f[face])
+        z = _plane_map(mesh, operators, mesh.f[face])
         z, stretch = _unstretch(mesh, z)
-        x = center(to_sphere(z, metric.A), metric.A) if np.isfinite(z).all() else None
+        x = center(to_sphere(z, operators.A), operators.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        tried.append((0.5 * dot(x, metric.L @ x), x))
+        tried.append((0.5 * dot(x, operators.L @ x), x))
         if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not is_coarse(mesh, x):
             break
     if not tried:
-        return center(mesh_gauss_map(mesh), metric.A)
+        return center(mesh_gauss_map(mesh), operators.A)
     if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it says nothing
         return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
     return min(tried, key=lambda pair: pair[0])[1]
@@ -124,7 +124,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
 
 
-def _plane_map(mesh: Mesh, metric: Metric, corners: IntArray) -> ComplexArray:
+def _plane_map(mesh: Mesh, operators: Operators, corners: IntArray) -> ComplexArray:
     """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
 
     The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
@@ -134,7 +134,7 @@ def _plane_map(mesh: Mesh, metric: Metric, corners: IntArray) -> ComplexArray:
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
-    green = refined_solve(metric.P, metric.factor, loads, _ACCURACY)
+    green = refined_solve(operators.P, operators.factor, loads, _ACCURACY)
     p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
     side = max(float(np.linalg.norm(p)), 1e-300)
     along = p @ q / side

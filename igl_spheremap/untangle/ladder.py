@@ -14,7 +14,7 @@
    by a sweep over its vertices. One that is hardly conformal even so, or coarse, takes Newton steps too, while they
    gain much; and so does such a map that has no foldings, whose triangles are too thin or too large for the harmonic
    energy to tell.
-7. *axis*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
+7. *poles*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..operators.laplacian import laplacian
-from ..operators.operators import Metric, build_metric
+from ..operators.operators import Operators, build_operators
 from ..sphere.gauge import fix_gauge
 from ..start.punctured import is_coarse, punctured_start
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_angle_difference, mean_difference
-from .axis import axis_limbs
 from .depth import log_edges, middle_face, predicted_log_edges
 from .mend import mend_locally, relax_some, restore_gauge
 from .nested import solve_limbs
+from .poles import poles_limbs
 from .polish import match_angles
 from .relax import AngleLoss, descend
 
@@ -85,33 +85,33 @@ class Mended:
     stretch : float
         How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had
         to.
-    on_axis : bool
-        Whether the gauge is `axis_gauge`.
+    at_poles : bool
+        Whether the gauge is `poles_gauge`.
     """
 
     x: FloatArray
     certificate: Certificate
     rounds: tuple[Round, ...] = ()
     stretch: float = 1.0
-    on_axis: bool = False
+    at_poles: bool = False
 
 
-def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None = None, *,
-          axis: bool = False) -> Mended:
+def untangle(mesh: Mesh, operators: Operators, x: FloatArray, listener: Listener | None = None, *,
+          poles: bool = False) -> Mended:
     """Mend a map of the fast pipeline, by the cheapest rung that works.
 
     Parameters
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian.
     x : (n, 3) float64 array
         The map, in the gauge that the result is to have.
     listener : callable, optional
         Called with every rung's map.
-    axis : bool
-        Whether the gauge may be changed to `axis_gauge` for bodies beyond float64.
+    poles : bool
+        Whether the gauge may be changed to `poles_gauge` for bodies beyond float64.
 
     Returns
     -------
@@ -119,10 +119,10 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
         With `x` itself if that is free of foldings and no worse than hardly conformal.
     """
     certificate = certify_checked(x, mesh.f)
-    ladder = _Ladder(mesh, metric, listener)
+    ladder = _Ladder(mesh, operators, listener)
     if certificate.folding_free:
         y = _nearer(mesh, x)
-        if y is x and not axis:
+        if y is x and not poles:
             return Mended(x, certificate)
         ladder.add("map", x, certificate=certificate)
         if y is not x:
@@ -137,12 +137,12 @@ def climb(mesh: Mesh, metric: Metric, x: FloatArray, listener: Listener | None =
                     ladder.middle()
         ladder.embedding()
         ladder.angles()
-    if axis:
-        ladder.axis()
+    if poles:
+        ladder.poles()
     best = ladder.best()
-    if best.name in ("map", "axis"):
-        return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "axis")
-    x = restore_gauge(mesh, best.x, metric.A)
+    if best.name in ("map", "poles"):
+        return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "poles")
+    x = restore_gauge(mesh, best.x, operators.A)
     return Mended(x, certify_checked(x, mesh.f), tuple(ladder.rounds), best.stretch)
 
 
@@ -175,11 +175,11 @@ class _Candidate:
 class _Ladder:
     """The maps that were tried so far, and the rungs that make others."""
 
-    def __init__(self, mesh: Mesh, metric: Metric, listener: Listener | None) -> None:
+    def __init__(self, mesh: Mesh, operators: Operators, listener: Listener | None) -> None:
         self.mesh, self.listener = mesh, listener
         self.tried: list[_Candidate] = []
         self.rounds: list[Round] = []
-        self._metric, self._began = metric, time.perf_counter()
+        self._metric, self._began = operators, time.perf_counter()
 
     def nearly(self, few: tuple[int, float]) -> bool:
         """Whether the last map has so few foldings that they are mended where they are."""
@@ -187,36 +187,37 @@ class _Ladder:
         return certificate.degree == 1 and certificate.foldings <= max(few[0], few[1] * len(self.mesh.f))
 
     @cached_property
-    def metric(self) -> Metric:
+    def operators(self) -> Operators:
         """Laplacian of intrinsic Delaunay weights, factorised, with the same areas to balance."""
         if self._metric.weights == "delaunay":
             return self._metric
-        return replace(build_metric(self.mesh, self._metric.factor.backend, "delaunay"), A=self._metric.A)
+        return replace(build_operators(self.mesh, self._metric.factor.backend, "delaunay"), A=self._metric.A)
 
     def delaunay(self) -> None:
         """The harmonic map of the intrinsic Delaunay weights."""
         if self._metric.weights != "delaunay":
-            x = fix_gauge(self.mesh, fast_map(self.mesh, self.metric).last.x, self.metric.A)
+            x = fix_gauge(self.mesh, fast_map(self.mesh, self.operators).last.x, self.operators.A)
             self.add("delaunay", self._settled(x))
 
     def limbs(self) -> None:
         """The last map, its deep limbs solved again."""
         x = self.tried[-1].x
-        depth = -predicted_log_edges(self.mesh.v, self.mesh.f, x, self.metric.factor, self.metric.A)
+        depth = -predicted_log_edges(self.mesh.v, self.mesh.f, x, self.operators.factor, self.operators.A)
         if not _DEEP <= depth.max() < np.inf:  # nor a NaN, where positions mean nothing
             return
         for weights in ("delaunay", "mollified"):
-            L = self.metric.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
+            L = self.operators.L if weights == "delaunay" else laplacian(self.mesh.v, self.mesh.f, weights)
             with suppress(FactorisationFailed):
-                limbs = solve_limbs(x, L, depth, self.metric.A)
+                limbs = solve_limbs(x, L, depth, self.operators.A)
                 self.add("limbs", self._settled(limbs.onto_sphere(x)), limbs.stretch)
             if self.nearly(_FEW):
                 break
 
     def middle(self) -> None:
         """The map punctured halfway between the deepest tips, and its deep limbs solved again."""
-        start = punctured_start(self.mesh, self.metric, [middle_face(self.mesh.v, self.mesh.f, self.metric.factor)])
-        x = fix_gauge(self.mesh, fast_map(self.mesh, self.metric, start).last.x, self.metric.A)
+        face = middle_face(self.mesh.v, self.mesh.f, self.operators.factor)
+        start = punctured_start(self.mesh, self.operators, [face])
+        x = fix_gauge(self.mesh, fast_map(self.mesh, self.operators, start).last.x, self.operators.A)
         self.add("middle", self._settled(x))
         if not self.nearly(_FEW):
             self.limbs()
@@ -241,18 +242,18 @@ class _Ladder:
             x = match_angles(self.mesh, x, np.zeros(3), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
         self.add("angles", x, best.stretch)
 
-    def axis(self) -> None:
+    def poles(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
-        best, metric = self.best(), self.metric
+        best, operators = self.best(), self.operators
         if log_edges(best.x, self.mesh.f).min() > -_ROUNDED:
             return
         try:
-            x, limbs = axis_limbs(self.mesh.v, self.mesh.f, best.x, metric.L, metric.factor, metric.A)
+            x, limbs = poles_limbs(self.mesh.v, self.mesh.f, best.x, operators.L, operators.factor, operators.A)
         except FactorisationFailed:
             return
         if not certify_checked(x, self.mesh.f).folding_free:
             x = mend_locally(self.mesh, x)
-        self.add("axis", self._swept(x), limbs.stretch)
+        self.add("poles", self._swept(x), limbs.stretch)
 
     def _swept(self, x: FloatArray) -> FloatArray:
         """A map after one sweep of descent on the angle differences."""

@@ -103,14 +103,14 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     if free and not is_coarse(mesh, x):
         return y
     if not free:
-        if not is_astray(x, A):
+        if not is_off_centre(x, A):
             return x
         y = mend_locally(mesh, y)
     worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x
 
 
-def is_astray(x: FloatArray, A: FloatArray) -> bool:
+def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
     """Whether the source's area has its centroid in the image off the origin by more than is worth mending.
 
     Parameters

@@ -10,7 +10,7 @@ from typing import Any
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.quality import MeshQuality, checked_quality
 from ...operators.limb_scale import FLOAT64_LIMIT, Limb, deep_limbs, log_scale, shortest_image_edges
-from ...operators.operators import build_metric
+from ...operators.operators import build_operators
 from .command import Command
 from .exits import Exit
 from .output import add_output, check_json, put_out, row
@@ -53,8 +53,8 @@ def run(args: Namespace) -> Exit:
     tell_repairs(source)
     mesh = check_mesh(source.v, source.f)
     quality = checked_quality(mesh)
-    metric = build_metric(mesh)
-    scale = log_scale(mesh, metric)
+    operators = build_operators(mesh)
+    scale = log_scale(mesh, operators)
     limbs = deep_limbs(mesh, scale)
     shortest = float(shortest_image_edges(mesh, scale).min())
     figures: dict[str, Any] = {
@@ -66,8 +66,8 @@ def run(args: Namespace) -> Exit:
         "genus": 0,
         "components": 1,
         **asdict(quality),
-        "weights": metric.weights,
-        "notes": metric.notes,
+        "weights": operators.weights,
+        "notes": operators.notes,
         "shortest_image_edge": shortest,
         "deep_limbs": [asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs],
     }

@@ -48,7 +48,7 @@ def configure(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--gauge",
         choices=get_args(Gauge),
-        help="axis: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
+        help="poles: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
     )
 
 
@@ -234,7 +234,7 @@ def _beyond_float64(result: SphereMap) -> list[str]:
     """What had to give where limbs are too deep for floating point."""
     if result.stretch == 1:
         return []
-    advice = "" if result.gauge == "axis" else "; --gauge axis may do better"
+    advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
     return [row("stretch", f"limbs beyond float64 are drawn out {result.stretch:.3g} times as long{advice}")]
 
 

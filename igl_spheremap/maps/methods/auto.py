@@ -11,17 +11,17 @@ from ...descent.fast import TOLERANCE, fast_map
 from ...descent.iterate import Listener, Status
 from ...descent.problem import HarmonicEnergy
 from ...mesh.check import Mesh
-from ...operators.operators import Metric, build_metric
+from ...operators.operators import Operators, build_operators
 from ...sphere.gauge import fix_gauge
-from ...untangle.ladder import climb
-from ...untangle.mend import is_astray, restore_gauge
+from ...untangle.ladder import untangle
+from ...untangle.mend import is_off_centre, restore_gauge
 from ...untangle.polish import polish_map
 from ...untangle.relax import Polish
 from ...verify.certificate import certify_checked
 from .draft import Draft
 
 FloatArray = NDArray[np.float64]
-Gauge = Literal["centred", "axis"]
+Gauge = Literal["centred", "poles"]
 
 
 def auto(
@@ -49,8 +49,8 @@ def auto(
         Steps at the most.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`.
-    gauge : {"centred", "axis"}
-        "axis" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
+    gauge : {"centred", "poles"}
+        "poles" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
         the map is better for it; the result's ``gauge`` tells.
     polish : {"angles", "mips"}, optional
         Lower the angle differences themselves (the mean falls by 10 percent or more on many meshes), or the MIPS
@@ -67,7 +67,7 @@ def auto(
         If `backend`, `gauge` or `polish` is unknown.
     """
     check_choices(gauge, polish)
-    return map_in_metric(mesh, build_metric(mesh, backend), None, listener, tolerance=tolerance,
+    return map_in_metric(mesh, build_operators(mesh, backend), None, listener, tolerance=tolerance,
                          max_iterations=max_iterations, gauge=gauge, polish=polish)
 
 
@@ -84,13 +84,13 @@ def check_choices(gauge: str, polish: str | None) -> None:
     ValueError
         If one is unknown.
     """
-    if gauge not in ("centred", "axis"):
-        raise ValueError(f"unknown gauge {gauge!r}: choose 'centred' or 'axis'")
+    if gauge not in ("centred", "poles"):
+        raise ValueError(f"unknown gauge {gauge!r}: choose 'centred' or 'poles'")
     if polish not in (None, "angles", "mips"):
         raise ValueError(f"unknown polish {polish!r}: choose 'angles' or 'mips'")
 
 
-def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener: Listener | None, *,
+def map_in_metric(mesh: Mesh, operators: Operators, start: FloatArray | None, listener: Listener | None, *,
                   tolerance: float, max_iterations: int, gauge: Gauge, polish: Polish | None) -> Draft:
     """What `auto` does once the Laplacian is factorised.
 
@@ -98,7 +98,7 @@ def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener
     ----------
     mesh : Mesh
         The checked source.
-    metric : Metric
+    operators : Operators
         Its factorised Laplacian; its areas `A` are what the gauge balances.
     start : (n, 3) float64 array, optional
         Unit rows; the punctured harmonic map by default.
@@ -110,24 +110,24 @@ def map_in_metric(mesh: Mesh, metric: Metric, start: FloatArray | None, listener
     Draft
         Certified folding-free, unless a listener stopped it.
     """
-    minimum = fast_map(mesh, metric, start, tolerance=tolerance, max_iterations=max_iterations, listener=listener)
-    x, energy, status = fix_gauge(mesh, minimum.last.x, metric.A), minimum.last.energy, minimum.status
+    minimum = fast_map(mesh, operators, start, tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+    x, energy, status = fix_gauge(mesh, minimum.last.x, operators.A), minimum.last.energy, minimum.status
     try:
-        mended = None if status is Status.STOPPED else climb(mesh, metric, x, listener, axis=gauge == "axis")
+        mended = None if status is Status.STOPPED else untangle(mesh, operators, x, listener, poles=gauge == "poles")
     except StopIteration:
         mended = None
     if mended is None:
-        return Draft(x, energy, Status.STOPPED, backend=metric.factor.backend, notes=metric.notes,
+        return Draft(x, energy, Status.STOPPED, backend=operators.factor.backend, notes=operators.notes,
                      certificate=certify_checked(x, mesh.f))
     y, certificate = mended.x, mended.certificate
     if polish is not None:
         y = polish_map(mesh, y, polish)
-        y = y if mended.on_axis else restore_gauge(mesh, y, metric.A)
+        y = y if mended.at_poles else restore_gauge(mesh, y, operators.A)
         certificate = certify_checked(y, mesh.f)
-    notes = metric.notes
-    if not mended.on_axis and is_astray(y, metric.A):
+    notes = operators.notes
+    if not mended.at_poles and is_off_centre(y, operators.A):
         notes = (*notes, "not Moebius-centred, which would fold huge faces or spoil their angles")
     if y is not x:
-        energy = HarmonicEnergy(metric.L).evaluate(y)[0]
-    return Draft(y, energy, status, mended.rounds, metric.factor.backend, notes, certificate,
-                 "axis" if mended.on_axis else "centred", mended.stretch)
+        energy = HarmonicEnergy(operators.L).evaluate(y)[0]
+    return Draft(y, energy, status, mended.rounds, operators.factor.backend, notes, certificate,
+                 "poles" if mended.at_poles else "centred", mended.stretch)

@@ -34,7 +34,7 @@ class Draft:
     certificate : Certificate, optional
         Of `x`, which is in its final gauge then and may not be moved any more.
     gauge : str
-        Which gauge the result is in: "centred", or "axis".
+        Which gauge the result is in: "centred", or "poles".
     stretch : float
         How far limbs beyond the reach of float64 had to be drawn out; 1 if none had to.
     """

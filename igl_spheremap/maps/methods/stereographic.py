@@ -10,7 +10,7 @@ import numpy as np
 from ...descent.iterate import Iterate, Listener, Status
 from ...errors import MapError
 from ...mesh.check import Mesh
-from ...operators.operators import Metric, build_metric
+from ...operators.operators import Operators, build_operators
 from ...sphere.moebius import center
 from ...start.dipole import dipole_map
 from ...start.flat_metric import ComplexArray, FlatMetric, flat_metric, lay_out
@@ -79,35 +79,35 @@ def stereographic(
     if plane not in _PLANES:
         raise ValueError(f"unknown plane map {plane!r}: choose one of {', '.join(_PLANES)}")
     faces = candidate_faces(mesh) if puncture is None else iter([int(puncture)])
-    metric = build_metric(mesh, backend)
+    operators = build_operators(mesh, backend)
     if plane == "laplace-beltrami":
         face = next(faces)
-        z, notes = dipole_map(mesh, metric, face), [f"face {face} is punctured"]
+        z, notes = dipole_map(mesh, operators, face), [f"face {face} is punctured"]
     else:
-        z, notes = _flattened(mesh, metric, faces, tolerance, max_iterations)
+        z, notes = _flattened(mesh, operators, faces, tolerance, max_iterations)
     near = np.isfinite(z)
     if near.sum() < len(z) - 1:
         raise MapError("the plane map is not finite; puncture another face")
     x = np.tile([0.0, 0.0, -1.0], (len(z), 1))
-    x[near] = to_sphere(z[near], metric.A[near])
-    x = center(x, metric.A)
-    energy = 0.5 * float(np.vdot(x, metric.L @ x))
+    x[near] = to_sphere(z[near], operators.A[near])
+    x = center(x, operators.A)
+    energy = 0.5 * float(np.vdot(x, operators.L @ x))
     status = Status.CONVERGED
     try:
         if listener is not None:
             listener(Iterate("stereographic", 0, 1, x, energy))
     except StopIteration:
         status = Status.STOPPED
-    return Draft(x, energy, status, backend=metric.factor.backend, notes=(*metric.notes, *notes))
+    return Draft(x, energy, status, backend=operators.factor.backend, notes=(*operators.notes, *notes))
 
 
 def _flattened(
-    mesh: Mesh, metric: Metric, faces: Iterator[int], tolerance: float, max_iterations: int
+    mesh: Mesh, operators: Operators, faces: Iterator[int], tolerance: float, max_iterations: int
 ) -> tuple[ComplexArray, list[str]]:
     """The conformally equivalent plane map that breaks the fewest faces, and what there is to say of it."""
     best: tuple[int, FlatMetric] | None = None
     for face in faces:
-        first = to_sphere(dipole_map(mesh, metric, face), metric.A)
+        first = to_sphere(dipole_map(mesh, operators, face), operators.A)
         flat = flat_metric(
             mesh, int(mesh.f[face, 0]), first, tolerance=tolerance, max_iterations=max_iterations
         )

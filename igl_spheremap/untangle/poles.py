@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def axis_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> FloatArray:
+def poles_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> FloatArray:
     """Moebius map of `x` with two vertices at the poles and as much area in the north as in the south.
 
     Parameters
@@ -54,7 +54,7 @@ def axis_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> FloatA
     return y
 
 
-def axis_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, factor: Factor,
+def poles_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, factor: Factor,
                area: FloatArray) -> tuple[FloatArray, Limbs]:
     """Put the tips of the two deepest limbs at the poles, and solve all limbs there.
 
@@ -87,7 +87,7 @@ def axis_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, fact
     """
     depth = -predicted_log_edges(v, f, x, factor, area)
     tips = _tips(x, depth)
-    x = axis_gauge(x, tips, area)
+    x = poles_gauge(x, tips, area)
     depth = -predicted_log_edges(v, f, x, factor, area)
     limbs = solve_limbs(x, L, depth, area, tips)
     return limbs.onto_sphere(x, tips), limbs

@@ -11,11 +11,11 @@ from igl_spheremap.descent.fast import fast_map
 from igl_spheremap.errors import MeshError
 from igl_spheremap.maps.repair_foldings import repair_foldings
 from igl_spheremap.mesh.check import check_mesh
-from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
-from igl_spheremap.untangle.ladder import climb
-from igl_spheremap.untangle.mend import is_astray, mend_locally, restore_gauge
+from igl_spheremap.untangle.ladder import untangle
+from igl_spheremap.untangle.mend import is_off_centre, mend_locally, restore_gauge
 from igl_spheremap.untangle.rounding import certified_float32
 from igl_spheremap.verify.certificate import certify, certify_checked
 from igl_spheremap.verify.distortion import angle_differences
@@ -23,8 +23,8 @@ from igl_spheremap.verify.distortion import angle_differences
 
 def _mapped(name, **parameters):
     mesh = check_mesh(*samples.make(name, **parameters))
-    metric = build_metric(mesh)
-    return mesh, metric, fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
+    operators = build_operators(mesh)
+    return mesh, operators, fix_gauge(mesh, fast_map(mesh, operators).last.x, operators.A)
 
 
 def _mean(mesh, x):
@@ -39,24 +39,24 @@ def spheroid():
 @pytest.fixture(scope="module")
 def folded(spheroid):
     """A good map with two neighbours exchanged."""
-    mesh, metric, x = spheroid
+    mesh, operators, x = spheroid
     y = x.copy()
     y[mesh.f[7, :2]] = x[mesh.f[7, 1::-1]]
     assert certify(y, mesh.f).foldings
-    return mesh, metric, y
+    return mesh, operators, y
 
 
 def test_a_map_without_foldings_is_handed_back(spheroid):
-    mesh, metric, x = spheroid
-    mended = climb(mesh, metric, x)
+    mesh, operators, x = spheroid
+    mended = untangle(mesh, operators, x)
     assert mended.x is x
     assert mended.rounds == ()
     assert mended.stretch == 1
 
 
 def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
-    mesh, metric, x = folded
-    mended = climb(mesh, metric, x)
+    mesh, operators, x = folded
+    mended = untangle(mesh, operators, x)
     assert mended.certificate.folding_free
     assert [r.start for r in mended.rounds] == ["map", "embedding"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
@@ -66,34 +66,34 @@ def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
 
 
 def test_a_mended_map_is_in_the_gauge(folded):
-    mesh, metric, x = folded
-    assert np.linalg.norm(metric.A @ mend_locally(mesh, x)) > 1e-12
-    mended = climb(mesh, metric, x)
-    assert np.linalg.norm(metric.A @ mended.x) < 1e-12
-    assert np.abs(fix_gauge(mesh, mended.x, metric.A) - mended.x).max() < 1e-12
+    mesh, operators, x = folded
+    assert np.linalg.norm(operators.A @ mend_locally(mesh, x)) > 1e-12
+    mended = untangle(mesh, operators, x)
+    assert np.linalg.norm(operators.A @ mended.x) < 1e-12
+    assert np.abs(fix_gauge(mesh, mended.x, operators.A) - mended.x).max() < 1e-12
 
 
 def test_what_rounding_folds_in_the_gauge_is_mended_or_left():
-    mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
-    y = mend_locally(mesh, center(climb(mesh, metric, x).x, np.full(len(x), 1 / len(x))))
-    z = restore_gauge(mesh, y, metric.A)
+    mesh, operators, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
+    y = mend_locally(mesh, center(untangle(mesh, operators, x).x, np.full(len(x), 1 / len(x))))
+    z = restore_gauge(mesh, y, operators.A)
     assert certify(z, mesh.f).folding_free
-    assert np.linalg.norm(metric.A @ z) < max(1e-3, np.linalg.norm(metric.A @ y) / 10)
+    assert np.linalg.norm(operators.A @ z) < max(1e-3, np.linalg.norm(operators.A @ y) / 10)
 
 
 def test_a_coarse_map_far_from_conformal_is_brought_nearer_but_only_if_that_gains_much():
     v, f = _rod()
     mesh = check_mesh(v, f)
-    metric = build_metric(mesh)
-    x = fix_gauge(mesh, fast_map(mesh, metric).last.x, metric.A)
+    operators = build_operators(mesh)
+    x = fix_gauge(mesh, fast_map(mesh, operators).last.x, operators.A)
     assert certify(x, f).folding_free
-    mended = climb(mesh, metric, x)
+    mended = untangle(mesh, operators, x)
     assert mended.certificate.folding_free
     assert [r.start for r in mended.rounds] == ["map", "angles"]
     assert _mean(mesh, mended.x) < 0.5 * _mean(mesh, x)
-    mesh, metric, x = _mapped("octopus", n_vertices=1500)
+    mesh, operators, x = _mapped("octopus", n_vertices=1500)
     assert _mean(mesh, x) > 7
-    assert climb(mesh, metric, x).x is x
+    assert untangle(mesh, operators, x).x is x
 
 
 def _rod():
@@ -109,31 +109,31 @@ def _rod():
 
 
 def test_long_arms_come_back_certified_and_conformal():
-    mesh, metric, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
+    mesh, operators, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
     assert not certify_checked(x, mesh.f).folding_free
     seen = []
-    mended = climb(mesh, metric, x, seen.append)
+    mended = untangle(mesh, operators, x, seen.append)
     assert certify(mended.x, mesh.f).folding_free
     assert mended.stretch > 1
     assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in mended.rounds]
     assert _mean(mesh, mended.x) < _mean(mesh, x)
 
 
-def test_the_axis_gauge_holds_a_spring_better():
-    mesh, metric, x = _mapped("spring", n_vertices=9000)
-    plain, axis = (climb(mesh, metric, x, axis=axis) for axis in (False, True))
+def test_the_poles_gauge_holds_a_spring_better():
+    mesh, operators, x = _mapped("spring", n_vertices=9000)
+    plain, at_poles = (untangle(mesh, operators, x, poles=poles) for poles in (False, True))
     assert plain.certificate.folding_free
-    assert axis.certificate.folding_free
-    assert axis.on_axis
-    assert not plain.on_axis
-    assert _mean(mesh, axis.x) < _mean(mesh, plain.x) / 2
-    assert np.abs(axis.x[:, 2]).max() == 1
+    assert at_poles.certificate.folding_free
+    assert at_poles.at_poles
+    assert not plain.at_poles
+    assert _mean(mesh, at_poles.x) < _mean(mesh, plain.x) / 2
+    assert np.abs(at_poles.x[:, 2]).max() == 1
 
 
-def test_the_axis_gauge_is_left_alone_where_float64_suffices(spheroid):
-    mesh, metric, x = spheroid
-    mended = climb(mesh, metric, x, axis=True)
-    assert not mended.on_axis
+def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
+    mesh, operators, x = spheroid
+    mended = untangle(mesh, operators, x, poles=True)
+    assert not mended.at_poles
     assert (mended.x == x).all()
 
 
@@ -197,6 +197,6 @@ def test_float32_says_so_where_it_has_no_room():
 
 
 def test_a_centroid_off_the_origin_is_astray(spheroid):
-    mesh, metric, x = spheroid
-    assert not is_astray(x, metric.A)
-    assert is_astray(center(x, np.where(mesh.v[:, 2] > 0, 2.0, 1.0) * metric.A), metric.A)
+    mesh, operators, x = spheroid
+    assert not is_off_centre(x, operators.A)
+    assert is_off_centre(center(x, np.where(mesh.v[:, 2] > 0, 2.0, 1.0) * operators.A), operators.A)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+from corpus import CORPUS
 
 from igl_spheremap import MeshError, check_mesh, samples
 from igl_spheremap.io import read_mesh
 from igl_spheremap.mesh.clean import repair_mesh, weld
-
-CORPUS = Path(os.environ.get("IGL_SPHEREMAP_MESHES", Path(__file__).parents[2] / "shared" / "meshes"))
 
 
 @pytest.fixture

@@ -13,18 +13,18 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles
 from igl_spheremap.operators.laplacian import laplacian, vertex_areas
-from igl_spheremap.operators.operators import build_metric
-from igl_spheremap.untangle.axis import _turn_north, axis_gauge, axis_limbs
+from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.untangle.depth import log_edges, middle_face, predicted_log_edges
 from igl_spheremap.untangle.nested import _from_chart, _to_chart, solve_limbs
+from igl_spheremap.untangle.poles import _turn_north, poles_gauge, poles_limbs
 from igl_spheremap.verify.certificate import orientation_signs
 
 
 def _mapped(name, **parameters):
     mesh = check_mesh(*samples.make(name, **parameters))
-    metric = build_metric(mesh, weights="delaunay")
-    x = fast_map(mesh, metric).last.x
-    return mesh, metric, x, -predicted_log_edges(mesh.v, mesh.f, x, metric.factor, metric.A)
+    operators = build_operators(mesh, weights="delaunay")
+    x = fast_map(mesh, operators).last.x
+    return mesh, operators, x, -predicted_log_edges(mesh.v, mesh.f, x, operators.factor, operators.A)
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,8 @@ def test_log_edges_of_a_regular_solid():
 
 
 def test_limbs_solved_in_frames_agree_with_the_solution_as_a_whole(octopus):
-    mesh, metric, x, depth = octopus
-    limbs = solve_limbs(x, metric.L, depth, metric.A)
+    mesh, operators, x, depth = octopus
+    limbs = solve_limbs(x, operators.L, depth, operators.A)
     assert limbs.stretch == 1
     assert limbs.parent.max() >= 0
     y = limbs.onto_sphere(x)
@@ -117,10 +117,10 @@ def test_a_turn_to_the_north_is_a_rotation(p):
     assert np.allclose(turn @ p, [0, 0, 1])
 
 
-def test_the_axis_gauge_is_a_moebius_map_with_tips_at_the_poles():
+def test_the_poles_gauge_is_a_moebius_map_with_tips_at_the_poles():
     x, f = icosphere(3)
     area = np.ones(len(x))
-    y = axis_gauge(x, (3, 77), area)
+    y = poles_gauge(x, (3, 77), area)
     assert (y[3] == [0, 0, 1]).all()
     assert (y[77] == [0, 0, -1]).all()
     assert abs(y[:, 2].mean()) < 1e-9
@@ -134,10 +134,10 @@ def test_the_axis_gauge_is_a_moebius_map_with_tips_at_the_poles():
 
 
 def test_a_spring_beyond_float64_is_held_on_the_axis():
-    mesh, metric, x, depth = _mapped("spring", n_vertices=9000)
+    mesh, operators, x, depth = _mapped("spring", n_vertices=9000)
     assert depth.max() > 40
-    x = solve_limbs(x, metric.L, depth, metric.A).onto_sphere(x)
-    y, limbs = axis_limbs(mesh.v, mesh.f, x, metric.L, metric.factor, metric.A)
+    x = solve_limbs(x, operators.L, depth, operators.A).onto_sphere(x)
+    y, limbs = poles_limbs(mesh.v, mesh.f, x, operators.L, operators.factor, operators.A)
     assert limbs.stretch == 1
     assert (orientation_signs(y, mesh.f) > 0).all()
     assert log_edges(y, mesh.f).min() < -40
@@ -163,9 +163,9 @@ def _worm(turns_of_length):
 
 def test_the_middle_of_a_worm_is_half_way():
     mesh = _worm(12)
-    metric = build_metric(mesh, weights="delaunay")
+    operators = build_operators(mesh, weights="delaunay")
     z = mesh.v[:, 2]
-    middle = z[mesh.f[middle_face(mesh.v, mesh.f, metric.factor)]].mean()
+    middle = z[mesh.f[middle_face(mesh.v, mesh.f, operators.factor)]].mean()
     assert abs(middle - (z.max() + z.min()) / 2) < 0.05 * np.ptp(z)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from igl_spheremap import samples
 from igl_spheremap.descent.fast import fast_map
 from igl_spheremap.mesh.check import check_mesh
-from igl_spheremap.operators.operators import build_metric
+from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.start.punctured import is_coarse, punctured_start
 from igl_spheremap.verify.distortion import mean_angle_difference
 
@@ -19,10 +19,10 @@ def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads()
     f = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
                  + [face for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)) for face in ([a, b, b + 4], [a, b + 4, a + 4])])
     mesh = check_mesh(v, f)
-    metric = build_metric(mesh)
-    start = punctured_start(mesh, metric)
+    operators = build_operators(mesh)
+    start = punctured_start(mesh, operators)
     seen = []
-    last = fast_map(mesh, metric, listener=lambda iterate: seen.append(iterate.x)).last.x
+    last = fast_map(mesh, operators, listener=lambda iterate: seen.append(iterate.x)).last.x
     assert is_coarse(mesh, last)
     mean = mean_angle_difference(mesh, last)
     assert mean == min(mean_angle_difference(mesh, x) for x in (seen[0], seen[-1]))
@@ -32,5 +32,5 @@ def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads()
 def test_a_fine_map_is_not_coarse():
     v, f = samples.make("spheroid", n_vertices=500)
     mesh = check_mesh(v, f)
-    assert not is_coarse(mesh, fast_map(mesh, build_metric(mesh)).last.x)
+    assert not is_coarse(mesh, fast_map(mesh, build_operators(mesh)).last.x)
     assert is_coarse(mesh, np.tile([0.0, 0.0, 1.0], (len(v), 1)))
