@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import platform
 import sys
@@ -19,7 +18,7 @@ from ..descent.iterate import Round
 from ..descent.recording import Recording
 from ..draw.markup import page, picture, table
 from ..draw.plot import plot_run
-from ..errors import DisplayError
+from ..errors import DisplayError, import_optional
 from ..maps.sphere_map import SphereMap, result_rows
 from ..mesh.check import Mesh, check_mesh
 from .viewer import SUBJECTS, picture_of
@@ -149,7 +148,7 @@ def _shot(mesh: Mesh, x: NDArray[np.float64], title: str, subject: str, up: str)
 
 def _smaller(path: Path) -> bytes:
     """A picture in a palette of 256 colours, a fifth as large; Pillow comes with matplotlib."""
-    images = importlib.import_module("PIL.Image")
+    images = import_optional("PIL.Image", "a report", "plot")
     stream = io.BytesIO()
     with images.open(path) as image:
         image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(stream, "PNG", optimize=True)
@@ -160,7 +159,7 @@ def _curves(result: SphereMap, recording: Recording) -> str:
     figure = plot_run(recording.history, recording.foldings, result.angle_differences())
     stream = io.StringIO()
     same_names = {"svg.hashsalt": "igl_spheremap"}
-    with importlib.import_module("matplotlib").rc_context(same_names):
+    with import_optional("matplotlib", "a report", "plot").rc_context(same_names):
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = stream.getvalue()
     return text[text.index("<svg") :]

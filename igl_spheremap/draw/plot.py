@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import itertools
 import math
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError
+from ..errors import import_optional
 
 if TYPE_CHECKING:
     from ..descent.iterate import Step
@@ -52,10 +51,7 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     ----------
     Lai et al., Figs. 4 and 10.
     """
-    try:
-        figure_module = importlib.import_module("matplotlib.figure")
-    except ImportError:
-        raise FileError("plots need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'") from None
+    figure_module = import_optional("matplotlib.figure", "a plot", "plot")
     count = 2 if foldings is None else 3
     # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
     shown = type("Figure", (figure_module.Figure,), {"_repr_png_": _png})

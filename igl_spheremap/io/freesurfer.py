@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .extras import need
+from ..errors import import_optional
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
@@ -45,7 +45,7 @@ def read(path: Path) -> RawMesh:
     FileError
         If nibabel is not installed.
     """
-    freesurfer = need("nibabel.freesurfer", "FreeSurfer geometry")
+    freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # files without the volume's geometry are in order
         v, f, volume = freesurfer.read_geometry(path, read_metadata=True)
@@ -71,7 +71,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     -------
     None
     """
-    freesurfer = need("nibabel.freesurfer", "FreeSurfer geometry")
+    freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
     freesurfer.write_geometry(
         path, v, f, create_stamp="created by igl_spheremap", volume_info=metadata.get("volume")
     )
@@ -94,7 +94,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     None
     """
     (values,) = maps.values()
-    need("nibabel.freesurfer", "FreeSurfer data").write_morph_data(path, values)
+    import_optional("nibabel.freesurfer", "FreeSurfer data", "io").write_morph_data(path, values)
 
 
 FORMAT = Format(

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import MeshError
-from .extras import need
+from ..errors import MeshError, import_optional
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
@@ -37,7 +36,7 @@ def read(path: Path) -> RawMesh:
     FileError
         If nibabel is not installed.
     """
-    gifti = need("nibabel.gifti", "GIFTI")
+    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     content = path.read_bytes()
     image = gifti.GiftiImage.from_bytes(gzip.decompress(content) if content.startswith(_GZIP) else content)
     points = image.get_arrays_from_intent("NIFTI_INTENT_POINTSET")
@@ -74,7 +73,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     -------
     None
     """
-    gifti = need("nibabel.gifti", "GIFTI")
+    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     meta = _meta(gifti, metadata, GeometricType=metadata.get("geometric_type", "Anatomical"))
     arrays = [
         gifti.GiftiDataArray(
@@ -110,7 +109,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     -------
     None
     """
-    gifti = need("nibabel.gifti", "GIFTI")
+    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     arrays = [
         gifti.GiftiDataArray(
             values.astype(np.float32),

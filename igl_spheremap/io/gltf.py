@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import MeshError
-from .extras import need
+from ..errors import MeshError, import_optional
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
@@ -32,7 +31,7 @@ def read(path: Path) -> RawMesh:
     FileError
         If trimesh is not installed.
     """
-    trimesh = need("trimesh", "glTF")
+    trimesh = import_optional("trimesh", "glTF", "io")
     scene = trimesh.load_scene(path, process=False)
     meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
     if not meshes:
@@ -66,7 +65,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     -------
     None
     """
-    trimesh = need("trimesh", "glTF")
+    trimesh = import_optional("trimesh", "glTF", "io")
     scene = trimesh.Scene(trimesh.Trimesh(v, f, process=False, validate=False))
     if path.suffix.lower() == ".glb":
         path.write_bytes(trimesh.exchange.gltf.export_glb(scene))

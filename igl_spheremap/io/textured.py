@@ -9,10 +9,9 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError
+from ..errors import FileError, import_optional
 from ..mesh.check import check_mesh
 from ..shapes.texture import Atlas
-from .extras import need
 from .replacing import check_writable, replacing
 from .text import write_rows
 
@@ -64,7 +63,7 @@ def write_textured(
 def _write_obj(
     path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
 ) -> None:
-    pillow = need("PIL.Image", "writing a texture")
+    pillow = import_optional("PIL.Image", "writing a texture", "io")
     material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
     for each in (path, material, picture):
         check_writable(each, force)
@@ -83,7 +82,7 @@ def _write_obj(
 def _write_glb(
     path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
 ) -> None:
-    trimesh, pillow = need("trimesh", "glTF"), need("PIL.Image", "writing a texture")
+    trimesh, pillow = import_optional("trimesh", "glTF", "io"), import_optional("PIL.Image", "writing a texture", "io")
     material = trimesh.visual.material.PBRMaterial(
         baseColorTexture=pillow.fromarray(image), metallicFactor=0.0, roughnessFactor=1.0
     )

@@ -521,7 +521,7 @@ def test_a_missing_extra_is_named(module, name, ball, tmp_path, monkeypatch):
     for known in [key for key in sys.modules if key.partition(".")[0] == module]:
         monkeypatch.setitem(sys.modules, known, None)
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(FileError, match=rf"needs {module}, .*igl_spheremap\[io\]"):
+    with pytest.raises(FileError, match=rf"needs {module}, .*: pip install {module} \(the extra 'io' of igl_spheremap"):
         write_mesh(tmp_path / name, *ball)
     assert os.listdir(tmp_path) == []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ...io.extras import need
+from ...errors import import_optional
 from .command import Command
 from .exits import Exit
 
@@ -37,7 +37,7 @@ def run(args: Namespace) -> Exit:
     Exit
         OK.
     """
-    shtab = need("shtab", "shell completion", extra="completion")
+    shtab = import_optional("shtab", "shell completion", "completion")
     print(shtab.complete(args.parser, shell=args.shell))
     return Exit.OK
 

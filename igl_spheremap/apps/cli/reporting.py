@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...descent.recording import Recording
 from ...draw.plot import FORMATS, plot_run
-from ...io.extras import need
+from ...errors import import_optional
 from ...io.replacing import check_writable, replacing
 from ...maps.sphere_map import SphereMap
 from ..report import write_report
@@ -53,8 +53,9 @@ def check_reporting(args: Namespace) -> None:
         if Path(args.plot).suffix.lower() not in FORMATS:
             raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
         check_writable(args.plot, force=True)
-    if args.plot is not None or args.report is not None:
-        need("matplotlib", "--report and --plot", extra="plot")
+    for flag in ("report", "plot"):
+        if getattr(args, flag) is not None:
+            import_optional("matplotlib", f"--{flag}", "plot")
 
 
 def recorder(args: Namespace, source: Source) -> Recording | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ...errors import FileError
+from ...errors import import_optional
 from ...verify.certificate import orientation_signs
 from .drawing import FOLDED, PLAIN, draw, painted, shading, view_of
 from .surfaces import Surface
@@ -42,10 +41,7 @@ def new_figure(rows: int, columns: int, title: str, size: float = 3.2) -> tuple[
     FileError
         If matplotlib is not installed.
     """
-    try:
-        figure_module = importlib.import_module("matplotlib.figure")
-    except ImportError:
-        raise FileError("figures need matplotlib, which is not installed; pip install 'igl_spheremap[plot]'") from None
+    figure_module = import_optional("matplotlib.figure", "a figure", "plot")
     figure = figure_module.Figure(figsize=(size * columns, size * rows + 0.4), layout="constrained", dpi=150)
     figure.suptitle(title, fontsize=10)
     return figure, figure.subplots(rows, columns, squeeze=False)
