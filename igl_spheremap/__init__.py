@@ -13,8 +13,10 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .descent.problem import harmonic_energy
     from .descent.recording import Recording
     from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
+    from .io.coefficients import read_coefficients, write_coefficients
     from .io.files import read_mesh, write_mesh
     from .io.written_map import read_map, write_map
+    from .maps.given_sphere import sphere_map
     from .maps.mapper import SphereMapper
     from .maps.repair_foldings import repair_foldings
     from .maps.sphere_map import SphereMap
@@ -23,6 +25,8 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .mesh.check import Mesh, check_faces, check_mesh
     from .mesh.clean import RepairedMesh, repair_mesh
     from .mesh.normals import gauss_map
+    from .shapes.grid import from_grid, to_grid
+    from .shapes.harmonics.spherical_harmonics import AlignedHarmonics, SphericalHarmonics, spherical_harmonics
     from .shapes.locate import Location, SphereLocator
     from .shapes.texture import Atlas, texture_atlas
     from .shapes.transfer import resample, transfer
@@ -49,10 +53,13 @@ _HOME = {
     "MapError": "errors",
     "MeshError": "errors",
     "NotConverged": "errors",
+    "read_coefficients": "io.coefficients",
+    "write_coefficients": "io.coefficients",
     "read_mesh": "io.files",
     "write_mesh": "io.files",
     "read_map": "io.written_map",
     "write_map": "io.written_map",
+    "sphere_map": "maps.given_sphere",
     "SphereMapper": "maps.mapper",
     "repair_foldings": "maps.repair_foldings",
     "SphereMap": "maps.sphere_map",
@@ -67,6 +74,11 @@ _HOME = {
     "RepairedMesh": "mesh.clean",
     "repair_mesh": "mesh.clean",
     "gauss_map": "mesh.normals",
+    "from_grid": "shapes.grid",
+    "to_grid": "shapes.grid",
+    "AlignedHarmonics": "shapes.harmonics.spherical_harmonics",
+    "SphericalHarmonics": "shapes.harmonics.spherical_harmonics",
+    "spherical_harmonics": "shapes.harmonics.spherical_harmonics",
     "Location": "shapes.locate",
     "SphereLocator": "shapes.locate",
     "Atlas": "shapes.texture",
@@ -84,6 +96,7 @@ _HOME = {
 }
 
 __all__ = [
+    "AlignedHarmonics",
     "Atlas",
     "Certificate",
     "DisplayError",
@@ -103,6 +116,7 @@ __all__ = [
     "SphereLocator",
     "SphereMap",
     "SphereMapper",
+    "SphericalHarmonics",
     "Status",
     "Step",
     "angle_differences",
@@ -111,12 +125,14 @@ __all__ = [
     "check_faces",
     "check_mesh",
     "conformal_factor",
+    "from_grid",
     "gauss_map",
     "harmonic_energy",
     "landmark_map",
     "minimize_harmonic_energy",
     "p_harmonic_energy",
     "p_harmonic_map",
+    "read_coefficients",
     "read_map",
     "read_mesh",
     "remove_foldings",
@@ -126,10 +142,14 @@ __all__ = [
     "samples",
     "screenshot",
     "show",
+    "sphere_map",
     "spherical_conformal_map",
+    "spherical_harmonics",
     "texture_atlas",
+    "to_grid",
     "transfer",
     "weighted_eigen_projection",
+    "write_coefficients",
     "write_map",
     "write_mesh",
 ]

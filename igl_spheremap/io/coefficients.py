@@ -1,0 +1,147 @@
+"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, and NPZ."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FileError, MeshError
+from ..shapes.harmonics.basis import degree_of
+from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
+from . import npz
+from .replacing import replacing
+
+FloatArray = NDArray[np.float64]
+PathLike = str | os.PathLike[str]
+
+_NUMBER = re.compile(r"[^\s{},]+")
+
+
+def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
+    """Write coefficients of spherical harmonics.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only), or an `.npz` file, which keeps the
+        source's data, too. Both are exact.
+    harmonics : SphericalHarmonics
+        The coefficients.
+    force : bool
+        Replace an existing file.
+
+    Raises
+    ------
+    FileError
+        If the suffix is another one, the file exists and `force` is not set, or it can't be written.
+    MeshError
+        If the coefficients have not three columns and the file is a `.coef` file.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> shape = ism.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_coefficients(os.path.join(folder, "ball.coef"), shape)
+    ...     again = ism.read_coefficients(os.path.join(folder, "ball.coef"))
+    >>> bool(abs(again.coefficients - shape.coefficients).max() < 1e-15)
+    True
+    """
+    kind = _kind(path)
+    c = harmonics.coefficients
+    if kind == ".coef" and c.shape[1] != 3:
+        raise MeshError(f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz")
+    with replacing(path, force) as partial:
+        if kind == ".coef":
+            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in _to_pdm(c).tolist())
+            partial.write_text(f"{{ {len(c)},{rows}}}")
+        else:
+            source = {} if harmonics.source is None else vars(harmonics.source)
+            npz.write_arrays(partial, {"coefficients": c, **source})
+
+
+def read_coefficients(path: PathLike) -> SphericalHarmonics:
+    """Read coefficients of spherical harmonics.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A `.coef` file of SPHARM-PDM, ktch or this package, or an `.npz` file of this package.
+
+    Returns
+    -------
+    SphericalHarmonics
+        In this package's basis; of a `.coef` file without a source.
+
+    Raises
+    ------
+    FileError
+        If the file can't be read, or its suffix is another one.
+    MeshError
+        If it is damaged.
+    """
+    try:
+        if _kind(path) == ".coef":
+            return SphericalHarmonics(_from_pdm(_parse(Path(path).read_text(encoding="ascii"))))
+        with np.load(path, allow_pickle=False) as archive:
+            source = Expanded(*(archive[name] for name in ("x", "values", "areas"))) if "x" in archive else None
+            return SphericalHarmonics(archive["coefficients"], source)
+    except FileError:
+        raise
+    except OSError as error:
+        raise FileError(f"can't read {path}: {error.strerror or error}") from error
+    except (ValueError, KeyError) as error:
+        raise MeshError(f"{path}: damaged, or no coefficients ({error}); write it anew") from error
+
+
+def _kind(path: PathLike) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".coef", ".npz"):
+        raise FileError(f"{path}: coefficients are kept in .coef and .npz files")
+    return suffix
+
+
+def _parse(text: str) -> FloatArray:
+    """The rows of `{ N,{x, y, z},{x, y, z}...}`."""
+    count, *numbers = _NUMBER.findall(text)
+    n = int(count)
+    rows = np.array(numbers, dtype=np.float64)
+    if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
+        raise ValueError(f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows")
+    return rows.reshape(n, 3)
+
+
+def _pdm_rows(degree: int) -> tuple[NDArray[np.int64], FloatArray]:
+    """Which of our rows each row of SPHARM-PDM is, and its factor.
+
+    There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
+    """
+    rows: list[int] = []
+    factors: list[float] = []
+    for ell in range(degree + 1):
+        middle = ell * ell + ell
+        rows.append(middle)
+        factors.append(1.0)
+        for m in range(1, ell + 1):
+            rows += [middle + m, middle - m]
+            factors += [(-1) ** m * math.sqrt(2)] * 2
+    return np.array(rows), np.array(factors)
+
+
+def _to_pdm(c: FloatArray) -> FloatArray:
+    rows, factors = _pdm_rows(degree_of(c))
+    return c[rows] * factors[:, None]
+
+
+def _from_pdm(rows_in_file: FloatArray) -> FloatArray:
+    rows, factors = _pdm_rows(degree_of(rows_in_file))
+    c = np.empty_like(rows_in_file)
+    c[rows] = rows_in_file / factors[:, None]
+    return c

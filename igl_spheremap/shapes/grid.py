@@ -1,0 +1,146 @@
+"""Data over a mapped mesh as an image on a grid of latitudes and longitudes, and back."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
+from ..maps.sphere_map import SphereMap
+from ..mesh.check import check_rows
+from ..sphere.rows import normalize
+from .harmonics.transform import gauss_rows, grid_points, longitudes
+from .transfer import transfer
+
+FloatArray = NDArray[np.float64]
+Kind = Literal["equirectangular", "gauss"]
+
+
+def to_grid(
+    result: SphereMap,
+    values: ArrayLike | None = None,
+    kind: Kind = "equirectangular",
+    rows: int = 180,
+    labels: bool = False,
+) -> NDArray[Any]:
+    """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes.
+
+    Parameters
+    ----------
+    result : SphereMap
+        The surface and its map.
+    values : (n,) or (n, ...) array_like, optional
+        Data at the vertices; by default the positions, which gives a geometry image.
+    kind : {"equirectangular", "gauss"}
+        "equirectangular": cell centres of a picture whose upper edge is the north pole (+z) and whose left edge has
+        longitude -180 degrees, as `texture_atlas` lays it out. "gauss": rows at Gauss-Legendre latitudes from north to
+        south, columns from longitude 0, the usual grid of spherical harmonic transforms.
+    rows : int
+        Rows of the grid, 180 by default; it has twice as many columns.
+    labels : bool
+        The values are labels: take the nearest corner's; linear by default.
+
+    Returns
+    -------
+    (rows, 2 rows) or (rows, 2 rows, ...) array
+        Values on the grid.
+
+    Raises
+    ------
+    MeshError
+        If there is not one value per vertex.
+    FoldingsRemain
+        If the map is not certified folding-free.
+    ValueError
+        If there is no such kind, or no row.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> ism.to_grid(result, rows=32).shape
+    (32, 64, 3)
+    """
+    if rows < 1 or int(rows) != rows:
+        raise ValueError(f"{rows} rows are out of range: give a whole number from 1")
+    theta, phi = _coordinates(kind, int(rows), 2 * int(rows))
+    points = grid_points(np.cos(theta), phi).reshape(-1, 3)
+    sampled = transfer(result.vertices if values is None else values, result, points, labels)
+    return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
+
+
+def from_grid(
+    grid: ArrayLike, target: SphereMap | ArrayLike, kind: Kind = "equirectangular", labels: bool = False
+) -> NDArray[Any]:
+    """Read values off a grid of latitudes and longitudes, at the vertices of a map or at points of the sphere.
+
+    Parameters
+    ----------
+    grid : (rows, columns) or (rows, columns, ...) array_like
+        Values laid out as `to_grid` does; an even number of columns.
+    target : SphereMap or (k, 3) array_like
+        Where they are wanted.
+    kind : {"equirectangular", "gauss"}
+        As for `to_grid`.
+    labels : bool
+        Take the nearest grid point's value; bilinear by default, across the poles and the seam.
+
+    Returns
+    -------
+    (k,) or (k, ...) array
+        Values at the target.
+
+    Raises
+    ------
+    MeshError
+        If the grid is no such array.
+    ValueError
+        If there is no such kind.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> heights = ism.from_grid(ism.to_grid(result, result.sphere[:, 2]), result)
+    >>> bool(abs(heights - result.sphere[:, 2]).max() < 0.01)
+    True
+    """
+    values = np.asarray(grid)
+    if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
+        raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
+    points = target.sphere if isinstance(target, SphereMap) else normalize(check_rows(target, name="points"))
+    row, column, weights = _cells(kind, values.shape[0], values.shape[1], points)
+    if labels:
+        nearest = np.arange(len(points)), weights.argmax(axis=1)
+        return np.asarray(values[row[nearest], column[nearest]])
+    return np.einsum("ij,ij...->i...", weights, values[row, column])
+
+
+def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Colatitudes and longitudes of a grid."""
+    if kind == "gauss":
+        return np.arccos(gauss_rows(rows)[0]), longitudes(columns)
+    if kind == "equirectangular":
+        return np.pi * (np.arange(rows) + 0.5) / rows, longitudes(columns) - np.pi + np.pi / columns
+    raise ValueError(f"unknown kind of grid {kind!r}: choose equirectangular or gauss")
+
+
+def _cells(
+    kind: str, rows: int, columns: int, x: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+    """Row, column and bilinear weight (k, 4) of the grid points around each point."""
+    theta, phi = _coordinates(kind, rows, columns)
+    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles
+    here = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2])
+    i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
+    down = (here - theta[i]) / (theta[i + 1] - theta[i])
+    turn = (np.arctan2(x[:, 1], x[:, 0]) - phi[0]) * columns / (2 * np.pi)
+    j = np.floor(turn).astype(np.int64)
+    east = turn - j
+    row, column = i[:, None] + [-1, -1, 0, 0], j[:, None] + [0, 1, 0, 1]
+    beyond = (row < 0) | (row >= rows)  # there the longitude is the opposite one
+    column = (column + beyond * (columns // 2)) % columns
+    weights = np.stack(((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1)
+    return np.clip(row, 0, rows - 1), column, weights

@@ -1,0 +1,1 @@
+"""Spherical harmonics: basis, grids, rotations, and shapes described by coefficients."""

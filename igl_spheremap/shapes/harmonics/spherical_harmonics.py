@@ -1,0 +1,310 @@
+"""A shape, or data over one, described by spherical harmonics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import MeshError
+from ...maps.sphere_map import SphereMap
+from ...mesh.check import check_rows
+from ...operators.laplacian import vertex_areas
+from ...sphere.rows import normalize
+from ..locate import SphereLocator
+from ..transfer import regular_mesh
+from ..values import check_values
+from .basis import blocks, degree_of, power, synthesis, terms
+from .ellipsoid import first_order_frames, skewness
+from .expansion import expand
+from .rotation import rotate
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Expanded:
+    """What coefficients were made from.
+
+    Attributes
+    ----------
+    x : (n, 3) float64 array
+        Where the vertices lie on the sphere, unit rows.
+    values : (n, k) float64 array
+        Positions or data at the vertices.
+    areas : (n,) float64 array
+        Of the source, a third of the faces around each vertex.
+    """
+
+    x: FloatArray
+    values: FloatArray
+    areas: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SphericalHarmonics:
+    """Coefficients in the real orthonormal basis, and what they describe.
+
+    Y_lm is P_lm(cos theta) times 1 for m = 0, sqrt(2) cos(m phi) for m > 0 and sqrt(2) sin(|m| phi) for m < 0. P_lm
+    makes exp(i m phi) P_lm orthonormal on the unit sphere and carries no Condon-Shortley phase (-1)^m.
+
+    Attributes
+    ----------
+    coefficients : ((L + 1)^2, k) float64 array
+        Row l*l + l + m belongs to degree l and order m = -l ... l; one column for each coordinate, or each column of
+        the data, in their units.
+    source : Expanded or None
+        The data at the mesh's vertices; None if the coefficients come from a `.coef` file.
+    """
+
+    coefficients: FloatArray
+    source: Expanded | None = None
+
+    @property
+    def degree(self) -> int:
+        """The largest degree L."""
+        return degree_of(self.coefficients)
+
+    def evaluate(self, points: ArrayLike) -> FloatArray:
+        """Values at points of the sphere, in the source's units and place.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like
+            Nonzero directions; they are scaled to unit length.
+
+        Returns
+        -------
+        (m, k) float64 array
+            Positions, or data.
+        """
+        return synthesis(self.coefficients, normalize(check_rows(points, name="points")))
+
+    def surface(self, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
+        """The surface that the coefficients describe, on a mesh of the sphere.
+
+        Parameters
+        ----------
+        to : str, SphereMap or (x, f)
+            ``ico:K``, an icosahedron whose edges are cut into 2^K parts; a map, such as the source's own; or any mesh
+            of the sphere.
+
+        Returns
+        -------
+        v : (n, 3) float64 array
+            Points of the surface.
+        f : (m, 3) int64 array
+            Faces.
+
+        Raises
+        ------
+        MeshError
+            If the coefficients are those of data.
+        """
+        self._require_positions()
+        x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
+        return self.evaluate(x), np.asarray(f, dtype=np.int64)
+
+    def error(self) -> FloatArray:
+        """How far the sum up to each degree is from the source.
+
+        Returns
+        -------
+        (L + 1,) float64 array
+            Root mean square over the source's area, in percent of the diagonal of the values' bounding box.
+
+        Raises
+        ------
+        MeshError
+            If the source is not known.
+        """
+        source = self._require_source()
+        total = np.zeros(self.degree + 1)
+        for block in blocks(len(source.x)):
+            rest = source.values[block]
+            for ell, part in enumerate(terms(self.coefficients, source.x[block])):
+                rest = rest - part
+                total[ell] += source.areas[block] @ (rest**2).sum(axis=1)
+        diagonal = np.linalg.norm(np.ptp(source.values, axis=0))
+        return np.asarray(100 * np.sqrt(total / source.areas.sum()) / diagonal)
+
+    def power(self) -> FloatArray:
+        """Power of each degree, which no rotation of the sphere or of the surface about its centre changes.
+
+        Returns
+        -------
+        (L + 1,) float64 array
+            Sum of the squares of the degree's coefficients, over all columns.
+        """
+        return power(self.coefficients)
+
+    def rotated(self, R: ArrayLike) -> SphericalHarmonics:
+        """The same shape with its sphere turned; the surface stays where it is.
+
+        Parameters
+        ----------
+        R : (3, 3) array_like
+            A rotation: what lay at x on the sphere lies at R x.
+
+        Returns
+        -------
+        SphericalHarmonics
+            Coefficients of x -> f(R^-1 x), exactly.
+
+        Raises
+        ------
+        MeshError
+            If `R` is no rotation.
+        """
+        R = check_rows(R, 3, "the rotation's rows")
+        if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-8 and np.linalg.det(R) > 0):
+            raise MeshError("the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix")
+        source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
+        return SphericalHarmonics(rotate(self.coefficients, R), source)
+
+    def align(self, template: SphericalHarmonics | None = None) -> AlignedHarmonics:
+        """Put sphere and surface into the frame of the first-order ellipsoid, its centre at the origin.
+
+        The longest axis becomes z, the middle one x and the shortest y, on the sphere as on the surface. That leaves
+        four rotations. Without a template the one is taken for which the third moments along the two most skewed axes,
+        over the source's area, are positive.
+
+        Parameters
+        ----------
+        template : SphericalHarmonics, optional
+            An aligned shape: of the four rotations the one is taken whose coefficients are nearest to it.
+
+        Returns
+        -------
+        AlignedHarmonics
+            The shape, and how sure its frame is.
+
+        Raises
+        ------
+        MeshError
+            If the coefficients are those of data or of degree 0, or neither source nor template is known.
+
+        References
+        ----------
+        Brechbuehler, Gerig, Kuebler 1995, *Parametrization of Closed Surfaces for 3-D Shape Description*.
+        """
+        self._require_positions()
+        if self.degree < 1:
+            raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
+        if template is None and self.source is None:
+            raise MeshError("coefficients from a .coef file have no source whose moments tell front from back; "
+                            "give a template")
+        axes, frames = first_order_frames(self.coefficients)
+        choices = [self._in_frame(*frame) for frame in frames]
+        if template is not None:
+            n = min(len(self.coefficients), len(template.coefficients))
+            distances = [np.linalg.norm(c.coefficients[1:n] - template.coefficients[1:n]) for c in choices]
+            best = int(np.argmin(distances))
+        else:
+            skews = np.array([skewness(c.source.values, c.source.areas) for c in choices if c.source is not None])
+            best = int(np.argmax(skews.sum(axis=1)))
+        chosen = choices[best]
+        skew = None if chosen.source is None else skewness(chosen.source.values, chosen.source.areas)
+        return AlignedHarmonics(chosen, axes, skew, *frames[best])
+
+    def _in_frame(self, surface: FloatArray, sphere: FloatArray) -> SphericalHarmonics:
+        """The shape about its centre, surface and sphere rotated."""
+        turned = self.rotated(sphere)
+        centre = self.coefficients[0] * np.sqrt(0.25 / np.pi)
+        coefficients = turned.coefficients @ surface.T
+        coefficients[0] = 0
+        source = turned.source and replace(turned.source, values=(turned.source.values - centre) @ surface.T)
+        return SphericalHarmonics(coefficients, source)
+
+    def _require_positions(self) -> None:
+        if self.coefficients.shape[1] != 3:
+            raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns; "
+                            "a surface has three, those of its positions")
+
+    def _require_source(self) -> Expanded:
+        if self.source is None:
+            raise MeshError("coefficients from a .coef file have no source to compare with; expand the surface anew")
+        return self.source
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedHarmonics:
+    """A shape in the frame of its first-order ellipsoid.
+
+    Attributes
+    ----------
+    harmonics : SphericalHarmonics
+        The shape; its degree 1 is diagonal.
+    axes : (3,) float64 array
+        Half axes of the ellipsoid along x, y and z. Where two are nearly equal the frame is not sure.
+    skew : (3,) float64 array or None
+        Third moments of the source's area along x, y and z over the 3/2 power of the second; near 0 the direction of an
+        axis is not sure, and a template decides better. None if the source is not known.
+    surface_rotation, sphere_rotation : (3, 3) float64 arrays
+        What surface (after its centre was moved to the origin) and sphere were rotated by.
+    """
+
+    harmonics: SphericalHarmonics
+    axes: FloatArray
+    skew: FloatArray | None
+    surface_rotation: FloatArray
+    sphere_rotation: FloatArray
+
+
+def spherical_harmonics(
+    result: SphereMap, values: ArrayLike | None = None, degree: int = 15, oversampling: float = 4
+) -> SphericalHarmonics:
+    """Expand a mapped surface, or data over it, in spherical harmonics.
+
+    The piecewise linear function on the sphere is sampled on a Gauss grid and integrated by a rule that is exact for
+    the degrees that the grid resolves. On conformal maps limbs take next to no room, and low degrees miss them: expand
+    an area-preserving map of such shapes.
+
+    Parameters
+    ----------
+    result : SphereMap
+        The surface and its map.
+    values : (n,) or (n, k) array_like, optional
+        Data at the vertices; the positions by default.
+    degree : int
+        The largest degree L, 15 by default.
+    oversampling : float
+        Rows of the grid for each degree, at least 1. At 4, the default, coefficients are within some 1e-4 of the exact
+        integrals of the piecewise linear function, relatively; the error falls with the square.
+
+    Returns
+    -------
+    SphericalHarmonics
+        Coefficients, and what can be done with them.
+
+    Raises
+    ------
+    MeshError
+        If there is not one finite value for each vertex.
+    FoldingsRemain
+        If the map is not certified folding-free.
+    ValueError
+        If `degree` or `oversampling` is out of range.
+
+    References
+    ----------
+    Brechbuehler, Gerig, Kuebler 1995, *Parametrization of Closed Surfaces for 3-D Shape Description*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("pear", n_vertices=1000))
+    >>> shape = ism.spherical_harmonics(result, degree=8)
+    >>> shape.coefficients.shape, shape.error()[[1, 2, 4, 8]].round(1).tolist()
+    ((81, 3), [2.8, 2.6, 0.7, 0.1])
+    """
+    if degree < 0 or int(degree) != degree:
+        raise ValueError(f"degree {degree} is out of range: give a whole number from 0")
+    if not oversampling >= 1:
+        raise ValueError(f"oversampling {oversampling} is out of range: give a number from 1")
+    data = check_values(result.vertices if values is None else values, len(result.vertices))
+    coefficients = expand(SphereLocator(result.sphere, result.faces), data, int(degree), oversampling)
+    areas = vertex_areas(result.vertices, result.faces)
+    return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))

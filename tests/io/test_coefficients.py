@@ -1,0 +1,82 @@
+"""Coefficient files: exact round trips, SPHARM-PDM's layout, damage named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.shapes.harmonics.basis import rows_of
+from igl_spheremap.shapes.harmonics.rotation import to_complex
+
+
+@pytest.fixture
+def shape():
+    return ism.SphericalHarmonics(np.random.default_rng(0).normal(size=(36, 3)))
+
+
+def test_coef_files_read_back(shape, tmp_path):
+    ism.write_coefficients(tmp_path / "a.coef", shape)
+    again = ism.read_coefficients(tmp_path / "a.coef")
+    assert np.abs(again.coefficients - shape.coefficients).max() < 1e-15
+    assert again.source is None
+
+
+def test_npz_files_keep_the_source(tmp_path):
+    x, f = ism.samples.sphere(162)
+    shape = ism.spherical_harmonics(ism.sphere_map(x, f, x), x[:, :1], degree=3)
+    ism.write_coefficients(tmp_path / "a.npz", shape)
+    again = ism.read_coefficients(tmp_path / "a.npz")
+    assert np.array_equal(again.coefficients, shape.coefficients)
+    assert np.array_equal(again.error(), shape.error())
+    ism.write_coefficients(tmp_path / "b.npz", ism.SphericalHarmonics(shape.coefficients))
+    assert ism.read_coefficients(tmp_path / "b.npz").source is None
+
+
+def test_the_layout_is_that_of_spharm_pdm(tmp_path):
+    """Rows m = 0, then cosine and sine of each m; the basis has the phase (-1)^m and no sqrt(2)."""
+    c = np.zeros((9, 3))
+    c[1:4, 0] = 1, 2, 3  # y, z, x
+    ism.write_coefficients(tmp_path / "a.coef", ism.SphericalHarmonics(c))
+    text = (tmp_path / "a.coef").read_text()
+    assert text.startswith("{ 9,{")
+    assert text.endswith("}}")
+    first = [float(row.strip("{} ,").split(",")[0]) for row in text.split("\n")][1:4]
+    assert np.allclose(first, [2, -3 * np.sqrt(2), -1 * np.sqrt(2)])
+
+
+def test_ktch_reads_the_same_function(shape, tmp_path):
+    """It holds the complex coefficients of the basis with the phase (-1)^m."""
+    ktch = pytest.importorskip("ktch.io", reason="ktch is not installed")
+    ism.write_coefficients(tmp_path / "a.coef", shape)
+    theirs = ktch.read_spharmpdm_coef(tmp_path / "a.coef").to_numpy()
+    ours = np.concatenate([to_complex(shape.coefficients[rows_of(ell)]) for ell in range(6)])
+    assert np.abs(theirs - ours).max() < 1e-14
+
+
+@pytest.mark.parametrize(("text", "sentence"), [
+    ("", "damaged"),
+    ("{ 2,{1, 2, 3},{4, 5, 6}}", "a square number"),
+    ("{ 4,{1, 2, 3},{4, 5, 6}}", "6 numbers, but 4 rows"),
+    ("{ 1,{1, 2, x}}", "damaged"),
+])
+def test_damage_is_named(tmp_path, text, sentence):
+    (tmp_path / "a.coef").write_text(text)
+    with pytest.raises(ism.MeshError, match=sentence):
+        ism.read_coefficients(tmp_path / "a.coef")
+
+
+def test_refusals(shape, tmp_path):
+    ism.write_coefficients(tmp_path / "a.coef", shape)
+    with pytest.raises(ism.FileError, match="exists already"):
+        ism.write_coefficients(tmp_path / "a.coef", shape)
+    with pytest.raises(ism.FileError, match=r"\.coef and \.npz"):
+        ism.write_coefficients(tmp_path / "a.txt", shape)
+    with pytest.raises(ism.FileError, match="can't read"):
+        ism.read_coefficients(tmp_path / "missing.coef")
+    with pytest.raises(ism.MeshError, match="three columns"):
+        ism.write_coefficients(tmp_path / "b.coef", ism.SphericalHarmonics(shape.coefficients[:, :1]))
+    assert not (tmp_path / "b.coef").exists()
+    (tmp_path / "c.npz").write_bytes(b"nothing")
+    with pytest.raises(ism.MeshError, match="damaged"):
+        ism.read_coefficients(tmp_path / "c.npz")

@@ -1,0 +1,66 @@
+"""The real basis: closed forms, the addition theorem, scipy's own functions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.special
+
+from igl_spheremap.shapes.harmonics.basis import degree_of, power, synthesis
+from igl_spheremap.sphere.rows import normalize
+
+
+def points(n, seed=0):
+    return normalize(np.random.default_rng(seed).normal(size=(n, 3)))
+
+
+def basis(degree, x):
+    return synthesis(np.eye((degree + 1) ** 2), x)
+
+
+def test_low_degrees_are_the_known_polynomials():
+    p = np.concatenate((points(50), [[0, 0, 1], [0, 0, -1], [1, 0, 0]]))
+    x, y, z = p.T
+    first = np.sqrt(0.75 / np.pi) * np.stack((y, z, x), axis=1)
+    second = np.sqrt(3.75 / np.pi) * np.stack(
+        (x * y, y * z, (3 * z**2 - 1) / np.sqrt(12), x * z, (x**2 - y**2) / 2), axis=1)
+    known = np.concatenate((np.full((len(p), 1), np.sqrt(0.25 / np.pi)), first, second), axis=1)
+    assert np.abs(basis(2, p) - known).max() < 1e-14
+
+
+def test_addition_theorem():
+    """The sum over m of Y_lm(a) Y_lm(b) is (2 l + 1) / (4 pi) P_l(a . b)."""
+    degree = 40
+    a, b = basis(degree, points(20, 1)), basis(degree, points(20, 2))
+    cosine = np.einsum("ij,ij->i", points(20, 1), points(20, 2))
+    for ell in range(degree + 1):
+        rows = slice(ell * ell, (ell + 1) ** 2)
+        known = (2 * ell + 1) / (4 * np.pi) * scipy.special.eval_legendre(ell, cosine)
+        assert np.abs((a[:, rows] * b[:, rows]).sum(axis=1) - known).max() < 2e-13
+
+
+@pytest.mark.skipif(not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions")
+def test_the_basis_is_scipys_without_the_phase():
+    degree, x = 12, points(50)
+    ours = basis(degree, x)
+    theta, phi = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2]), np.arctan2(x[:, 1], x[:, 0])
+    for ell in range(degree + 1):
+        for m in range(-ell, ell + 1):
+            Y = scipy.special.sph_harm_y(ell, abs(m), theta, phi) * (-1) ** m
+            real = Y.real if m == 0 else np.sqrt(2) * (Y.real if m > 0 else Y.imag)
+            assert np.abs(ours[:, ell * ell + ell + m] - real).max() < 1e-14
+
+
+def test_orders_that_underflow_do_no_harm():
+    """Near a pole sin(theta)^m leaves the range of float64; the zonal functions there are those of Legendre."""
+    x = np.array([[1e-9, 0, 1]])
+    c = np.zeros((601**2, 1))
+    c[600 * 600 + 600] = 1
+    assert np.allclose(synthesis(c, x), np.sqrt(1201 / (4 * np.pi)), rtol=1e-10)
+
+
+def test_power_counts_each_degree_once():
+    c = np.random.default_rng(3).normal(size=(36, 2))
+    assert degree_of(c) == 5
+    assert np.isclose(power(c).sum(), (c**2).sum())
+    assert np.isclose(power(c)[2], (c[4:9] ** 2).sum())

@@ -1,0 +1,145 @@
+"""Shapes as coefficients: known shapes, convergence, invariance, alignment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.shapes.harmonics.basis import synthesis
+from igl_spheremap.shapes.harmonics.rotation import euler_rotation
+
+R, Q = euler_rotation(0.4, 2.1, -1.0), euler_rotation(-2.0, 0.7, 0.3)
+
+
+def on_sphere(shape, level):
+    """The map of a surface that is given as a function on the sphere."""
+    x, f = ism.samples.sphere(10 * 4**level + 2)
+    return ism.sphere_map(shape(x), f, x)
+
+
+def lump(x):
+    """A shape of degree 3 without symmetry."""
+    c = np.zeros((16, 3))
+    c[[3, 1, 2], [0, 1, 2]] = 5, 3, 8
+    c[4:] = 0.3 * np.random.default_rng(1).normal(size=(12, 3))
+    return synthesis(c, x)
+
+
+@pytest.fixture(scope="module")
+def shape():
+    return ism.spherical_harmonics(on_sphere(lump, 4), degree=10)
+
+
+def test_coefficients_of_a_band_limited_shape_converge_at_second_order():
+    errors = []
+    for level in (2, 3, 4):
+        result = on_sphere(lump, level)
+        c = ism.spherical_harmonics(result, degree=3, oversampling=30).coefficients
+        fine = ism.spherical_harmonics(result, degree=8, oversampling=12).coefficients
+        known = np.zeros((16, 3))
+        known[[3, 1, 2], [0, 1, 2]] = 5, 3, 8
+        known[4:] = 0.3 * np.random.default_rng(1).normal(size=(12, 3))
+        errors.append(np.abs(c - known).max())
+        assert np.abs(fine[:16] - c).max() < 2e-3  # a coefficient does not depend on the degree that was asked for
+    assert (np.log2(np.array(errors[:-1]) / errors[1:]) > 1.8).all()
+
+
+def test_the_error_is_the_distance_from_the_source(shape):
+    result = on_sphere(lump, 4)
+    off = ((shape.evaluate(result.sphere) - result.vertices) ** 2).sum(axis=1)
+    areas = shape.source.areas
+    diagonal = np.linalg.norm(np.ptp(result.vertices, axis=0))
+    assert np.isclose(shape.error()[10], 100 * np.sqrt(areas @ off / areas.sum()) / diagonal)
+    assert shape.error()[3] < 0.5 < shape.error()[2]
+
+
+def test_finer_grids_converge_to_the_integrals():
+    """At about second order: the function is continuous, its slope jumps at edges."""
+    result = ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=1500))
+    exact, *others = (ism.spherical_harmonics(result, degree=8, oversampling=n).coefficients for n in (40, 8, 2))
+    fine, coarse = (np.linalg.norm(c - exact) / np.linalg.norm(exact[1:]) for c in others)
+    assert fine < min(1e-3, coarse / 6)
+
+
+def test_constants_and_data():
+    result = on_sphere(lump, 3)
+    constant = ism.spherical_harmonics(result, np.full(len(result.sphere), 7.0), degree=4)
+    assert np.allclose(constant.coefficients[:, 0], np.eye(25)[0] * 7 * np.sqrt(4 * np.pi), atol=1e-12)
+    both = ism.spherical_harmonics(result, result.vertices[:, :2], degree=4)
+    assert np.allclose(both.coefficients, ism.spherical_harmonics(result, degree=4).coefficients[:, :2], atol=1e-14)
+
+
+def test_surfaces_on_any_mesh_of_the_sphere(shape):
+    v, f = shape.surface("ico:2")
+    x, _ = ism.samples.sphere(162)
+    assert np.array_equal(v, shape.evaluate(x))
+    result = on_sphere(lump, 3)
+    again, faces = shape.surface(result)
+    assert np.array_equal(faces, result.faces)
+    assert np.allclose(again, shape.surface((7 * result.sphere, f))[0], atol=1e-12)
+
+
+def test_a_rotated_sphere_describes_the_same_surface(shape):
+    turned = shape.rotated(R)
+    x, _ = ism.samples.sphere(162)
+    assert np.allclose(turned.evaluate(x @ R.T), shape.evaluate(x), atol=1e-12)
+    assert np.allclose(turned.power(), shape.power(), rtol=1e-12)
+    assert np.allclose(turned.error(), shape.error(), rtol=1e-9)
+
+
+def test_alignment_undoes_rotations_and_shifts(shape):
+    moved = ism.SphericalHarmonics(shape.coefficients @ Q.T, type(shape.source)(
+        shape.source.x, shape.source.values @ Q.T, shape.source.areas)).rotated(R)
+    moved.coefficients[0] += [3, 4, 5]
+    moved.source.values[:] += np.array([3, 4, 5]) * np.sqrt(0.25 / np.pi)
+    a, b = shape.align(), moved.align()
+    assert np.allclose(a.harmonics.coefficients, b.harmonics.coefficients, atol=1e-11)
+    assert np.allclose(a.skew, b.skew, atol=1e-11)
+    assert np.allclose(a.harmonics.error(), b.harmonics.error(), rtol=1e-9)
+
+
+def test_aligned_axes_are_sorted_and_degree_one_is_diagonal(shape):
+    aligned = shape.align()
+    x, y, z = aligned.axes
+    assert z > x > y
+    first = aligned.harmonics.coefficients[1:4]  # rows y, z, x of the sphere
+    assert np.allclose(first, np.diag([x, y, z])[[1, 2, 0]] * np.sqrt(4 * np.pi / 3), atol=1e-12)
+    assert np.allclose(aligned.axes, np.array([5, 3, 8]) * np.sqrt(0.75 / np.pi), rtol=0.01)
+    assert np.sort(aligned.skew)[1] > 0
+    for rotation in (aligned.surface_rotation, aligned.sphere_rotation):
+        assert np.isclose(np.linalg.det(rotation), 1)
+
+
+def test_a_template_decides_between_the_four_frames(shape):
+    aligned = shape.align().harmonics
+    for flip in ([1, -1, -1], [-1, 1, -1], [-1, -1, 1], [1, 1, 1]):
+        template = aligned._in_frame(np.diag(flip), np.diag(flip).astype(float))
+        chosen = shape.align(template).harmonics
+        assert np.allclose(chosen.coefficients, template.coefficients, atol=1e-11)
+    bare = ism.SphericalHarmonics(shape.coefficients)
+    assert bare.align(aligned).skew is None
+    assert np.allclose(bare.align(aligned).harmonics.coefficients, aligned.coefficients, atol=1e-11)
+
+
+def test_refusals(shape):
+    result = on_sphere(lump, 2)
+    with pytest.raises(ism.MeshError, match=r"not finite at 1 vertices, e\.g\. \[5\]"):
+        ism.spherical_harmonics(result, np.where(np.arange(162) == 5, np.nan, 0))
+    with pytest.raises(ism.MeshError, match=r"shape \(3,\) but the mesh has 162 vertices"):
+        ism.spherical_harmonics(result, [1, 2, 3])
+    with pytest.raises(ValueError, match="degree -1"):
+        ism.spherical_harmonics(result, degree=-1)
+    with pytest.raises(ValueError, match="oversampling"):
+        ism.spherical_harmonics(result, oversampling=0.5)
+    with pytest.raises(ism.MeshError, match="2 columns"):
+        ism.spherical_harmonics(result, result.vertices[:, :2]).surface()
+    bare = ism.SphericalHarmonics(shape.coefficients)
+    with pytest.raises(ism.MeshError, match="no source to compare"):
+        bare.error()
+    with pytest.raises(ism.MeshError, match="give a template"):
+        bare.align()
+    with pytest.raises(ism.MeshError, match="degree 0"):
+        ism.spherical_harmonics(result, degree=0).align()
+    with pytest.raises(ism.MeshError, match="not orthogonal"):
+        shape.rotated(np.diag([1, 1, -1]))
