@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 
 from ..sphere.moebius import conformal_barycentre, moebius
-from ..sphere.rows import normalize, tangent
+from ..sphere.rows import tangent, unit_rows
 from .iterate import Iterate
 from .problem import HarmonicEnergy, Problem, remove_boosts
 
@@ -81,7 +81,7 @@ class GuYau:
             gradient = remove_boosts(x, D / problem.A[:, None], problem.A)
             residual = np.sqrt(problem.inner(gradient, gradient))
             yield Iterate(self.stage, 0, k, x, energy, float(residual), float(np.median(tau)) if k else 0.0)
-            x = normalize(x - tau * D)
+            x = unit_rows(x - tau * D)
 
 
 def largest_eigenvalue(L: sp.csr_matrix) -> float:

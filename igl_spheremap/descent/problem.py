@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..mesh.check import Mesh, check_mesh, check_rows
 from ..operators.laplacian import positive_areas, usable_laplacian
-from ..sphere.rows import along, dot, row_dots, tangent, weighted_moment, weighted_sum
+from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class HarmonicEnergy:
             L x.
         """
         gradient = self.L @ x
-        return 0.5 * dot(x, gradient), gradient  # eq. (6)
+        return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from ..mesh.measure import face_areas
 from ..operators.factor import Factor, refined_solve
 from ..sphere.cayley import cayley_update
 from ..sphere.moebius import center
-from ..sphere.rows import along, dot, row_dots, weighted_moment, weighted_sum
+from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
 from .iterate import Iterate
 from .line_search import NonmonotoneSearch
 
@@ -83,9 +83,9 @@ class SobolevCayley:
             g += density[:, None] * (along(x, e)[:, None] * x - e)
             D = refined_solve(self.P, self.factor, g, _ACCURACY)
             D -= weighted_sum(self.A, D) / self.A.sum()
-            left = dot(g, D) / _LEFT
+            left = inner(g, D) / _LEFT
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
-            step = search.search(partial(self._along, x, D), 1.0, -dot(g, D))  # Algorithm 1, step 3
+            step = search.search(partial(self._along, x, D), 1.0, -inner(g, D))  # Algorithm 1, step 3
             if step is None:
                 return
             x, H, density = step.trial

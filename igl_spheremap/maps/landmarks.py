@@ -12,7 +12,7 @@ from ..errors import MeshError
 from ..mesh.check import check_rows
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
-from ..sphere.rows import normalize
+from ..sphere.rows import unit_rows
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -103,7 +103,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):
         raise MeshError(f"the weight of landmark {bad[0]} is {w[bad[0]]:g}; give a finite one, not negative")
-    return LandmarkEnergy(index.astype(np.int64), normalize(y), w)
+    return LandmarkEnergy(index.astype(np.int64), unit_rows(y), w)
 
 
 def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float = 1e-3) -> FloatArray:
@@ -147,4 +147,4 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 
     boost = least_squares(misses, np.zeros(3)).x
     y = moved(x, boost)
-    return normalize(y @ best_rotation(y[landmarks.vertices], landmarks.targets, w))
+    return unit_rows(y @ best_rotation(y[landmarks.vertices], landmarks.targets, w))

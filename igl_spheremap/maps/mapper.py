@@ -16,7 +16,7 @@ from ..operators.operators import build_operators
 from ..untangle.relax import Polish
 from .methods.auto import Gauge, check_choices, map_in_metric
 from .sphere_map import SphereMap
-from .spherical_conformal_map import Recorder, finish, unit_rows
+from .spherical_conformal_map import Recorder, check_start, finish
 
 FloatArray = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ class SphereMapper:
         began = time.perf_counter()
         check_choices(gauge, polish)
         n = len(self.mesh.v)
-        x = None if start is None else unit_rows(start, n)
+        x = None if start is None else check_start(start, n)
         operators = self.operators if weights is None else replace(self.operators, A=_shares(weights, n))
         recorder = Recorder(listener)
         draft = map_in_metric(self.mesh, operators, x, recorder, tolerance=tolerance, max_iterations=max_iterations,

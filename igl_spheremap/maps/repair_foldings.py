@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..descent.iterate import Iterate, Listener, Round, Status, Step
 from ..descent.problem import harmonic_problem
 from ..mesh.check import Mesh, check_mesh, check_rows, refuse_rows
-from ..untangle.embedding import unit_rows
+from ..sphere.rows import row_dots, unit_rows
 from ..untangle.mend import mend_locally
 from ..untangle.polish import polish_map
 from ..untangle.relax import Polish
@@ -104,7 +104,7 @@ def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
     rows = check_rows(x, len(mesh.v), "map")
     size = np.abs(rows).max(axis=1)
     refuse_rows(~np.isfinite(size) | (size == 0), "map")
-    length = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    length = np.sqrt(row_dots(rows, rows))
     return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
 
 

@@ -13,7 +13,7 @@ from ..descent.iterate import Iterate, Listener, Step
 from ..mesh.check import Mesh, check_mesh, check_rows, refuse_rows
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
-from ..sphere.rows import normalize
+from ..sphere.rows import unit_rows
 from ..untangle.mend import mend_locally
 from ..verify.certificate import certify_checked
 from .methods import METHODS, Draft
@@ -169,7 +169,7 @@ def remove_foldings(v: ArrayLike, f: ArrayLike, x0: ArrayLike | None = None, *,
     began = time.perf_counter()
     run = _method("lai2014", options)
     mesh = check_mesh(v, f)
-    start = None if x0 is None else unit_rows(x0, len(mesh.v))
+    start = None if x0 is None else check_start(x0, len(mesh.v))
     recorder = Recorder(listener)
     draft = run(mesh, recorder, x0=start, **options)
     return finish(mesh, draft, recorder, "lai2014", options, began)
@@ -186,7 +186,7 @@ def _method(name: str, options: dict[str, Any]) -> Any:
     return METHODS[name]
 
 
-def unit_rows(x: ArrayLike, n: int) -> FloatArray:
+def check_start(x: ArrayLike, n: int) -> FloatArray:
     """Check a start, and scale its rows to unit length.
 
     Parameters
@@ -207,9 +207,9 @@ def unit_rows(x: ArrayLike, n: int) -> FloatArray:
         If a row is missing, zero or not finite.
     """
     x = check_rows(x, n, "start")
-    length = np.linalg.norm(x, axis=1)
-    refuse_rows(~np.isfinite(length) | (length == 0), "start")
-    return normalize(x)  # eq. (4)
+    size = np.abs(x).max(axis=1)
+    refuse_rows(~np.isfinite(size) | (size == 0), "start")
+    return unit_rows(x)  # eq. (4)
 
 
 class Recorder:

@@ -20,7 +20,7 @@ from ..verify.certificate import certify_checked
 from .landmarks import check_landmarks, match_landmarks
 from .methods import Draft
 from .sphere_map import SphereMap
-from .spherical_conformal_map import Recorder, finish, spherical_conformal_map, unit_rows
+from .spherical_conformal_map import Recorder, check_start, finish, spherical_conformal_map
 
 FloatArray = NDArray[np.float64]
 
@@ -187,7 +187,7 @@ def _start(mesh: Mesh, x0: ArrayLike | None) -> tuple[str, FloatArray]:
     """Name and map to start from."""
     if x0 is None:
         return "conformal map", spherical_conformal_map(mesh.vertices, mesh.f).sphere
-    return "given map", unit_rows(x0, len(mesh.v))
+    return "given map", check_start(x0, len(mesh.v))
 
 
 def _descend(

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FoldingsRemain, MeshError
 from ..mesh.check import check_faces, check_rows
+from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import certify_checked
 from .box_tree import BoxTree
 
@@ -106,9 +107,8 @@ class SphereLocator:
         bad = np.flatnonzero(~(np.isfinite(q).all(axis=1) & (size > 0)))
         if len(bad):
             raise MeshError(f"{len(bad)} points are zero or not finite, e.g. {bad[0]}; give each a direction")
-        q = np.ldexp(q, -np.frexp(size)[1][:, None])  # exact, and no square over- or underflows
-        length = np.sqrt(np.einsum("ij,ij->i", q, q))
-        q = np.where(np.abs(length - 1)[:, None] <= 1e-15, q, q / length[:, None])  # vertices stay vertices
+        unit = np.abs(row_dots(q, q) - 1) < 4 * np.finfo(float).eps
+        q = np.where(unit[:, None], q, unit_rows(q))  # points at vertices stay there
         face = np.empty(len(q), dtype=np.int64)
         order = self._tree.order_of(q)
         for start in range(0, len(q), _BLOCK):
@@ -152,18 +152,9 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     array([[0.333333, 0.333333, 0.333333]])
     """
     a, b, c = a - q, b - q, c - q
-    weights = np.stack([_triple(q, b, c), _triple(q, c, a), _triple(q, a, b)], axis=1)
+    weights = np.stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)], axis=1)
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
-
-
-def _triple(q: FloatArray, u: FloatArray, w: FloatArray) -> FloatArray:
-    """q . (u x w), row by row."""
-    return np.asarray(
-        q[:, 0] * (u[:, 1] * w[:, 2] - u[:, 2] * w[:, 1])
-        + q[:, 1] * (u[:, 2] * w[:, 0] - u[:, 0] * w[:, 2])
-        + q[:, 2] * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
-    )
 
 
 def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -173,7 +164,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     edge: the spherical triangle lies within 1 - |y| of the flat one.
     """
     a, b, c = (x[f[:, k]] for k in range(3))
-    longest = np.max([np.einsum("ij,ij->i", u, u) for u in (b - a, c - b, a - c)], axis=0)
+    longest = np.max([row_dots(u, u) for u in (b - a, c - b, a - c)], axis=0)
     bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
     room = (bulge * (1 + 1e-6) + 1e-15)[
         :, None

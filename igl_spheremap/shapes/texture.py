@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from ..errors import MeshError
 from ..mesh.check import check_rows, check_triangles
 from ..sphere.cut import CutMesh, cut_along_planes
-from ..sphere.rows import normalize
+from ..sphere.rows import unit_rows
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -96,7 +96,7 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
     faces = check_triangles(f)
     if not np.isfinite(points).all() or (points == 0).all(axis=1).any():
         raise MeshError("images are not finite or at the origin; give unit rows")
-    cut = cut_along_planes(normalize(points), faces, (0, 1, 2) if projection == "octahedral" else (0, 1))
+    cut = cut_along_planes(unit_rows(points), faces, (0, 1, 2) if projection == "octahedral" else (0, 1))
     uv = _CHARTS[projection](cut)
     # Away from the seam a vertex has the same coordinates in all its faces.
     corner = cut.f.ravel()

@@ -13,7 +13,7 @@ from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_rows
 from ..samples import sphere as regular_sphere
-from ..sphere.rows import normalize
+from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
 
 FloatArray = NDArray[np.float64]
@@ -177,7 +177,7 @@ def sphere_points(location: Location, source: SphereMap | SphereLocator) -> Floa
     corners = x[f[location.face]]
     # Around one corner, so that a small face keeps its relative precision until the last sum.
     offset = np.einsum("ij,ijk->ik", location.weights[:, 1:], corners[:, 1:] - corners[:, :1])
-    return normalize(corners[:, 0] + offset)
+    return unit_rows(corners[:, 0] + offset)
 
 
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:

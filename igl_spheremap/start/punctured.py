@@ -12,8 +12,9 @@ from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
 from ..operators.factor import refined_solve
 from ..operators.operators import Operators
+from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
-from ..sphere.rows import dot
+from ..sphere.rows import inner
 from ..verify.distortion import mean_angle_difference
 
 FloatArray = NDArray[np.float64]
@@ -30,8 +31,6 @@ _LARGEST_CORRECTION = 0.95
 _LARGEST_ENERGY = 6 * np.pi
 #: Share of the sphere's area below which the flat faces of a map are coarse.
 _COARSE = 0.95
-#: Distance in the plane that is as good as infinite, and whose square is finite.
-_INFINITE = 1e100
 #: Sides in the plane below this share of its extent are rounding: deep in limbs nothing is known of a stretch.
 _RELIABLE = 1e-10
 #: Of the start's solves, where the factor is only approximate.
@@ -69,7 +68,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         x = center(to_sphere(z, operators.A), operators.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        tried.append((0.5 * dot(x, operators.L @ x), x))
+        tried.append((0.5 * inner(x, operators.L @ x), x))
         if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not is_coarse(mesh, x):
             break
     if not tried:
@@ -190,9 +189,8 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     radius = np.abs(z)
     middle = _middle(radius[some], w)
     z = z / (middle if middle > 0 else radius.max())
-    z = z / np.maximum(np.abs(z) / _INFINITE, 1)
-    square = z.real**2 + z.imag**2
-    return np.column_stack((2 * z.real, 2 * z.imag, 1 - square)) / (1 + square)[:, None]
+    z = z / np.maximum(np.abs(z) / INFINITE, 1)
+    return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
 
 
 def _middle(values: FloatArray, weights: FloatArray) -> float:

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sphere.rows import row_dets, row_dots
 from ..verify.certificate import certify_checked, orientation_signs
-from .kernel import Stars, cross, dot, stars_of
+from .kernel import Stars, stars_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -152,8 +153,8 @@ class Complex:
         inside = np.flatnonzero((fans.a != t) & (fans.b != t))
         p, a, b = self.x[t[inside]], self.x[fans.a[inside]], self.x[fans.b[inside]]
         u, w = a - p, b - p
-        det = dot(p, cross(u, w))
-        sides = dot(u, u) + dot(w, w) + dot(w - u, w - u)
+        det = row_dets(p, u, w)
+        sides = row_dots(u, u) + row_dots(w, w) + row_dots(w - u, w - u)
         quality = 3.4 * np.divide(det, sides, out=np.zeros(len(det)), where=sides > 0)  # 1 if equilateral
         worst, foldings = np.full(len(target), 1.0), np.zeros(len(target))
         np.minimum.at(worst, pair[inside], quality)

@@ -19,6 +19,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sphere.rows import unit_rows
 from ..verify.certificate import certify_checked, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
@@ -150,15 +151,6 @@ def upright(x: FloatArray, f: IntArray) -> FloatArray:
     """
     signs = orientation_signs(x, f)
     return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
-
-
-def unit_rows(x: FloatArray) -> FloatArray:
-    """Rows scaled to length 1 without over- or underflow; bit for bit as they are if all have it already."""
-    square = np.einsum("ij,ij->i", x, x)
-    if np.abs(square - 1).max() < 1e-14:
-        return x.copy()
-    x = x / np.abs(x).max(axis=1, keepdims=True)
-    return np.asarray(x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None])
 
 
 def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:

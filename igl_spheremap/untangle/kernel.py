@@ -13,6 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sphere.charts import tangent_axes
+from ..sphere.rows import row_crosses, row_dets, row_dots
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -115,7 +118,7 @@ class _HalfPlanes:
     def lift(self, z: FloatArray) -> FloatArray:
         """Unit vectors of the chart's points."""
         x = self.centre + np.einsum("ki,kij->kj", z, self.axes)
-        return x / np.sqrt(np.einsum("ij,ij->i", x, x))[:, None]
+        return x / np.sqrt(row_dots(x, x))[:, None]
 
 
 def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes:
@@ -126,12 +129,12 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
     reach = np.maximum.reduceat(np.abs(da).max(axis=1), stars.start)
     size = np.where(reach > 0, reach, 1.0)[:, None]
     da, db = da / size[owner], db / size[owner]
-    e1, e2 = tangent_axes(centre / np.sqrt(dot(centre, centre))[:, None])
+    e1, e2 = tangent_axes(centre / np.sqrt(row_dots(centre, centre))[:, None])
     # (a x b)/size = centre x (db - da) + size (da x db)
-    c = cross(at, db - da) + size[owner] * cross(da, db)
-    slope = np.stack((dot(c, e1[owner]), dot(c, e2[owner])), axis=1)
-    level = dot(at, cross(da, db))
-    length = np.sqrt(dot(slope, slope))
+    c = row_crosses(at, db - da) + size[owner] * row_crosses(da, db)
+    slope = np.stack((row_dots(c, e1[owner]), row_dots(c, e2[owner])), axis=1)
+    level = row_dets(at, da, db)
+    length = np.sqrt(row_dots(slope, slope))
     length = np.where(length > 0, length, 1.0)
     return _HalfPlanes(slope / length[:, None], level / length, owner, stars.start, centre,
                        np.stack((e1, e2), axis=1) * size[:, None], size[:, 0])
@@ -185,10 +188,10 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
     touching = (stars.a == target[planes.owner]) | (stars.b == target[planes.owner])
     normal = np.where(touching[:, None], planes.normal, 0.0)
     direction = np.add.reduceat(normal, planes.start, axis=0)
-    length = np.sqrt(dot(direction, direction))
+    length = np.sqrt(row_dots(direction, direction))
     direction /= np.where(length > 0, length, 1.0)[:, None]
     # How far along the bisector of the two half-planes at the target the others allow; half of it is taken.
-    approach = -dot(planes.normal, direction[planes.owner])
+    approach = -row_dots(planes.normal, direction[planes.owner])
     limiting = ~touching & (approach > 0)
     room = np.where(limiting, planes.offset, 1.0) / np.where(limiting, approach, 1.0)
     room = np.minimum.reduceat(np.maximum(room, 0.0), planes.start)
@@ -200,13 +203,13 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
 
 def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
     """The wanted points, bit for bit, where they lie well inside; else points on the way there from inside."""
-    ahead = dot(planes.centre, wanted)
+    ahead = row_dots(planes.centre, wanted)
     seen = ahead > _IN_VIEW
     ahead = np.where(seen, ahead, 1.0)
     away = np.einsum("ki,kji->kj", wanted - planes.centre, planes.axes) / (ahead * planes.size**2)[:, None]
     way = np.where(seen[:, None], away - z, 0.0)
-    h = planes.offset + dot(planes.normal, z[planes.owner])
-    approach = -dot(planes.normal, way[planes.owner])
+    h = planes.offset + row_dots(planes.normal, z[planes.owner])
+    approach = -row_dots(planes.normal, way[planes.owner])
     share = np.where(approach > 0, h, np.inf) / np.where(approach > 0, approach, 1.0)
     share = _KEPT_CLEAR * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
     inside = planes.lift(z + np.minimum(share, 1.0)[:, None] * way)
@@ -218,9 +221,9 @@ def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
     valence = np.bincount(planes.owner)
     bend = planes.size**2
     for _ in range(_NEWTON_STEPS):
-        h = planes.offset + dot(planes.normal, z[planes.owner])
+        h = planes.offset + row_dots(planes.normal, z[planes.owner])
         unit = planes.normal / np.where(h > 0, h, np.inf)[:, None]
-        square = bend * dot(z, z)
+        square = bend * row_dots(z, z)
         # The chart's points are longer than 1, which each determinant is divided by; and a barrier for the disc.
         pull = bend * (valence / (1 + square) + 2 / (_CHART_RADIUS**2 - square))
         g = np.add.reduceat(unit, planes.start, axis=0) - pull[:, None] * z
@@ -229,27 +232,6 @@ def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
         scale = xx * yy - xy * xy
         scale = np.where(scale > 0, scale, np.inf)
         step = np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1) / scale[:, None]
-        decrement = np.sqrt(np.maximum(dot(g, step), 0.0))
+        decrement = np.sqrt(np.maximum(row_dots(g, step), 0.0))
         z = z + step / (1 + np.where(decrement > 0.25, decrement, 0.0))[:, None]
     return z
-
-
-def tangent_axes(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit vectors across each row, chosen so that tiny components keep their relative precision."""
-    s = np.where(x[:, 2] < 0, -1.0, 1.0)  # Duff et al. 2017, Building an Orthonormal Basis, Revisited
-    p = -1 / (s + x[:, 2])
-    q = x[:, 0] * x[:, 1] * p
-    e1 = np.stack((1 + s * x[:, 0] ** 2 * p, s * q, -s * x[:, 0]), axis=1)
-    e2 = np.stack((q, s + x[:, 1] ** 2 * p, -x[:, 1]), axis=1)
-    return e1, e2
-
-
-def dot(u: FloatArray, w: FloatArray) -> FloatArray:
-    """Inner products of rows."""
-    return np.einsum("ij,ij->i", u, w)
-
-
-def cross(u: FloatArray, w: FloatArray) -> FloatArray:
-    """Cross products of rows, without the overhead of np.cross."""
-    return np.stack((u[:, 1] * w[:, 2] - u[:, 2] * w[:, 1], u[:, 2] * w[:, 0] - u[:, 0] * w[:, 2],
-                     u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]), axis=1)

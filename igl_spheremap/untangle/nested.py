@@ -20,8 +20,8 @@ from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
 from ..errors import FactorisationFailed
-from .embedding import unit_rows
-from .kernel import dot, tangent_axes
+from ..sphere.charts import from_chart, to_chart
+from ..sphere.rows import unit_rows
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -94,7 +94,7 @@ class Limbs:
         deep = np.flatnonzero(self.frame >= 0)
         frame = self.frame[deep]
         y = x.copy()
-        y[deep] = _from_chart(origin[frame] + unit[frame] * (self.z[deep] - at[frame]), self.pole[frame])
+        y[deep] = from_chart(origin[frame] + unit[frame] * (self.z[deep] - at[frame]), self.pole[frame])
         return y
 
     def _around(self, tips: Sequence[int]) -> tuple[BoolArray, ComplexArray]:
@@ -226,7 +226,7 @@ def _place_frames(limbs: Limbs, x: FloatArray, disc: IntArray, ring: IntArray,
     if (parent < 0).all():
         middle = np.stack([np.bincount(disc, weight * x[ring, c], parts) for c in range(3)], axis=1)
         pole = unit_rows(np.where(poles.any(axis=1, keepdims=True), poles, middle))
-        around = _to_chart(x[ring], pole[disc])
+        around = to_chart(x[ring], pole[disc])
     else:
         pole = limbs.pole[parent]
         around = limbs.z[ring]
@@ -255,17 +255,3 @@ def _solve(matrix: sp.csr_matrix, load: ComplexArray) -> ComplexArray:
     z = np.empty(len(load), dtype=complex)
     z[order] = parts[:, 0] + 1j * parts[:, 1]
     return z
-
-
-def _to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
-    """Stereographic projection onto the plane that touches the sphere at `pole`, by differences."""
-    d = x - pole
-    e1, e2 = tangent_axes(pole)
-    return np.asarray((dot(d, e1) + 1j * dot(d, e2)) / np.maximum(1 - dot(d, d) / 4, 1e-16))
-
-
-def _from_chart(z: ComplexArray, pole: FloatArray) -> FloatArray:
-    """Inverse of `_to_chart`."""
-    e1, e2 = tangent_axes(pole)
-    w = (z.real**2 + z.imag**2) / 4
-    return (pole * (1 - w)[:, None] + e1 * z.real[:, None] + e2 * z.imag[:, None]) / (1 + w)[:, None]

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
 from ..operators.factor import factorize
-from ..sphere.rows import weighted_sum
+from ..sphere.charts import tangent_axes
+from ..sphere.rows import unit_rows, weighted_sum
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_difference
 from .depth import log_edges
-from .embedding import embed_locally, unit_rows
-from .kernel import tangent_axes
+from .embedding import embed_locally
 from .nudge import nudge
 
 FloatArray = NDArray[np.float64]

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
 from ..verify.certificate import orientation_signs
-from .embedding import Watch, dilate, unit_rows
-from .kernel import cross, dot
+from .embedding import Watch, dilate
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,12 +90,12 @@ def _projected(x: FloatArray, folded: IntArray, movable: NDArray[np.bool_]) -> F
     """One step of all foldings towards a little area each."""
     p = [x.take(folded[:, k], axis=0) for k in range(3)]
     outward = p[0] + p[1] + p[2]
-    reach = np.sqrt(dot(outward, outward))
+    reach = np.sqrt(row_dots(outward, outward))
     outward /= np.where(reach > 0, reach, 1.0)[:, None]
     side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
-    square = np.stack([dot(s, s) for s in side])
-    slope = [cross(outward, s) for s in side]  # of twice the area, as each corner moves
-    lack = _THICKNESS * square.max(axis=0) - dot(outward, cross(side[1], side[2]))
+    square = np.stack([row_dots(s, s) for s in side])
+    slope = [row_crosses(outward, s) for s in side]  # of twice the area, as each corner moves
+    lack = _THICKNESS * square.max(axis=0) - row_dets(outward, side[1], side[2])
     length = lack / np.maximum(square.sum(axis=0), 1e-300)
     move, asked = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
     for k in range(3):

@@ -12,6 +12,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..operators.factor import Factor
+from ..sphere.charts import from_chart, to_chart
+from ..sphere.rows import row_dots
 from .depth import predicted_log_edges
 from .nested import Limbs, solve_limbs
 
@@ -37,19 +39,14 @@ def poles_gauge(x: FloatArray, tips: tuple[int, int], area: FloatArray) -> Float
         Unit rows; those of the tips exact.
     """
     north, south = tips
-    x = x @ _turn_north(x[north]).T
-    across = x[:, 0] + 1j * x[:, 1]
-    across[across == 0] = 1e-150  # the tip in the north, of which w is infinite
-    w = np.where(x[:, 2] > 0, (1 + x[:, 2]) / across.conj(), across / (1 - np.minimum(x[:, 2], 0)))
-    w -= w[south]
-    distance = np.log(np.maximum(np.abs(w), 1e-300))
+    z = to_chart(x, -x[[north]])
+    z -= z[south]
+    distance = np.log(np.maximum(np.abs(z) / 2, 1e-300))
     low, high = -distance.max(), -distance.min()
     for _ in range(100):
         middle = (low + high) / 2
         low, high = (low, middle) if area @ np.tanh(distance + middle) > 0 else (middle, high)
-    w *= np.exp(low)
-    square = w.real**2 + w.imag**2
-    y = np.column_stack((2 * w.real, 2 * w.imag, square - 1)) / (1 + square)[:, None]
+    y = from_chart(z * np.exp(low), np.array([[0.0, 0.0, -1.0]]))
     y[north], y[south] = (0, 0, 1), (0, 0, -1)
     return y
 
@@ -96,14 +93,5 @@ def poles_limbs(v: FloatArray, f: IntArray, x: FloatArray, L: sp.csr_matrix, fac
 def _tips(x: FloatArray, depth: FloatArray) -> tuple[int, int]:
     """The deepest vertex, and the deepest one that is not near it in the image."""
     first = int(np.argmax(depth))
-    away = np.einsum("ij,ij->i", x - x[first], x - x[first]) > 1e-6
+    away = row_dots(x - x[first], x - x[first]) > 1e-6
     return first, int(np.argmax(np.where(away, depth, -np.inf)))
-
-
-def _turn_north(p: FloatArray) -> FloatArray:
-    """Rotation that takes a unit vector to (0, 0, 1) by the shortest way."""
-    if p[2] < -0.9:  # by way of a half turn about the first axis
-        half = np.diag([1.0, -1.0, -1.0])
-        return np.asarray(_turn_north(half @ p) @ half)
-    cross = np.array([[0.0, 0.0, -p[0]], [0.0, 0.0, -p[1]], [p[0], p[1], 0.0]])
-    return np.asarray(np.eye(3) + cross + cross @ cross / (1 + p[2]))

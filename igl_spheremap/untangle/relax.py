@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 
 from ..mesh.measure import corner_angles, face_areas
 from ..operators.laplacian import mollified_edge_lengths
+from ..sphere.charts import tangent_axes
+from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .collapse import independent
-from .embedding import proper, unit_rows
-from .kernel import Stars, cross, dot, stars_of, tangent_axes
+from .embedding import proper
+from .kernel import Stars, stars_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -82,9 +84,9 @@ class AngleLoss:
         """Gauss-Newton with iteratively reweighted squares."""
         u, w = a - p, b - p
         d, normal = self._differences(u, w)
-        turn_a = -cross(normal, u) / dot(u, u)[:, None]
-        turn_b = cross(normal, w) / dot(w, w)[:, None]
-        at_a, at_b = (np.stack([dot(turn, axes[:, k]) for k in range(2)]) for turn in (turn_a, turn_b))
+        turn_a = -row_crosses(normal, u) / row_dots(u, u)[:, None]
+        turn_b = row_crosses(normal, w) / row_dots(w, w)[:, None]
+        at_a, at_b = (np.stack([row_dots(turn, axes[:, k]) for k in range(2)]) for turn in (turn_a, turn_b))
         turns = np.stack((-at_a - at_b, at_a, at_b))  # corner, axis, face
         size = np.sqrt(d * d + self.smoothing**2)
         gradient = (d / size * turns.transpose(1, 0, 2)).sum(axis=1).T
@@ -94,10 +96,10 @@ class AngleLoss:
 
     def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
-        normal = cross(u, w)
-        double_area = np.sqrt(dot(normal, normal))
+        normal = row_crosses(u, w)
+        double_area = np.sqrt(row_dots(normal, normal))
         across = w - u
-        angles = np.arctan2(double_area, (dot(u, w), -dot(u, across), dot(w, across)))
+        angles = np.arctan2(double_area, (row_dots(u, w), -row_dots(u, across), row_dots(w, across)))
         return angles - self.source, normal / np.where(double_area > 0, double_area, 1)[:, None]
 
 
@@ -138,19 +140,19 @@ class MipsLoss:
         _, at_a, at_b = self.half_cotangents
         weight = self.area / area
         slope = at_a[:, None] * (p - b) + at_b[:, None] * (p - a)
-        gain = cross(normal, b - a) / 2  # of the area
+        gain = row_crosses(normal, b - a) / 2  # of the area
         gradient = weight[:, None] * slope - (values / area)[:, None] * gain
         stiff = weight * (at_a + at_b)
-        slopes = np.stack([dot(gradient, axes[:, k]) for k in range(2)], axis=1)
+        slopes = np.stack([row_dots(gradient, axes[:, k]) for k in range(2)], axis=1)
         return values, slopes, np.stack((stiff, 0 * stiff, stiff), axis=1)
 
     def _parts(self, p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loss, flat area and unit normal of each face."""
         u, w = a - p, b - p
-        normal = cross(u, w)
-        double_area = np.sqrt(dot(normal, normal))
+        normal = row_crosses(u, w)
+        double_area = np.sqrt(row_dots(normal, normal))
         at_p, at_a, at_b = self.half_cotangents
-        loss = self.area * (at_p * dot(w - u, w - u) + at_a * dot(w, w) + at_b * dot(u, u))
+        loss = self.area * (at_p * row_dots(w - u, w - u) + at_a * row_dots(w, w) + at_b * row_dots(u, u))
         loss = np.divide(loss, double_area, out=np.full(len(loss), np.inf), where=double_area > 0)
         return loss, double_area / 2, normal / np.where(double_area > 0, double_area, 1)[:, None]
 
@@ -227,7 +229,7 @@ def _step(x: FloatArray, stars: Stars, loss: Loss) -> tuple[float, float]:
     at, axes = p.take(owner, axis=0), np.stack(tangent_axes(p), axis=1)
     old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
                               for part in loss.model(at, a, b, axes.take(owner, axis=0)))
-    nearest = np.minimum.reduceat(dot(a - at, a - at), stars.start)
+    nearest = np.minimum.reduceat(row_dots(a - at, a - at), stars.start)
     steps = _newton(gradient, hessian, _REACH * np.sqrt(nearest))
     move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
     new, rows = old.copy(), np.arange(len(p))
@@ -252,5 +254,5 @@ def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> F
     scale = np.where(det > 1e-12 * (xx + yy) ** 2, det, np.inf)
     step = -np.stack((yy * gradient[:, 0] - xy * gradient[:, 1], xx * gradient[:, 1] - xy * gradient[:, 0]),
                      axis=1) / scale[:, None]
-    length = np.sqrt(dot(step, step))
+    length = np.sqrt(row_dots(step, step))
     return step * np.minimum(1, longest / np.where(length > 0, length, 1))[:, None]

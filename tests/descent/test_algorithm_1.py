@@ -11,7 +11,7 @@ from igl_spheremap.descent.algorithm_1 import CayleyBB
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem, harmonic_problem
 from igl_spheremap.mesh.normals import mesh_gauss_map
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
@@ -64,7 +64,7 @@ def test_gradient_vanishes_at_the_minimum():
 
 def test_without_the_gauge_the_map_still_minimises_but_drifts():
     pear = harmonic_problem(ism.check_mesh(*ism.samples.make("pear", n_vertices=600)))
-    start = normalize(mesh_gauss_map(ism.check_mesh(*ism.samples.make("pear", n_vertices=600))))
+    start = unit_rows(mesh_gauss_map(ism.check_mesh(*ism.samples.make("pear", n_vertices=600))))
     free = run(problem=Problem(pear.energy, pear.A, gauge=False), x=start, tolerance=1e-2)
     fixed = run(problem=pear, x=start)
     assert np.linalg.norm(pear.A @ fixed.last.x) < 1e-2 < np.linalg.norm(pear.A @ free.last.x)
@@ -91,7 +91,7 @@ def test_each_way_to_end_has_its_status():
 
 
 def test_a_start_without_foldings_is_kept_so():
-    crumpled = normalize(X + 0.015 * np.random.default_rng(0).normal(size=X.shape))
+    crumpled = unit_rows(X + 0.015 * np.random.default_rng(0).normal(size=X.shape))
     assert ism.certify(crumpled, F).folding_free
 
     def check(iterate):

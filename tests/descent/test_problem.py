@@ -9,7 +9,7 @@ import igl_spheremap as ism
 from igl_spheremap.descent.problem import Problem, harmonic_problem, remove_boosts
 from igl_spheremap.operators.laplacian import positive_areas
 from igl_spheremap.sphere.moebius import center, moebius
-from igl_spheremap.sphere.rows import normalize, tangent
+from igl_spheremap.sphere.rows import tangent, unit_rows
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -18,7 +18,7 @@ PROBLEM = harmonic_problem(MESH)
 
 
 def wild(seed=0):
-    return normalize(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
+    return unit_rows(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
 
 
 def test_energy_is_that_of_libigls_laplacian():
@@ -53,7 +53,7 @@ def test_energy_of_moebius_maps_converges_to_four_pi_at_second_order():
 
 def test_the_discrete_energy_falls_along_a_strong_boost():
     """Why boosts are kept out of the descent: its minimiser is a point."""
-    towards = normalize(X[F[0]].mean(axis=0, keepdims=True))[0]
+    towards = unit_rows(X[F[0]].mean(axis=0, keepdims=True))[0]
     assert ism.harmonic_energy(X, F, moebius(X, 0.99999 * towards)) < 0.1 * ism.harmonic_energy(X, F, X)
 
 

@@ -9,7 +9,7 @@ from igl_spheremap.descent.problem import HarmonicEnergy, SumEnergy, harmonic_pr
 from igl_spheremap.descent.smooth_problem import smooth_problem
 from igl_spheremap.maps.landmarks import check_landmarks, match_landmarks
 from igl_spheremap.sphere.moebius import moebius
-from igl_spheremap.sphere.rows import normalize, tangent
+from igl_spheremap.sphere.rows import tangent, unit_rows
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -18,11 +18,11 @@ CHOSEN = np.array([3, 77, 150, 222, 400, 512])
 
 
 def targets(x, size=0.2, seed=0):
-    return normalize(x[CHOSEN] + size * np.random.default_rng(seed).normal(size=(len(CHOSEN), 3)))
+    return unit_rows(x[CHOSEN] + size * np.random.default_rng(seed).normal(size=(len(CHOSEN), 3)))
 
 
 def wild(seed=0):
-    return normalize(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
+    return unit_rows(X + 0.5 * np.random.default_rng(seed).normal(size=X.shape))
 
 
 def test_the_sums_gradient_is_its_first_variation():

@@ -9,7 +9,7 @@ from igl_spheremap.operators.laplacian import mollified_edge_lengths, positive_a
 from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import best_rotation
 from igl_spheremap.sphere.moebius import center
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.start.dipole import dipole_map
 from igl_spheremap.start.flat_metric import _angles, _defects, _laplacian, _log_scale, flat_metric, lay_out
 
@@ -59,7 +59,7 @@ def test_a_flat_metric_is_flat_and_is_laid_out_isometrically():
 
 def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
     """Meshes inscribed in the sphere are equivalent to themselves: exact at any resolution."""
-    x = normalize(X + 0.015 * np.random.default_rng(3).normal(size=X.shape))
+    x = unit_rows(X + 0.015 * np.random.default_rng(3).normal(size=X.shape))
     assert ism.certify(x, F).folding_free
     result = through(x, F, "conformal-equivalence")
     assert (
@@ -112,7 +112,7 @@ def test_a_dipole_in_the_plane_is_inversion():
         x, f = icosphere(level)
         mesh = ism.check_mesh(x, f)
         z = dipole_map(mesh, build_operators(mesh), 0)
-        pole = normalize(x[f[0]].mean(axis=0, keepdims=True))[0]
+        pole = unit_rows(x[f[0]].mean(axis=0, keepdims=True))[0]
         across = np.linalg.svd(pole[None])[2][1:]
         if np.linalg.det(np.vstack((across, -pole))) < 0:
             across = across[::-1]

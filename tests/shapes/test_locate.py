@@ -10,7 +10,7 @@ from igl_spheremap import FoldingsRemain, MeshError, samples
 from igl_spheremap.shapes.box_tree import BoxTree
 from igl_spheremap.shapes.locate import Location, SphereLocator, barycentric_weights
 from igl_spheremap.sphere.moebius import moebius
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.certificate import certify
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
@@ -40,7 +40,7 @@ def brute_force(x: np.ndarray, f: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def direction(x: np.ndarray, f: np.ndarray, location: Location) -> np.ndarray:
-    return normalize(np.einsum("ij,ijk->ik", location.weights, x[f[location.face]]))
+    return unit_rows(np.einsum("ij,ijk->ik", location.weights, x[f[location.face]]))
 
 
 @pytest.mark.parametrize("power", [0, 2, 6, 10])
@@ -48,10 +48,10 @@ def test_against_brute_force(power):
     x, f = boosted(642, power)
     assert certify(x, f).folding_free
     rng = np.random.default_rng(0)
-    uniform = normalize(rng.normal(size=(200, 3)))
+    uniform = unit_rows(rng.normal(size=(200, 3)))
     faces = rng.integers(0, len(f), 200)
-    within = normalize(np.einsum("ij,ijk->ik", rng.dirichlet([1, 1, 1], 200), x[f[faces]]))
-    edges = normalize(x[f[faces, 0]] + x[f[faces, 1]])
+    within = unit_rows(np.einsum("ij,ijk->ik", rng.dirichlet([1, 1, 1], 200), x[f[faces]]))
+    edges = unit_rows(x[f[faces, 0]] + x[f[faces, 1]])
     q = np.vstack([uniform, within, edges, x])
     location = SphereLocator(x, f).locate(q)
     assert np.array_equal(location.face, brute_force(x, f, q))
@@ -61,7 +61,7 @@ def test_against_brute_force(power):
 def test_weights_give_the_point_back(power):
     x, f = boosted(642, power)
     weights = np.random.default_rng(1).dirichlet([2, 2, 2], len(f))
-    q = normalize(np.einsum("ij,ijk->ik", weights, x[f]))
+    q = unit_rows(np.einsum("ij,ijk->ik", weights, x[f]))
     location = SphereLocator(x, f).locate(q)
     assert (location.weights >= 0).all()
     assert np.allclose(location.weights.sum(axis=1), 1, atol=1e-15)
@@ -83,7 +83,7 @@ def test_huge_faces_and_points_on_their_edges():
     locator = SphereLocator(OCTAHEDRON, FACES)
     q = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 0], [0, 0, -1], [-1, -2, 3], [0, -1, 1]], dtype=float)
     face, weights = locator.locate(q)
-    assert face.tolist() == brute_force(OCTAHEDRON, FACES, normalize(q)).tolist()
+    assert face.tolist() == brute_force(OCTAHEDRON, FACES, unit_rows(q)).tolist()
     assert np.allclose(weights[0], 1 / 3)
     assert sorted(weights[1].round(12).tolist()) == [0, 0.5, 0.5]
 
@@ -93,7 +93,7 @@ def test_only_directions_matter(scale):
     x, f = samples.sphere(642)
     q = np.random.default_rng(2).normal(size=(100, 3))
     locator = SphereLocator(x, f)
-    assert np.array_equal(locator.locate(q * scale).face, locator.locate(normalize(q)).face)
+    assert np.array_equal(locator.locate(q * scale).face, locator.locate(unit_rows(q)).face)
 
 
 def test_no_points_at_all():
@@ -113,10 +113,10 @@ def test_what_cannot_be_located_is_refused():
 
 def test_weights_are_ratios_of_cones():
     rng = np.random.default_rng(3)
-    corners = normalize(rng.normal(size=(50, 3)) * 0.1 + [0, 0, 1]).reshape(-1, 1, 3)[:48].reshape(16, 3, 3)
+    corners = unit_rows(rng.normal(size=(50, 3)) * 0.1 + [0, 0, 1]).reshape(-1, 1, 3)[:48].reshape(16, 3, 3)
     corners[np.linalg.det(corners) < 0] = corners[np.linalg.det(corners) < 0][:, ::-1]
     weights = rng.dirichlet([1, 1, 1], 16)
-    q = normalize(np.einsum("ij,ijk->ik", weights, corners))
+    q = unit_rows(np.einsum("ij,ijk->ik", weights, corners))
     solved = np.linalg.solve(corners.transpose(0, 2, 1), q[:, :, None])[:, :, 0]
     found = barycentric_weights(q, *corners.transpose(1, 0, 2))
     assert np.allclose(found, solved / solved.sum(axis=1, keepdims=True), atol=1e-11)
@@ -145,6 +145,6 @@ def test_candidates_stay_few_where_faces_crowd():
     for power in (2, 10):
         x, f = boosted(10242, power)
         locator = SphereLocator(x, f)
-        point, _ = locator._tree.candidates(normalize(x[f].sum(axis=1)))
+        point, _ = locator._tree.candidates(unit_rows(x[f].sum(axis=1)))
         counts.append(len(point) / len(f))
     assert counts[1] < 1.2 * counts[0] < 10

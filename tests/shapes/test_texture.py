@@ -9,13 +9,13 @@ from igl_spheremap import MeshError, samples
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
 from igl_spheremap.sphere.cut import cut_along_planes
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
 OCTAHEDRON_FACES = np.array(
     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
 )
-TETRAHEDRON = normalize(np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]))
+TETRAHEDRON = unit_rows(np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]))
 TETRAHEDRON_FACES = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
 PROJECTIONS = ("equirectangular", "octahedral")
 
@@ -51,7 +51,7 @@ def from_octahedral(uv):
     lower = z < 0
     x = np.where(lower, (1 - np.abs(b)) * np.sign(a), a)
     y = np.where(lower, (1 - np.abs(a)) * np.sign(b), b)
-    return normalize(np.column_stack([x, y, z]))
+    return unit_rows(np.column_stack([x, y, z]))
 
 
 BACK = {"equirectangular": from_equirectangular, "octahedral": from_octahedral}
@@ -64,7 +64,7 @@ def test_coordinates_lead_back_to_the_sphere(name, projection):
     atlas = texture_atlas(x, f, projection)
     assert atlas.uv.min() >= 0
     assert atlas.uv.max() <= 1
-    assert np.abs(BACK[projection](atlas.uv) - normalize(atlas.carry(x))).max() < 1e-12
+    assert np.abs(BACK[projection](atlas.uv) - unit_rows(atlas.carry(x))).max() < 1e-12
 
 
 @pytest.mark.parametrize("projection", PROJECTIONS)
@@ -104,7 +104,7 @@ def test_only_the_seam_is_doubled():
     atlas = texture_atlas(x, f)
     y = atlas.carry(x)
     _, index, count = np.unique(y.round(12), axis=0, return_inverse=True, return_counts=True)
-    doubled = normalize(y[count[index] > 1])
+    doubled = unit_rows(y[count[index] > 1])
     assert np.abs(doubled[:, 1]).max() < 1e-12
     assert doubled[:, 0].max() < 1e-12
     assert 50 < len(doubled) < 0.1 * len(x)

@@ -15,7 +15,7 @@ from igl_spheremap.shapes.transfer import (
     sphere_points,
     transfer,
 )
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.certificate import certify
 
 
@@ -63,7 +63,7 @@ def test_there_and_back(maps):
 
 def test_resampling_converges_at_second_order():
     """A smooth function through ever finer meshes of the sphere."""
-    q = normalize(np.random.default_rng(3).normal(size=(2000, 3)))
+    q = unit_rows(np.random.default_rng(3).normal(size=(2000, 3)))
     errors = []
     for k in (2, 3, 4, 5):
         x, f = regular_mesh(f"ico:{k}")

@@ -14,8 +14,9 @@ from triangulations import (
     unit,
 )
 
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.untangle.collapse import Complex, _Adjacency
-from igl_spheremap.untangle.embedding import progressive_embedding, unit_rows
+from igl_spheremap.untangle.embedding import progressive_embedding
 from igl_spheremap.untangle.kernel import analytic_centres, centres_beside, stars_of
 from igl_spheremap.verify.certificate import certify, orientation_signs
 

@@ -13,7 +13,7 @@ from ...io import read_map
 from ...maps.methods import METHODS
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import check_mesh
-from ...sphere.rows import normalize
+from ...sphere.rows import unit_rows
 from ..viewer import SUBJECTS, UPS, ResultView, add_picture_arguments, guess_up, open_for, run_app
 from .command import Command
 from .exits import Exit
@@ -75,7 +75,7 @@ def _map(args: Namespace) -> tuple[Source, FloatArray, str]:
         bad = np.flatnonzero(~(np.linalg.norm(x, axis=1) > 0) | ~np.isfinite(x).all(axis=1))
         if len(bad):
             raise MeshError(f"{name}: vertex {bad[0]} is at the origin or not finite; give a map to a sphere")
-        return source, normalize(x), Path(name).name
+        return source, unit_rows(x), Path(name).name
     source = load_source(args)
     tell_repairs(source)
     if source.name.endswith(".npz") and not args.repair:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh.check import Mesh
+from ...sphere.charts import INFINITE, to_chart
 from ...verify.distortion import mesh_conformal_factor
 
 FloatArray = NDArray[np.float64]
@@ -67,23 +68,11 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     (0.25, True)
     """
     north, south = poles
-    across = np.linalg.svd(south[None, :])[2][1:]
-    if np.linalg.det(np.vstack((across, south))) > 0:  # counterclockwise, as seen from the north, is east
-        across = across[::-1]
-    w = _stereographic(y, south, across) - _stereographic(north[None, :], south, across)
-    radius = np.hypot(w[:, 0], w[:, 1])
-    # |w| of a vertex at a pole is 0 or infinite
-    proper = np.isfinite(radius) & (radius > 0)
+    z = to_chart(y, -south[None, :]) - to_chart(north[None, :], -south[None, :])
+    radius = np.abs(z) / 2  # cotangent of half the angle from the south, where the poles are opposite
+    proper = (radius > 0) & (radius < INFINITE / 2)  # of vertices that lie at no pole
     radius = np.clip(radius, radius[proper].min(), radius[proper].max())
-    longitude = (np.arctan2(-w[:, 1], -w[:, 0]) / (2 * np.pi))[f]
+    longitude = (np.angle(z) / (2 * np.pi))[f]
     longitude = longitude - np.rint(longitude - longitude[:, :1])
     latitude = -np.log(radius) / (2 * np.pi)
     return np.column_stack((longitude.ravel(), latitude[f].ravel()))
-
-
-def _stereographic(y: FloatArray, pole: FloatArray, across: FloatArray) -> FloatArray:
-    """Projection from a pole to the plane of the equator; precise near the pole."""
-    d = y - pole
-    depth = 0.5 * np.einsum("ij,ij->i", d, d)[:, None]  # 1 - cos of the angle to the pole
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(depth > 0, d @ across.T / depth, np.inf))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from ...sphere.rows import row_dots, unit_rows
 from .aggregation import aggregate
 
 _COARSEST = 300
@@ -51,7 +52,7 @@ def _multilevel(graph: sp.csr_matrix, sweeps: int) -> np.ndarray:
     average = _averaging(graph)
     for _ in range(sweeps):
         x = average @ x
-    return _normalise(x)
+    return unit_rows(x)
 
 
 def _averaging(graph: sp.csr_matrix) -> sp.csr_matrix:
@@ -74,18 +75,14 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
     eigenvalues, modes = np.linalg.eigh(L)
     if len(L) < 5 or eigenvalues[1] <= 1e-12 * eigenvalues[-1]:
         # Too small, or not connected: any place will do.
-        return _normalise(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
+        return unit_rows(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
     inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T
-    x = _normalise(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))
+    x = unit_rows(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))
     for _ in range(_PROJECTIONS):
-        area = np.maximum(np.einsum("ij,ij->i", x, L @ x), 0.0)
+        area = np.maximum(row_dots(x, L @ x), 0.0)
         area += 1e-12 * area.max()
         y = inverse @ (area[:, None] * (x - area @ x / area.sum()))
         y -= area @ y / area.sum()
         spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))
-        x = _normalise(y @ (axes / np.sqrt(np.maximum(spread, 1e-300))) @ axes.T)
+        x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, 1e-300))) @ axes.T)
     return x
-
-
-def _normalise(x: np.ndarray) -> np.ndarray:
-    return x / np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
