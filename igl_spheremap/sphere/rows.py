@@ -58,7 +58,7 @@ def along(x: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 def unit_rows(x: FloatArray) -> FloatArray:
-    """Rows divided by their lengths, of whatever size. Zero rows stay zero; if all are unit rows, they stay bit for bit.
+    """Rows divided by their lengths, of whatever size. Zero rows stay zero; and if all are unit rows, nothing changes.
 
     >>> unit_rows(np.array([[0.0, 3.0, 4.0], [0.0, 3e-200, 4e-200]])).tolist()
     [[0.0, 0.6, 0.8], [0.0, 0.6, 0.8]]
