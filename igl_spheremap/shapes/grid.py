@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_rows
-from ..sphere.rows import normalize
+from ..sphere.rows import unit_rows
 from .harmonics.transform import gauss_rows, grid_points, longitudes
 from .transfer import transfer
 
@@ -110,7 +110,7 @@ def from_grid(
     values = np.asarray(grid)
     if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
         raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
-    points = target.sphere if isinstance(target, SphereMap) else normalize(check_rows(target, name="points"))
+    points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))
     row, column, weights = _cells(kind, values.shape[0], values.shape[1], points)
     if labels:
         nearest = np.arange(len(points)), weights.argmax(axis=1)

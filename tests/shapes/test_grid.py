@@ -7,9 +7,9 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.shapes.harmonics.transform import gauss_rows
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 
-POINTS = normalize(np.random.default_rng(0).normal(size=(500, 3)))
+POINTS = unit_rows(np.random.default_rng(0).normal(size=(500, 3)))
 EDGES = np.array([[0, 0, 1], [0, 0, -1], [-1, 0, 0], [-1, 1e-17, 0], [1, 0, 0]], dtype=float)
 
 
@@ -25,7 +25,7 @@ def test_rows_run_from_north_and_columns_east(ball, kind):
     assert places.shape == (40, 80, 3)
     theta = np.arccos(gauss_rows(40)[0]) if kind == "gauss" else np.pi * (np.arange(40) + 0.5) / 40
     phi = 2 * np.pi * np.arange(80) / 80 if kind == "gauss" else 2 * np.pi * (np.arange(80) + 0.5) / 80 - np.pi
-    directions = normalize(places.reshape(-1, 3)).reshape(places.shape)
+    directions = unit_rows(places.reshape(-1, 3)).reshape(places.shape)
     assert np.abs(directions[..., 2] - np.cos(theta)[:, None]).max() < 1e-12
     assert np.abs(directions[..., 0] - np.sin(theta)[:, None] * np.cos(phi)).max() < 1e-12
 
@@ -37,7 +37,7 @@ def test_back_from_the_grid_at_second_order_over_seam_and_poles(kind):
     for rows in (30, 60, 120):
         x, f = ism.samples.sphere(12)
         fine = ism.to_grid(ism.sphere_map(x, f, x), x, kind, rows)  # only for its points
-        places = normalize(fine.reshape(-1, 3)).reshape(fine.shape)
+        places = unit_rows(fine.reshape(-1, 3)).reshape(fine.shape)
         errors.append(np.abs(ism.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind)
                              - np.exp(where[:, 0] - where[:, 2])).max())
     assert np.log2(errors[0] / errors[2]) > 2 * 1.8

@@ -11,7 +11,7 @@ from ...errors import MeshError
 from ...maps.sphere_map import SphereMap
 from ...mesh.check import check_rows
 from ...operators.laplacian import vertex_areas
-from ...sphere.rows import normalize
+from ...sphere.rows import unit_rows
 from ..locate import SphereLocator
 from ..transfer import regular_mesh
 from ..values import check_values
@@ -80,7 +80,7 @@ class SphericalHarmonics:
         (m, k) float64 array
             Positions, or data.
         """
-        return synthesis(self.coefficients, normalize(check_rows(points, name="points")))
+        return synthesis(self.coefficients, unit_rows(check_rows(points, name="points")))
 
     def surface(self, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
         """The surface that the coefficients describe, on a mesh of the sphere.

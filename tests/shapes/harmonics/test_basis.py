@@ -7,11 +7,11 @@ import pytest
 import scipy.special
 
 from igl_spheremap.shapes.harmonics.basis import degree_of, power, synthesis
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 
 
 def points(n, seed=0):
-    return normalize(np.random.default_rng(seed).normal(size=(n, 3)))
+    return unit_rows(np.random.default_rng(seed).normal(size=(n, 3)))
 
 
 def basis(degree, x):

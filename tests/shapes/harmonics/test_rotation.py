@@ -7,10 +7,10 @@ import pytest
 
 from igl_spheremap.shapes.harmonics.basis import power, synthesis
 from igl_spheremap.shapes.harmonics.rotation import euler_angles, euler_rotation, from_complex, rotate, to_complex
-from igl_spheremap.sphere.rows import normalize
+from igl_spheremap.sphere.rows import unit_rows
 
 RNG = np.random.default_rng(0)
-X = normalize(RNG.normal(size=(60, 3)))
+X = unit_rows(RNG.normal(size=(60, 3)))
 C = RNG.normal(size=(21**2, 2))
 ANGLES = [(0.3, 1.2, -2.0), (0, 0, 0), (0.3, 0, 0), (0, 0, 0.3), (0.7, np.pi, 0), (1, 1e-13, 2), (1, np.pi - 1e-13, 2)]
 
