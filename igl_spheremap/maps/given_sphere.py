@@ -12,7 +12,7 @@ from ..errors import FoldingsRemain, MeshError
 from ..mesh.check import check_mesh
 from ..verify.certificate import certify_checked
 from .sphere_map import SphereMap
-from .spherical_conformal_map import unit_rows
+from .spherical_conformal_map import check_start
 
 
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
@@ -49,7 +49,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     """
     began = time.perf_counter()
     mesh = check_mesh(v, f)
-    y = unit_rows(x, len(mesh.v))
+    y = check_start(x, len(mesh.v))
     certificate = certify_checked(y, mesh.f)
     if len(certificate.flipped) == len(mesh.f):
         raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
