@@ -77,6 +77,12 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     )
 
 
+def read_scalars(path: Path) -> dict[str, FloatArray]:
+    """A curvature file's map, by the end of the file's name."""
+    freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
+    return {path.name.rpartition(".")[2]: np.array(freesurfer.read_morph_data(path), dtype=np.float64)}
+
+
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write one scalar map as FreeSurfer's curvature files are, in float32.
 

@@ -93,6 +93,18 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     _save(gifti, path, arrays, metadata)
 
 
+def read_scalars(path: Path) -> dict[str, FloatArray]:
+    """The data arrays that hold one number a vertex, by their names, or else their places."""
+    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
+    content = path.read_bytes()
+    image = gifti.GiftiImage.from_bytes(gzip.decompress(content) if content.startswith(_GZIP) else content)
+    return {
+        dict(array.meta).get("Name") or str(k): np.array(array.data, dtype=np.float64)
+        for k, array in enumerate(image.darrays)
+        if array.data.ndim == 1
+    }
+
+
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write scalar maps, one data array each, in float32.
 

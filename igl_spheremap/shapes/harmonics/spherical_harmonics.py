@@ -206,7 +206,7 @@ class SphericalHarmonics:
             skews = np.array([skewness(c.source.values, c.source.areas) for c in choices if c.source is not None])
             best = int(np.argmax(skews.sum(axis=1)))
         chosen = choices[best]
-        skew = None if chosen.source is None else skewness(chosen.source.values, chosen.source.areas)
+        skew = np.full(3, np.nan) if chosen.source is None else skewness(chosen.source.values, chosen.source.areas)
         return AlignedHarmonics(chosen, axes, skew, *frames[best])
 
     def _in_frame(self, surface: FloatArray, sphere: FloatArray) -> SphericalHarmonics:
@@ -239,16 +239,16 @@ class AlignedHarmonics:
         The shape; its degree 1 is diagonal.
     axes : (3,) float64 array
         Half axes of the ellipsoid along x, y and z. Where two are nearly equal the frame is not sure.
-    skew : (3,) float64 array or None
+    skew : (3,) float64 array
         Third moments of the source's area along x, y and z over the 3/2 power of the second; near 0 the direction of an
-        axis is not sure, and a template decides better. None if the source is not known.
+        axis is not sure, and a template decides better. NaN if the source is not known.
     surface_rotation, sphere_rotation : (3, 3) float64 arrays
         What surface (after its centre was moved to the origin) and sphere were rotated by.
     """
 
     harmonics: SphericalHarmonics
     axes: FloatArray
-    skew: FloatArray | None
+    skew: FloatArray
     surface_rotation: FloatArray
     sphere_rotation: FloatArray
 

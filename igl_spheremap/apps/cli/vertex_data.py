@@ -1,0 +1,38 @@
+"""`--data FILE[:NAME]`: data over the vertices from a file."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import MeshError
+from ...io import read_scalars
+
+FloatArray = NDArray[np.float64]
+
+HELP = "data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of FreeSurfer"
+
+
+def add_data(parser: ArgumentParser) -> None:
+    """Add `--data`."""
+    parser.add_argument("--data", metavar="FILE", help=f"{HELP}; default: the positions")
+
+
+def read_data(path: str, n_vertices: int, mesh: str) -> FloatArray:
+    """The maps of a file as columns (n, k)."""
+    file, colon, name = path.rpartition(":")
+    if colon and not Path(path).exists():
+        maps = read_scalars(file)
+        if name not in maps:
+            raise MeshError(f"{file} holds no map {name!r}; it has {', '.join(maps)}")
+        maps = {name: maps[name]}
+    else:
+        maps = read_scalars(path)
+    for key, values in maps.items():
+        if len(values) != n_vertices:
+            raise MeshError(f"{path}: {key} has {len(values)} values but {mesh} has {n_vertices} vertices; "
+                            "give data of this mesh")
+    return np.stack(list(maps.values()), axis=1)

@@ -1,0 +1,87 @@
+"""The commands for spherical harmonics and grids: what they write, and how they fail."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+from igl_spheremap.io import read_mesh, write_mesh, write_scalars
+
+SOURCE = "sample:pear:n_vertices=500"
+V, F = ism.samples.make("pear", n_vertices=500)
+
+
+@pytest.fixture(scope="module")
+def sphere(tmp_path_factory):
+    path = tmp_path_factory.mktemp("maps") / "sphere.obj"
+    write_mesh(path, ism.spherical_conformal_map(V, F).sphere, F)
+    return str(path)
+
+
+def test_harmonics_writes_what_the_api_gives(sphere, tmp_path):
+    out, surface, table = (str(tmp_path / name) for name in ("a.coef", "a.ply", "a.tsv"))
+    words = ["harmonics", SOURCE, sphere, out, "--degree", "6", "--surface", surface, "--to", "ico:2", "--table", table]
+    assert main([*words, "--quiet"]) == 0
+    shape = ism.spherical_harmonics(ism.sphere_map(V, F, read_mesh(sphere).v), degree=6)
+    assert np.allclose(ism.read_coefficients(out).coefficients, shape.coefficients, atol=1e-14)
+    assert np.allclose(read_mesh(surface).v, shape.surface("ico:2")[0], atol=1e-14)
+    rows = np.loadtxt(table, skiprows=1)
+    assert np.allclose(rows, np.stack((np.arange(7), shape.error(), shape.power()), axis=1), rtol=1e-5, atol=1e-12)
+
+
+def test_alignment_and_templates(sphere, tmp_path):
+    first, second = str(tmp_path / "a.npz"), str(tmp_path / "b.coef")
+    assert main(["harmonics", SOURCE, sphere, first, "--align", "-q"]) == 0
+    assert main(["harmonics", SOURCE, sphere, second, "--align", "--template", first, "-q"]) == 0
+    a, b = ism.read_coefficients(first), ism.read_coefficients(second)
+    assert np.allclose(a.coefficients, b.coefficients, atol=1e-12)
+    assert np.allclose(a.coefficients[0], 0)
+
+
+def test_data_by_name(sphere, tmp_path):
+    data, out = tmp_path / "data.npz", str(tmp_path / "out.npz")
+    write_scalars(data, {"height": V[:, 2], "width": V[:, 0]})
+    assert main(["harmonics", SOURCE, sphere, out, "--data", f"{data}:height", "-q"]) == 0
+    given = ism.sphere_map(V, F, read_mesh(sphere).v)
+    assert np.allclose(ism.read_coefficients(out).coefficients, ism.spherical_harmonics(given, V[:, 2]).coefficients)
+    assert main(["grid", SOURCE, sphere, out, "--data", str(data), "--rows", "8", "-f", "-q"]) == 0
+    with np.load(out) as archive:
+        assert np.array_equal(archive["grid"], ism.to_grid(given, V[:, [2, 0]], rows=8))
+
+
+def test_pictures(sphere, tmp_path):
+    pillow = pytest.importorskip("PIL.Image")
+    out = tmp_path / "a.png"
+    assert main(["grid", SOURCE, sphere, str(out), "--rows", "16", "-q"]) == 0
+    image = np.asarray(pillow.open(out))
+    assert image.shape == (16, 32, 3)
+    assert np.ptp(image[..., 2].astype(int)) == 255  # the pear is longest along z
+    assert image.min() == 0
+
+
+@pytest.mark.parametrize(("words", "status", "sentence"), [
+    (["harmonics", "a.coef", "--template", "b.coef"], 64, "--align"),
+    (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree -2"),
+    (["harmonics", "a.txt"], 74, ".coef and .npz"),
+    (["harmonics", "a.coef", "--surface", "a.ply", "--to", "ico:77"], 64, "--to"),
+    (["harmonics", "a.npz", "--data", "short.npz"], 2, "give data of this mesh"),
+    (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),
+    (["harmonics", "a.npz", "--data", "missing.npz"], 74, "can't read"),
+    (["grid", "a.jpg"], 64, ".png or .npz"),
+    (["grid", "a.npz", "--rows", "0"], 64, "--rows 0"),
+])
+def test_failures_are_one_line(sphere, tmp_path, monkeypatch, capsys, words, status, sentence):
+    monkeypatch.chdir(tmp_path)
+    write_scalars("short.npz", {"height": V[:9, 2]})
+    assert main([words[0], SOURCE, sphere, *words[1:]]) == status
+    err = capsys.readouterr().err
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_a_folded_sphere_is_refused(sphere, tmp_path, capsys):
+    x = read_mesh(sphere).v.copy()
+    x[[10, 20]] = x[[20, 10]]
+    write_mesh(tmp_path / "folded.obj", x, F)
+    assert main(["harmonics", SOURCE, str(tmp_path / "folded.obj"), str(tmp_path / "a.coef")]) == 3
+    assert "flipped faces" in capsys.readouterr().err
