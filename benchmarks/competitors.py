@@ -11,8 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.factor import factorize
-from igl_spheremap.operators.laplacian import cotangent_laplacian, vertex_areas
+from igl_spheremap.operators.laplacian import cotangent_laplacian
 
 Array = np.ndarray
 Competitor = Callable[[Array, Array], Array]

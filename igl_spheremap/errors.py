@@ -1,4 +1,7 @@
-"""Errors that the package raises, each with a sentence a user can act on."""
+"""Errors that the package raises, each with a sentence a user can act on.
+
+A message names calls and arguments of this library; the command line prints its own flags in their place.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to im
 class MeshError(ValueError):
     """The input is no closed, oriented, connected genus-0 triangle mesh.
 
-    The message is one line: what is wrong, where (a few indices), and what would mend it.
+    The message is one line: what is wrong, where (the first indices), and what mends it.
     """
 
 

@@ -54,7 +54,7 @@ class Polygons:
             return np.ascontiguousarray(self.corners.reshape(-1, 3), dtype=np.int64)
         self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
         if not triangulate:
-            self._refuse(np.flatnonzero(self.sizes > 3), "triangulate them (--repair does)")
+            self._refuse(np.flatnonzero(self.sizes > 3), "triangulate them (read_mesh(path, triangulate=True) does)")
         fans = self.sizes - 2
         first = np.repeat(np.cumsum(self.sizes) - self.sizes, fans)
         step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)

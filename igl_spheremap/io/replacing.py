@@ -76,7 +76,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     if final.exists() and not final.is_file():
         raise FileError(f"can't write {path}: it is no regular file")
     if final.exists() and not force:
-        raise FileError(f"{path} exists already; --force (force=True) replaces it")
+        raise FileError(f"{path} exists already; force=True replaces it")
     if not final.parent.is_dir():
         raise FileError(f"can't write {path}: there is no folder {final.parent}")
     if not os.access(final.parent, os.W_OK):

@@ -12,13 +12,14 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError
-from .explain import count, explain_characteristic, explain_edges, listed, some
+from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_EPS = np.finfo(float).eps
 #: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
-_FLAT = 1e-13
+_FLAT = 512 * _EPS
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     Returns
     -------
     Mesh
-        The checked mesh, with a copy of the vertices scaled to unit area about the origin.
+        The checked mesh; it shares no memory with the input.
 
     Raises
     ------
@@ -73,9 +74,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes ...
     """
     vertices = _positions(v)
-    faces = check_triangles(f)
-    _check_indices(faces, len(vertices))
-    _check_closed_sphere(faces, len(vertices))
+    faces = check_faces(f, len(vertices))
     return Mesh(vertices, _unit_area(vertices, faces), faces)
 
 
@@ -92,7 +91,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     Returns
     -------
     (m, 3) int64 array
-        The faces, C-contiguous.
+        A copy of the faces, C-contiguous.
 
     Raises
     ------
@@ -112,24 +111,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
 
 
 def refuse_rows(bad: NDArray[np.bool_], name: str) -> None:
-    """Raise if some rows of an array give no direction.
-
-    Parameters
-    ----------
-    bad : (n,) bool array
-        Rows that are zero or not finite.
-    name : str
-        What the array is called in the message.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    MeshError
-        If there are any.
-    """
+    """Raise MeshError if some rows, zero or not finite, give no direction."""
     rows = np.flatnonzero(bad)
     if len(rows):
         raise MeshError(f"{name} has {len(rows)} rows that are zero or not finite, e.g. {rows[:3].tolist()}; "
@@ -137,109 +119,78 @@ def refuse_rows(bad: NDArray[np.bool_], name: str) -> None:
 
 
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
-    """Take `x` as an (n, 3) float64 array, or say why not.
+    """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
 
-    Parameters
-    ----------
-    x : (n, 3) array_like
-        Real numbers of any dtype, byte order and memory layout.
-    n_vertices : int, optional
-        The number of rows that is wanted; any number by default.
-    name : str
-        What the array is called in messages.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        C-contiguous, native byte order; not checked for being finite.
-
-    Raises
-    ------
-    MeshError
-        If the array is not numeric, real and of that shape.
-
-    Examples
-    --------
-    >>> from igl_spheremap.mesh.check import check_rows
-    >>> check_rows([[0, 0, 1]]).dtype
-    dtype('float64')
+    Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
     """
     array = _array(x, name)
     if array.dtype.kind not in "fiub":
         raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
     if array.ndim != 2 or array.shape[1] != 3:
-        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
-        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per vertex{turned}")
+        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per "
+                        f"vertex{_transposed(array)}")
     if n_vertices is not None and len(array) != n_vertices:
         raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def check_triangles(f: ArrayLike) -> IntArray:
+    """Whole numbers of any dtype, byte order and layout as a new (m, 3) int64 array, in range or not.
+
+    Raises MeshError for anything else, and where there are no faces.
+    """
+    array = _array(f, "faces")
+    if array.size == 0:
+        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices "
+                        f"each{_transposed(array)}; triangulate polygons first")
+    if array.dtype.kind == "f":
+        if not np.isfinite(array).all() or (array != np.floor(array)).any():
+            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
+    elif array.dtype.kind not in "iu":
+        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
+    return np.array(array, dtype=np.int64, order="C")
+
+
 def _array(values: ArrayLike, name: str) -> NDArray[Any]:
-    """`values` as an array, with ragged input told apart."""
+    """`values` as an array; ragged and masked input is refused."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise MeshError(f"{name} are a masked array; give plain numbers, without the masked rows")
     try:
         return np.asarray(values)
     except ValueError as error:
         raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
 
 
+def _transposed(array: NDArray[Any]) -> str:
+    return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+
+
 def _positions(v: ArrayLike) -> FloatArray:
     vertices = np.array(check_rows(v, name="vertices"))
-    if len(vertices) == 0:
-        raise MeshError("no vertices: the mesh is empty; give at least 4 vertices and 4 faces")
     bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(bad):
         raise MeshError(f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
-                        f"{some(bad)}; correct or remove them")
+                        f"{examples(bad)}; correct or remove them")
     return vertices
 
 
-def check_triangles(f: ArrayLike) -> IntArray:
-    """Take `f` as an (m, 3) int64 array, or say why not.
-
-    Parameters
-    ----------
-    f : (m, 3) array_like
-        Whole numbers of any dtype, byte order and memory layout.
-
-    Returns
-    -------
-    (m, 3) int64 array
-        C-contiguous, native byte order; not checked for being in range.
-
-    Raises
-    ------
-    MeshError
-        If the array is empty, or not of that shape, or holds no whole numbers.
-    """
-    array = _array(f, "faces")
-    if array.size == 0:
-        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
-    if array.ndim != 2 or array.shape[1] != 3:
-        turned = " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
-        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices each{turned}; "
-                        "triangulate polygons first")
-    if array.dtype.kind == "f":
-        if not np.isfinite(array).all() or (array != np.floor(array)).any():
-            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
-    elif array.dtype.kind not in "iu":
-        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
-    return np.ascontiguousarray(array, dtype=np.int64)
-
-
 def _check_indices(f: IntArray, n: int) -> None:
+    if n < 4:
+        raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
     low, high = int(f.min()), int(f.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
         one_based = low == 1 and high == n
         hint = "they look 1-based: subtract 1" if one_based else "correct the faces or add the missing vertices"
-        raise MeshError(f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {some(bad)}, e.g. "
+        raise MeshError(f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {examples(bad)}, e.g. "
                         f"{f[bad[0]].tolist()}; {hint}")
     repeated = (f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0])
     if repeated.any():
         bad = np.flatnonzero(repeated)
-        raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {some(bad)}; "
-                        "remove them (--repair does)")
+        raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {examples(bad)}; "
+                        f"remove them ({REPAIR} does)")
 
 
 def _check_closed_sphere(f: IntArray, n: int) -> None:
@@ -262,8 +213,8 @@ def _check_closed_sphere(f: IntArray, n: int) -> None:
     used = np.diff(out.indptr)
     if (used == 0).any():
         bad = np.flatnonzero(used == 0)
-        raise MeshError(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {some(bad)}; "
-                        "remove them (--repair does)")
+        raise MeshError(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}; "
+                        f"remove them ({REPAIR} does)")
     twin = np.empty(3 * m, dtype=np.int32)
     twin[out.data - 1] = back.data - 1
     neighbours = csr_matrix((half_edge, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
@@ -271,7 +222,7 @@ def _check_closed_sphere(f: IntArray, n: int) -> None:
         components, label = connected_components(neighbours, directed=False)
         sizes = np.sort(np.bincount(label))[::-1]
         raise MeshError(f"{components} components of {listed(sizes)} faces; give one closed surface "
-                        f"(--repair --keep-largest does), face {int(np.argmax(label > 0))} is in the second one")
+                        f"({REPAIR_LARGEST} does), face {int(np.argmax(label > 0))} is in the second one")
     if n - 3 * m // 2 + m != 2:
         explain_characteristic(f, twin, n)
 
@@ -279,17 +230,13 @@ def _check_closed_sphere(f: IntArray, n: int) -> None:
 def _unit_area(vertices: FloatArray, f: IntArray) -> FloatArray:
     """The vertices about the origin, scaled to unit area (to unit extent where the area vanishes)."""
     size = float(np.abs(vertices).max())
-    if size == 0:
-        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
-    v = vertices / size
+    v = vertices / (size or 1.0)
     v -= (v.min(axis=0) + v.max(axis=0)) / 2
     extent = float(np.abs(v).max())
-    if extent < 1e-15:
-        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with some extent")
+    if extent < 4 * _EPS:
+        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent")
     v /= extent
     area = float(igl.doublearea(v, f).sum()) / 2
     if area > _FLAT:
         v /= np.sqrt(area)
     return v
-
-

@@ -1,4 +1,4 @@
-"""Repair at the door, on request only: what can be mended without inventing geometry."""
+"""Repair of input meshes, on request only, as far as no new geometry has to be invented."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..errors import MeshError
 from .check import check_mesh, check_rows, check_triangles
+from .explain import components
+from .measure import enclosed_volume
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class RepairedMesh:
-    """A closed, outward oriented genus-0 mesh, and how it came of the input. Unpacks to ``v, f``.
+    """A closed, outward oriented genus-0 mesh, and what its rows were in the input. Unpacks to ``v, f``.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class RepairedMesh:
     vertex_image : (n_input,) int64 array
         Vertex that each row of the input became, -1 for those that were dropped.
     actions : tuple of str
-        What was done, a phrase each; empty where nothing had to be.
+        What was done, a phrase each; empty for a mesh that was sound.
     """
 
     v: FloatArray
@@ -50,7 +50,7 @@ class RepairedMesh:
 
 
 def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> RepairedMesh:
-    """Mend what keeps a surface from being a closed, oriented genus-0 mesh, where that needs no new geometry.
+    """Repair what keeps a surface from being a closed, oriented genus-0 mesh, where that needs no new geometry.
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
     unreferenced vertices, makes the orientation consistent and outward, and gives each of the sheets that
@@ -73,7 +73,7 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     Raises
     ------
     MeshError
-        If it can't be mended so: holes, handles, surplus sheets, several components, NaN.
+        If that is not enough: holes, handles, surplus sheets, several components, NaN.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
-        check_mesh(vertices, faces)  # says where, and that it can't be mended
+        check_mesh(vertices, faces)  # raises, and says where
     work = _Work(vertices, faces)
     work.weld_open_edges()
     work.drop_repeated_indices()
@@ -99,28 +99,14 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     try:
         check_mesh(work.v, work.f)
     except MeshError as error:
-        done = "; ".join(work.actions) or "nothing that repair can mend"
-        raise MeshError(f"not mended by repair ({done}): {error}") from None
+        done = "; ".join(work.actions) or "nothing"
+        raise MeshError(f"repair (done: {done}) is not enough: {error}") from None
     return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
 
 
 def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Make equal rows one.
+    """Each distinct row once, in the order of first appearance, and for each row of `points` the one that equals it.
 
-    Parameters
-    ----------
-    points : (k, 3) float64 array
-        Positions; rows with a NaN equal none.
-
-    Returns
-    -------
-    v : (n, 3) float64 array
-        Each position once, in the order of first appearance.
-    index : (k,) int64 array
-        The row of `v` that each row of `points` equals.
-
-    Examples
-    --------
     >>> weld(np.array([[1.0, 0, 0], [0, 0, 0], [1, 0, 0]]))[1]
     array([0, 1, 0])
     """
@@ -135,7 +121,7 @@ def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 class _Work:
-    """A mesh under repair, with its index maps; each method mends one thing and says so in `actions`."""
+    """A mesh under repair, with its index maps; each method repairs one kind of fault and notes it in `actions`."""
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
         self.v, self.f = v, f
@@ -156,13 +142,13 @@ class _Work:
         target = np.arange(len(self.v))
         target[rim] = rim[np.unique(index, return_index=True)[1]][index]
         self.f, self.image = target[self.f], target[self.image]
-        self._say("welded", len(rim) - len(v), "coincident vertex", "coincident vertices", "along open edges")
+        self._note("welded", len(rim) - len(v), "coincident vertex", "coincident vertices", "along open edges")
 
     def drop_repeated_indices(self) -> None:
         a, b, c = self.f.T
         bad = (a == b) | (b == c) | (c == a)
         self._keep_faces(~bad)
-        self._say("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
+        self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
 
     def drop_copies(self) -> None:
         """Of faces with the same corners the first is kept, where an edge has too many faces."""
@@ -174,15 +160,15 @@ class _Work:
         copy = np.ones(len(self.f), dtype=bool)
         copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
         self._keep_faces(~(copy & crowded))
-        self._say("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
+        self._note("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
 
     def drop_components(self, keep_largest: bool) -> None:
         if not keep_largest or len(self.f) == 0:
             return
         first, second = self._twins()
-        components, label = _connected(first // 3, second // 3, len(self.f))
+        number, label = components(first // 3, second // 3, len(self.f))
         self._keep_faces(label == np.argmax(np.bincount(label)))
-        self._say("dropped", components - 1, "smaller component", "smaller components")
+        self._note("dropped", number - 1, "smaller component", "smaller components")
 
     def drop_unreferenced(self) -> None:
         used = np.zeros(len(self.v), dtype=bool)
@@ -191,7 +177,7 @@ class _Work:
         number = np.where(used, np.cumsum(used) - 1, -1)
         self.f, self.image = number[self.f], number[self.image]
         self.v, self.vertex_source = self.v[used], self.vertex_source[used]
-        self._say("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
+        self._note("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
 
     def orient(self) -> None:
         """Reverse the fewest faces of each component that make neighbours agree."""
@@ -202,26 +188,26 @@ class _Work:
         if not clash.any():
             return
         # Each face has two states, k and k + m; states are linked as each edge asks.
-        _, state = _connected(
+        _, state = components(
             np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
         )
         if (state[:m] == state[m:]).any():
-            return  # not orientable: the gate says so
-        _, label = _connected(i, j, m)
+            return  # not orientable: the gate refuses it
+        _, label = components(i, j, m)
         seed = np.unique(label, return_index=True)[1]
         reverse = state[:m] != state[seed][label]
         reverse ^= (np.bincount(label, weights=reverse) * 2 > np.bincount(label))[label]
         self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
-        self._say("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
+        self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
 
     def split_pinched(self) -> None:
         """Give each fan of faces around a vertex a vertex of its own."""
         first, second = self._twins()
         start = self.f.ravel()
         if 2 * len(first) != len(start) or (start[first] == start[second]).any():
-            return  # open or not orientable: the gate says so
+            return  # open or not orientable: the gate refuses it
         onward = [3 * (h // 3) + (h + 1) % 3 for h in (first, second)]
-        fans, fan = _connected(np.r_[first, second], np.r_[onward[1], onward[0]], len(start))
+        fans, fan = components(np.r_[first, second], np.r_[onward[1], onward[0]], len(start))
         vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
         extra = np.ones(fans, dtype=bool)
         extra[np.unique(vertex, return_index=True)[1]] = False
@@ -231,13 +217,12 @@ class _Work:
         self.f = number[fan].reshape(-1, 3)
         self.v = np.concatenate([self.v, self.v[vertex[extra]]])
         self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[vertex[extra]]])
-        self._say("split", len(np.unique(vertex[extra])), "vertex", "vertices", "where sheets touch")
+        self._note("split", len(np.unique(vertex[extra])), "vertex", "vertices", "where sheets touch")
 
     def turn_outward(self) -> None:
         if not np.isfinite(self.v).all() or len(self.f) == 0:
             return
-        a, b, c = ((self.v - self.v.mean(axis=0))[self.f[:, k]] for k in range(3))
-        if np.einsum("ij,ij->", a, np.cross(b, c)) < 0:
+        if enclosed_volume(self.v, self.f) < 0:
             self.f = np.ascontiguousarray(self.f[:, ::-1])
             self.actions.append("turned the surface outward")
 
@@ -252,7 +237,7 @@ class _Work:
         pairs = first[count == 2]
         return order[pairs], order[pairs + 1]
 
-    def _say(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
+    def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
         if count:
             self.actions.append(f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip())
 
@@ -260,9 +245,3 @@ class _Work:
 def _edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
     """A number for each undirected edge."""
     return np.minimum(start, stop) * n + np.maximum(start, stop)
-
-
-def _connected(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int32]]:
-    links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
-    count, label = connected_components(links, directed=False)
-    return int(count), label

@@ -15,7 +15,13 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def components(i: NDArray[np.int64], j: NDArray[np.int64], size: int) -> tuple[int, NDArray[np.int32]]:
+#: The call that mends a fault. The command line prints it as the flags that stand for it.
+REPAIR = "repair_mesh(v, f)"
+REPAIR_LARGEST = "repair_mesh(v, f, keep_largest=True)"
+
+
+def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int32]]:
+    """Number of components of a graph given by its edges (i, j), and the component of each vertex."""
     links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
     number, label = connected_components(links, directed=False)
     return int(number), label
@@ -34,7 +40,7 @@ def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None
     if (fans > 1).any():
         bad = np.flatnonzero(fans > 1)
         raise MeshError(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-                        f"{some(bad)}; give each sheet a vertex of its own")
+                        f"{examples(bad)}; give each sheet a vertex of its own")
     raise MeshError(f"genus {genus}: the surface has {genus} handle{'s' * (genus > 1)} (Euler characteristic "
                     f"{2 - 2 * genus}, everywhere, not at one place); only genus 0 maps to a sphere: cut and fill "
                     "the handles")
@@ -50,7 +56,7 @@ def explain_edges(f: IntArray, n: int) -> None:
         bad = ends[faces_at > 2]
         _, first, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
         twice = first[copies > 1]
-        hint = f"{count(twice, 'face')} given twice, {some(twice)}: remove the copies (--repair does)" if len(
+        hint = f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies ({REPAIR} does)" if len(
             twice) else "split the surface there, or remove the surplus faces"
         raise MeshError(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {edge_list(bad)}; {hint}")
     if (faces_at < 2).any():
@@ -71,7 +77,7 @@ def explain_edges(f: IntArray, n: int) -> None:
                         f"projective plane), it fails {edge_list(bad[:1])}; give an orientable surface")
     raise MeshError(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
                     f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}; reverse faces until they agree "
-                    "(--repair does)")
+                    f"({REPAIR} does)")
 
 
 def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
@@ -87,6 +93,5 @@ def listed(items: NDArray[Any], most: int = 5) -> str:
     return shown + (", ..." if len(items) > most else "")
 
 
-def some(indices: NDArray[Any]) -> str:
+def examples(indices: NDArray[Any]) -> str:
     return "e.g. " + listed(indices, 3).removesuffix(", ...")
-

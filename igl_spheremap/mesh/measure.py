@@ -1,4 +1,4 @@
-"""Angles and areas of triangles in space."""
+"""Angles, areas and volume of triangle meshes in space."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Below this angle in radians the law of cosines, which libigl uses, has lost half of its digits.
+_THIN = 1e-4
+
 
 def unit_scale(d: FloatArray) -> FloatArray:
     """Rows divided by their largest entry, so that products neither over- nor underflow."""
@@ -17,29 +20,13 @@ def unit_scale(d: FloatArray) -> FloatArray:
 
 
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
-    """Corner angles in radians, by libigl, and by a slower way where libigl's fails on a degenerate face.
+    """(m, 3) corner angles in radians, finite on degenerate faces, too; a corner with a zero-length side counts as 0.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 array
-        Finite positions.
-    f : (m, 3) int64 array
-        Faces in range.
-
-    Returns
-    -------
-    (m, 3) float64 array
-        Between 0 and pi, always finite; a corner with a zero-length side counts as 0.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> np.degrees(corner_angles(np.eye(3), np.array([[0, 1, 2]]))).round(9)
     array([[60., 60., 60.]])
     """
     angles = np.asarray(igl.internal_angles(v, f))
-    # The law of cosines loses the thin corners first: below 1e-4 radians or where it gave no number, use atan2.
-    redo = np.flatnonzero(~(angles.min(axis=1) > 1e-4))
+    redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))  # NaN included
     for k in range(3):
         a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
         u, w = unit_scale(b - a), unit_scale(c - a)
@@ -47,26 +34,26 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     return angles
 
 
+def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
+    """Integrated Gaussian curvature of each of `n` vertices: the angle in radians that is missing around it."""
+    return np.asarray(2 * np.pi - np.bincount(f.ravel(), angles.ravel(), n))
+
+
 def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Flat areas of the faces.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 array
-        Finite positions.
-    f : (m, 3) int64 array
-        Faces in range.
-
-    Returns
-    -------
-    (m,) float64 array
-        Non-negative.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> face_areas(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float), np.array([[0, 1, 2]]))
     array([0.5])
     """
     return np.asarray(igl.doublearea(v, f)) / 2
 
+
+def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
+    """Area that belongs to each vertex, A_i of eq. (13): a third of the faces around it."""
+    return np.asarray(np.bincount(f.ravel(), np.repeat(face_areas(v, f) / 3, 3), len(v)), float)  # eq. (13)
+
+
+def enclosed_volume(v: FloatArray, f: IntArray) -> float:
+    """Volume inside a closed surface, negative if its faces are oriented inwards."""
+    a, b, c = ((v - v.mean(axis=0))[f[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6

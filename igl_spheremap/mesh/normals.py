@@ -1,4 +1,4 @@
-"""Maps to start from that need no iteration."""
+"""The Gauss map: unit normals at the vertices."""
 
 from __future__ import annotations
 
@@ -47,36 +47,15 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
 
 def mesh_gauss_map(mesh: Mesh) -> FloatArray:
-    """`gauss_map` of a mesh that passed the gate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows.
-    """
+    """`gauss_map` of a mesh that passed the gate."""
     normals = igl.per_vertex_normals(mesh.v, mesh.f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
     return fill_directions(normals, mesh.f)
 
 
 def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
-    """Unit rows from `x`; rows that have no direction take the mean of their neighbours', ring by ring.
+    """Unit rows along those of `x`; rows without direction take the mean of their neighbours', ring by ring.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Directions, some of them zero or not finite.
-    f : (m, 3) int64 array
-        Faces.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows; the z axis where nothing has a direction.
+    Where nothing has a direction, all get the z axis.
     """
     length = np.linalg.norm(x, axis=1)
     known = np.isfinite(length) & (length > 0.5e-150)

@@ -1,15 +1,15 @@
-"""What of a mesh bears on its map: size, orientation, shape of triangles, signs of weights."""
+"""Properties of a mesh that decide how good its map can be: shape of triangles, signs of weights."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from .check import Mesh, check_mesh
+from .check import Mesh
 from .clean import weld
-from .measure import corner_angles, face_areas
+from .measure import corner_angles, enclosed_volume, face_areas
 
 FloatArray = NDArray[np.float64]
 
@@ -57,56 +57,20 @@ class MeshQuality:
     largest_valence: int
 
 
-def mesh_quality(v: ArrayLike, f: ArrayLike) -> MeshQuality:
-    """Measure what of a mesh bears on its map.
+def mesh_quality(mesh: Mesh) -> MeshQuality:
+    """Measure a mesh that passed the gate.
 
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Vertex positions.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-
-    Returns
-    -------
-    MeshQuality
-        The figures.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is no closed genus-0 mesh.
-
-    Examples
-    --------
-    >>> from igl_spheremap.mesh.quality import mesh_quality
+    >>> from igl_spheremap import check_mesh
     >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
-    >>> quality = mesh_quality(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> quality = mesh_quality(check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
     >>> round(quality.volume, 9), round(quality.smallest_angle, 6), quality.non_delaunay_edges
     (2.666666667, 60.0, 0)
-    """
-    return checked_quality(check_mesh(v, f))
-
-
-def checked_quality(mesh: Mesh) -> MeshQuality:
-    """`mesh_quality` of a mesh that passed the gate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked mesh.
-
-    Returns
-    -------
-    MeshQuality
-        The figures.
     """
     p, f = mesh.vertices, mesh.f
     i, j = f.ravel(), f[:, [1, 2, 0]].ravel()
     length = np.linalg.norm(p[i] - p[j], axis=1)[i < j]
     angles = corner_angles(mesh.v, f)
     areas = face_areas(mesh.v, f)
-    a, b, c = ((mesh.v - mesh.v.mean(axis=0))[f[:, k]] for k in range(3))
     # The gate scales lengths by one factor: undo it in the volume.
     scale = float(np.ptp(p, axis=0).max() / np.ptp(mesh.v, axis=0).max())
     extent = np.ptp(p, axis=0).tolist()
@@ -114,7 +78,7 @@ def checked_quality(mesh: Mesh) -> MeshQuality:
     return MeshQuality(
         extent=(extent[0], extent[1], extent[2]),
         area=float(areas.sum()) * scale**2,
-        volume=float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6 * scale**3,
+        volume=enclosed_volume(mesh.v, f) * scale**3,
         shortest_edge=float(length.min()),
         mean_edge=float(length.mean()),
         longest_edge=float(length.max()),

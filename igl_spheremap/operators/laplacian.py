@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
+from ..mesh.measure import vertex_areas
 
 FloatArray = NDArray[np.float64]
 
@@ -186,31 +187,6 @@ def is_usable(L: sp.csr_matrix) -> bool:
     True
     """
     return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
-
-
-def vertex_areas(v: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """Area that belongs to each vertex: a third of the faces around it.
-
-    Parameters
-    ----------
-    v : (n, 3) float64 ndarray
-        Vertex positions.
-    f : (m, 3) int64 ndarray
-        Faces.
-
-    Returns
-    -------
-    (n,) float64 ndarray
-        ``A_i`` of eq. (13), in squared units of `v`; the diagonal of igl's barycentric mass matrix.
-
-    Examples
-    --------
-    >>> v, f = igl.icosahedron()
-    >>> bool(np.isclose(vertex_areas(v, f).sum(), igl.doublearea(v, f).sum() / 2))
-    True
-    """
-    thirds = igl.doublearea(v, f) / 6.0
-    return np.bincount(f.ravel(), np.repeat(thirds, 3), minlength=len(v))  # eq. (13)
 
 
 def _assemble(half_cotangents: np.ndarray, f: np.ndarray, n: int) -> sp.csr_matrix:

@@ -1,4 +1,8 @@
-"""How much limbs will shrink, foretold by two linear solves and no map."""
+"""How strongly a conformal map shrinks limbs, predicted by linear solves without a map.
+
+A limb of length l and circumference c shrinks like exp(-2 pi l / c), soon below what float64 can hold. Its logarithm
+solves a linear equation, which does not underflow.
+"""
 
 from __future__ import annotations
 
@@ -10,93 +14,56 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..mesh.check import Mesh
-from ..mesh.measure import corner_angles
+from ..mesh.measure import angle_defects, corner_angles
+from .factor import Factor
 from .operators import Operators
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Image edges below this can't be told from none next to coordinates of size 1 in float64.
-FLOAT64_LIMIT = 1e-13
+#: Next to coordinates of size 1, image edges below this length have less than three digits in float64.
+FLOAT64_LIMIT = 512 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
 class Limb:
-    """A part of the surface that the map shrinks strongly.
+    """A part of the surface that the map shrinks strongly."""
 
-    Attributes
-    ----------
-    tip : int
-        Its vertex of smallest scale.
-    vertices : int
-        How many vertices it has.
-    edge : float
-        Foretold length of the shortest image edge at the tip.
+    tip: int  # its vertex of smallest scale
+    vertices: int  # their number
+    edge: float  # predicted length of the shortest image edge at the tip
+
+
+def flat_scale(defects: FloatArray, factor: Factor, pole: int) -> FloatArray:
+    """Logarithmic scale u of the flat metric e^{2u} g of a surface punctured at a vertex: L u = 4 pi delta - K.
+
+    `defects` are the angle defects K of the vertices; `factor` applies the inverse of L.
+
+    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*, for curvature and scale.
     """
-
-    tip: int
-    vertices: int
-    edge: float
+    load = -defects
+    load[pole] += 4 * np.pi
+    return factor.solve(load)
 
 
 def log_scale(mesh: Mesh, operators: Operators) -> FloatArray:
-    """Foretell the logarithm of the map's local scale at each vertex, relative to the body.
+    """Predicted logarithm of the map's scale at each vertex, relative to the body: about -2 pi l / c at a limb's tip.
 
-    With a puncture at p in the body, ``L u = 4 pi delta_p - K`` makes the surface flat: u is the logarithm of
-    the scale of the map to the plane, that to the sphere is about the same away from p.
-    Where two bodies of equal area hang together by a neck, the map halves the difference between them; this
-    foretells the whole of it for one of the two.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    operators : Operators
-        Its Laplacian, factorised.
-
-    Returns
-    -------
-    (n,) float64 array
-        About 0 on the body, strongly negative in limbs: about -2 pi l / c at the tip of one of length l and
-        circumference c.
-
-    References
-    ----------
-    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*, for curvature and scale.
+    It is that of the map to the plane punctured in the body; that to the sphere is about the same away from there.
+    Where two bodies of equal area are joined by a neck, the map halves the difference between them, and this gives
+    the whole of it to one of the two.
     """
-    n = len(mesh.v)
-    angles = corner_angles(mesh.v, mesh.f)
-    curvature = 2 * np.pi - np.bincount(mesh.f.ravel(), angles.ravel(), minlength=n)
-    curvature += (4 * np.pi - curvature.sum()) * operators.A  # 0 but for rounding
-    p = 0
+    defects = angle_defects(corner_angles(mesh.v, mesh.f), mesh.f, len(mesh.v))
+    middle = 0
     for _ in range(2):  # from anywhere, then from the middle of the body as seen from there
-        load = -curvature
-        load[p] += 4 * np.pi
-        u = operators.factor.solve(load)
+        u = flat_scale(defects, operators.factor, middle)
         order = np.argsort(u)
-        middle = order[np.searchsorted(np.cumsum(operators.A[order]), 0.5)]
-        u -= u[middle]
-        p = int(middle)
-    return np.asarray(u)
+        middle = int(order[np.searchsorted(np.cumsum(operators.A[order]), 0.5)])
+    return np.asarray(u - u[middle])
 
 
 def deep_limbs(mesh: Mesh, scale: FloatArray, limit: float = FLOAT64_LIMIT) -> tuple[Limb, ...]:
-    """Limbs whose image has edges below a limit.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    scale : (n,) float64 array
-        From `log_scale`.
-    limit : float
-        Length on the unit sphere.
-
-    Returns
-    -------
-    tuple of Limb
-        The deepest first.
-    """
+    """Limbs whose image has edges below a length on the unit sphere, the deepest first."""
     i, j = mesh.f.ravel(), mesh.f[:, [1, 2, 0]].ravel()
     edge = shortest_image_edges(mesh, scale)
     deep = edge < limit
@@ -111,24 +78,9 @@ def deep_limbs(mesh: Mesh, scale: FloatArray, limit: float = FLOAT64_LIMIT) -> t
 
 
 def shortest_image_edges(mesh: Mesh, scale: FloatArray) -> FloatArray:
-    """Foretold length of the shortest image edge at each vertex.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    scale : (n,) float64 array
-        From `log_scale`.
-
-    Returns
-    -------
-    (n,) float64 array
-        On the unit sphere; edges of zero length in the source are left out.
-    """
+    """Predicted length of the shortest image edge at each vertex; source edges of zero length are left out."""
     i, j = mesh.f.ravel(), mesh.f[:, [1, 2, 0]].ravel()
     length = np.linalg.norm(mesh.v[i] - mesh.v[j], axis=1)
-    length = np.where(length > 0, length, np.inf)
     shortest = np.full(len(mesh.v), np.inf)
-    np.minimum.at(shortest, i, length)
-    np.minimum.at(shortest, j, length)
+    np.minimum.at(shortest, i, np.where(length > 0, length, np.inf))  # a closed mesh runs through each edge both ways
     return np.asarray(np.sqrt(4 * np.pi) * np.exp(np.minimum(scale, 0)) * shortest)

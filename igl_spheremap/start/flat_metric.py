@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed, MapError, NotConverged
 from ..mesh.check import Mesh
+from ..mesh.measure import angle_defects
 from ..operators.factor import factorize
 from ..operators.laplacian import mollified_edge_lengths
 
@@ -188,10 +189,6 @@ def _broken(angles: FloatArray) -> NDArray[np.bool_]:
     return ~((angles.min(axis=1) > 0) & (angles.max(axis=1) < np.pi))
 
 
-def _defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
-    return np.asarray(2 * np.pi - np.bincount(f.ravel(), angles.ravel(), minlength=n), dtype=np.float64)
-
-
 def _laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
     """Cotangent Laplacian from angles; broken triangles have no weight."""
     broken = _broken(angles)[:, None]
@@ -208,7 +205,7 @@ def _newton(
     """Minimise the convex energy over the free vertices; its gradient are the angle defects."""
     angles = _angles(log_l + _log_scale(u, f))
     for k in count():
-        K = _defects(angles, f, len(u))[free]
+        K = angle_defects(angles, f, len(u))[free]
         worst = float(np.abs(K).max(initial=0.0))
         if worst <= tolerance or k == max_iterations:
             break
@@ -218,7 +215,7 @@ def _newton(
         for _ in range(_HALVINGS):  # convex: as long as the slope is not steep, the energy fell
             trial = u + tau * step
             angles = _angles(log_l + _log_scale(trial, f))
-            if _defects(angles, f, len(u))[free] @ step[free] <= 0.5 * abs(K @ step[free]):
+            if angle_defects(angles, f, len(u))[free] @ step[free] <= 0.5 * abs(K @ step[free]):
                 break
             tau /= 2
         u = trial

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..errors import MeshError
 from ..mesh.check import Mesh, check_mesh, check_rows
-from ..mesh.measure import face_areas
+from ..mesh.measure import enclosed_volume, face_areas
 from ..mesh.normals import fill_directions
 from ..operators.factor import factorize, refined_solve
 from ..operators.laplacian import usable_laplacian
@@ -163,7 +163,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
     areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
-    frame = _agreement(phi, x, B, mirrored=_volume(star, mesh.f) < 0)
+    frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
     return EigenProjection(star @ frame, phi @ frame, values)
 
 
@@ -213,9 +213,3 @@ def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix, mirrored: bool)
     handed = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     u[:, -1] *= -handed if mirrored else handed
     return np.asarray(u @ vt)
-
-
-def _volume(x: FloatArray, f: NDArray[np.int64]) -> float:
-    """Six times the volume that a surface encloses, negative if it is inside out."""
-    a, b, c = (x[f[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)))

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.measure import corner_angles
+from ..mesh.measure import angle_defects, corner_angles
 from ..operators.factor import Factor
+from ..operators.limb_scale import flat_scale
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -74,7 +75,7 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
     large = np.median(A) <= A
     pole = int(np.argmax(np.where(large, image - source, -np.inf)))
     away = np.sqrt(np.einsum("ij,ij->i", x - x[pole], x - x[pole]))
-    scale = _flat_scale(_curvature(v, f), factor, pole) + 2 * np.log(np.maximum(away, np.exp(image[pole])))
+    scale = flat_scale(_defects(v, f), factor, pole) + 2 * np.log(np.maximum(away, np.exp(image[pole])))
     known = (away > _NEAR_POLE) & (image > _RELIABLE)
     if not known.any():
         known[:] = True
@@ -101,24 +102,16 @@ def middle_face(v: FloatArray, f: IntArray, factor: Factor) -> int:
     int
         The best shaped one of some faces in the middle.
     """
-    K = _curvature(v, f)
-    first = int(np.argmin(_flat_scale(K, factor, 0)))
-    from_first = _flat_scale(K, factor, first)
+    K = _defects(v, f)
+    first = int(np.argmin(flat_scale(K, factor, 0)))
+    from_first = flat_scale(K, factor, first)
     second = int(np.argmin(from_first))
-    from_second = _flat_scale(K, factor, second)
+    from_second = flat_scale(K, factor, second)
     off = np.abs((from_first - from_first[second]) - (from_second - from_second[first]))
     farthest = np.where(np.isfinite(off), off, np.inf)[f].max(axis=1)
     near = np.flatnonzero(farthest <= max(farthest.min() + _HALFWAY, np.sort(farthest)[min(_SOME, len(f)) - 1]))
     return int(near[np.argmax(corner_angles(v, f[near]).min(axis=1))])
 
 
-def _curvature(v: FloatArray, f: IntArray) -> FloatArray:
-    """Integrated Gaussian curvature of the vertices: the angle that is missing around each."""
-    return np.asarray(2 * np.pi - np.bincount(f.ravel(), corner_angles(v, f).ravel(), len(v)))
-
-
-def _flat_scale(K: FloatArray, factor: Factor, pole: int) -> FloatArray:
-    """Logarithmic factor u of the flat metric e^{2u} g of the surface punctured at a vertex, L u = 4 pi delta - K."""
-    load = -K
-    load[pole] += 4 * np.pi
-    return factor.solve(load)
+def _defects(v: FloatArray, f: IntArray) -> FloatArray:
+    return angle_defects(corner_angles(v, f), f, len(v))

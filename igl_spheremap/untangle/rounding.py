@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
-from ..operators.laplacian import laplacian, vertex_areas
+from ..mesh.measure import vertex_areas
+from ..operators.laplacian import laplacian
 from ..verify.certificate import Certificate, certify_checked, orientation_signs
 from .depth import log_edges
 from .embedding import embed_locally

@@ -39,6 +39,8 @@ def test_read_only_input_is_neither_refused_nor_changed():
     v.flags.writeable = f.flags.writeable = False
     mesh = ism.check_mesh(v, f)
     assert not np.shares_memory(mesh.vertices, v)
+    assert not np.shares_memory(mesh.f, f)
+    assert not np.shares_memory(ism.check_faces(f, len(v)), f)
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)])
@@ -115,11 +117,23 @@ def set_infinite(v, f):
     (lambda v, f: (v.astype(str), f), ["dtype"]),
     (lambda v, f: (None, f), ["dtype"]),
     (lambda v, f: (v, [[0, 1, 2], [0, 1]]), ["ragged"]),
+    (lambda v, f: (np.ma.masked_array(v, v > 2), f), ["vertices are a masked array"]),
+    (lambda v, f: (v, np.ma.masked_array(f, f == 3)), ["faces are a masked array"]),
+    (lambda v, f: (v[:3], [[0, 1, 2], [0, 2, 1]]), ["3 vertices", "at least 4"]),
 ])
 def test_each_fault_is_named_with_its_place(change, names):
     message = fault(*planted(change))
     for name in names:
         assert name in message
+
+
+def test_two_triangles_make_no_surface_for_any_function():
+    """Faces without a repeated directed edge, Euler characteristic 2: only the number of vertices gives it away."""
+    v, f = np.eye(3), [[0, 1, 2], [0, 2, 1]]
+    for refused in (lambda: ism.check_faces(f, 3), lambda: ism.certify(v, f), lambda: ism.spherical_conformal_map(v, f),
+                    lambda: ism.repair_mesh(v, f), lambda: ism.repair_foldings(v, f, v)):
+        with pytest.raises(ism.MeshError, match="3 vertices: a closed surface has at least 4"):
+            refused()
 
 
 def grid(twist):

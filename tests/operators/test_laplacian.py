@@ -10,7 +10,6 @@ from igl_spheremap.operators.laplacian import (
     is_usable,
     laplacian,
     mollified_edge_lengths,
-    vertex_areas,
 )
 
 WEIGHTS = ("cotangent", "mollified", "delaunay")
@@ -43,12 +42,6 @@ def test_dirichlet_energy_is_that_of_the_gradient():
     gradient = igl.grad(v, f)
     areas = sp.diags_array(np.tile(igl.doublearea(v, f) / 2.0, 3))
     assert abs(cotangent_laplacian(v, f) - gradient.T @ areas @ gradient).max() < 1e-12
-
-
-def test_vertex_areas_are_the_barycentric_mass():
-    v, f = bumpy_sphere()
-    mass = igl.massmatrix(v, f, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
-    np.testing.assert_allclose(vertex_areas(v, f), mass, rtol=1e-13)
 
 
 @pytest.mark.parametrize("weights", WEIGHTS)

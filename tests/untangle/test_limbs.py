@@ -11,8 +11,8 @@ from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.descent.fast import fast_map
 from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.check import check_mesh
-from igl_spheremap.mesh.measure import corner_angles
-from igl_spheremap.operators.laplacian import laplacian, vertex_areas
+from igl_spheremap.mesh.measure import corner_angles, vertex_areas
+from igl_spheremap.operators.laplacian import laplacian
 from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.untangle.depth import log_edges, middle_face, predicted_log_edges
 from igl_spheremap.untangle.nested import solve_limbs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MeshError
+from ...mesh.explain import REPAIR, REPAIR_LARGEST
 from .command import UsageError
 from .exits import Exit
 
@@ -17,6 +18,14 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (FactorisationFailed, Exit.FAILED),
     (DisplayError, Exit.FAILED),
 )
+
+#: Calls and arguments that messages of the library name, and the flags that stand for them in a shell.
+_FLAGS = {
+    REPAIR_LARGEST: "--repair --keep-largest",
+    REPAIR: "--repair",
+    "read_mesh(path, triangulate=True)": "--repair",
+    "force=True": "--force",
+}
 
 #: All that is told in one line; anything else is a defect of the package, and shows its traceback.
 EXPECTED = tuple(kind for kind, _ in _STATUS)
@@ -39,11 +48,14 @@ def told(error: BaseException) -> tuple[Exit, str]:
 
     Examples
     --------
-    >>> told(MeshError("open surface"))
-    (<Exit.NO_MESH: 2>, 'open surface')
+    >>> told(MeshError("2 components (repair_mesh(v, f, keep_largest=True) does)"))
+    (<Exit.NO_MESH: 2>, '2 components (--repair --keep-largest does)')
     """
     status = next(status for kind, status in _STATUS if isinstance(error, kind))
     if isinstance(error, MemoryError):
         return status, "out of memory; try a smaller mesh or more memory"
     words = error.strerror if isinstance(error, OSError) and error.strerror else error
-    return status, " ".join(str(words).split())
+    line = " ".join(str(words).split())
+    for call, flag in _FLAGS.items():
+        line = line.replace(call, flag)
+    return status, line

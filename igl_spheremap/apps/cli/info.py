@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ...mesh.check import Mesh, check_mesh
-from ...mesh.quality import MeshQuality, checked_quality
+from ...mesh.quality import MeshQuality, mesh_quality
 from ...operators.limb_scale import FLOAT64_LIMIT, Limb, deep_limbs, log_scale, shortest_image_edges
 from ...operators.operators import build_operators
 from .command import Command
@@ -52,7 +52,7 @@ def run(args: Namespace) -> Exit:
     source = load_source(args)
     tell_repairs(source)
     mesh = check_mesh(source.v, source.f)
-    quality = checked_quality(mesh)
+    quality = mesh_quality(mesh)
     operators = build_operators(mesh)
     scale = log_scale(mesh, operators)
     limbs = deep_limbs(mesh, scale)
@@ -124,7 +124,7 @@ def _limbs(mesh: Mesh, shortest: float, limbs: tuple[Limb, ...]) -> str:
         for limb in limbs[:_SHOWN]
     )
     more = f"; and {len(limbs) - _SHOWN} more" if len(limbs) > _SHOWN else ""
-    return f"{len(limbs)} shrink below {FLOAT64_LIMIT:g}, where float64 ends: {where}{more}; {foretold}"
+    return f"{len(limbs)} shrink below {FLOAT64_LIMIT:.0e}, where float64 ends: {where}{more}; {foretold}"
 
 
 COMMAND = Command(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import MeshError
 from ...maps.sphere_map import SphereMap
 from ...mesh.check import check_rows
-from ...operators.laplacian import vertex_areas
+from ...mesh.measure import vertex_areas
 from ...sphere.rows import unit_rows
 from ..locate import SphereLocator
 from ..transfer import regular_mesh

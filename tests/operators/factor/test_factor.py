@@ -6,9 +6,10 @@ import pytest
 import scipy.sparse as sp
 
 from igl_spheremap.errors import FactorisationFailed
+from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators import factor as factor_module
 from igl_spheremap.operators.factor import available_backends, factorize, refined_solve
-from igl_spheremap.operators.laplacian import cotangent_laplacian, vertex_areas
+from igl_spheremap.operators.laplacian import cotangent_laplacian
 
 BACKENDS = ("cvxopt", "scikit-sparse", "scipy", "cholespy", "pypardiso")
 

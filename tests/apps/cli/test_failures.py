@@ -1,0 +1,47 @@
+"""The shell reads of flags where Python reads of calls."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+
+V, F = ism.samples.sphere(42)
+CUBE = """v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"""
+
+
+def mesh(v, f):
+    return "".join(f"v {x} {y} {z}\n" for x, y, z in v) + "".join(f"f {i} {j} {k}\n" for i, j, k in f + 1)
+
+
+@pytest.mark.parametrize(("text", "call", "flags"), [
+    (mesh(V, np.vstack((F, [[3, 3, 4]]))), "repair_mesh(v, f)", ["--repair"]),
+    (mesh(np.vstack((V, [[0, 0, 9]])), F), "repair_mesh(v, f)", ["--repair"]),
+    (mesh(V, np.vstack((F, F[:1]))), "repair_mesh(v, f)", ["--repair"]),
+    (mesh(V, np.vstack((F[:1, ::-1], F[1:]))), "repair_mesh(v, f)", ["--repair"]),
+    (mesh(np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), "repair_mesh(v, f, keep_largest=True)",
+     ["--repair", "--keep-largest"]),
+    (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
+])
+def test_what_mends_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
+    path = tmp_path / "mesh.obj"
+    path.write_text(text)
+    with pytest.raises(ism.MeshError) as caught:
+        ism.check_mesh(*ism.read_mesh(path))
+    assert call in str(caught.value)
+    assert "--" not in str(caught.value)
+    assert main(["info", str(path)]) == 2
+    line = capsys.readouterr().err
+    assert f"({' '.join(flags)} does)" in line
+    assert "(v, f" not in line
+    assert main(["info", str(path), *flags]) == 0
+
+
+def test_a_file_that_is_there_is_replaced_by_an_argument_or_a_flag(tmp_path, capsys):
+    path = tmp_path / "mesh.obj"
+    ism.write_mesh(path, V, F)
+    with pytest.raises(ism.FileError, match=r"; force=True replaces it"):
+        ism.write_mesh(path, V, F)
+    assert main(["map", "sample:sphere:n_vertices=42", str(path), "-q"]) == 74
+    assert "; --force replaces it" in capsys.readouterr().err
