@@ -17,11 +17,11 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from common import demo_parser, load, main
+from common import demo_parser, main
 from polyscope import imgui
 
 from igl_spheremap import samples
-from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.cli.source import Source, read_source
 from igl_spheremap.apps.viewer import App, Body, Run, Stage
 from igl_spheremap.apps.viewer.colouring import SUBJECTS, colouring
 from igl_spheremap.apps.viewer.curves import energy_plot, folding_plot
@@ -161,7 +161,7 @@ class FoldingRemoval(App):
             name = self.name
 
             def load_mesh() -> Any:
-                source = load(name)
+                source = read_source(name)
                 return source.v, source.f
 
             self.run = self.start(load_mesh)

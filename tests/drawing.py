@@ -45,12 +45,12 @@ def drawn(image):
 
 def start(module, arguments, offscreen=True):
     'A demo on its stage, as its own main would put it there.'
-    from common import load
+    from igl_spheremap.apps.cli.source import read_source
     args = module.parser().parse_args([*arguments, '--screenshot', 'unused.png'])
     args.up = args.up or 'z'
     app.open_for(args, 'test')
     own = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
-    demo = next(c for c in own if issubclass(c, app.App))(args, load(args.source))
+    demo = next(c for c in own if issubclass(c, app.App))(args, read_source(args.source))
     ps.set_user_callback(lambda: app._still(demo))
     return demo
 """

@@ -1,4 +1,4 @@
-"""What became of the files of a batch: one line each, for machines and for people."""
+"""The outcomes of a batch: one line a file, for programs and for people."""
 
 from __future__ import annotations
 
@@ -17,24 +17,9 @@ _FAULTS_SHOWN = 20
 
 @dataclass(frozen=True)
 class Outcome:
-    """One line of the summary.
+    """One line of the summary; angles in degrees, seconds of the mapping, NaN where there is no map.
 
-    Attributes
-    ----------
-    source, target : str
-        The file, and where its sphere is.
-    status : int
-        As `igl-spheremap map` would have ended.
-    resumed : bool
-        The sphere was there already, and was certified only.
-    vertices, foldings : int
-        Of the mesh; folded and degenerate faces of the sphere as written.
-    energy, mean_angle, max_angle : float
-        Harmonic energy, and angle differences in degrees; NaN where there is no map.
-    seconds : float
-        Of the mapping.
-    message : str
-        Why there is no map.
+    The status is that of `igl-spheremap map`; `resumed` means that the target was there and only certified.
     """
 
     source: str
@@ -51,22 +36,8 @@ class Outcome:
 
 
 def table(outcomes: Sequence[Outcome], comma: bool) -> str:
-    """The summary as CSV or as JSON lines.
+    """The summary as CSV with a header, or as JSON lines; what is not finite is left empty, or null.
 
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        In the order of the lines.
-    comma : bool
-        CSV, with a header; JSON lines otherwise.
-
-    Returns
-    -------
-    str
-        What is not finite is left empty, or null.
-
-    Examples
-    --------
     >>> table([Outcome("a.ply", "b.ply", status=2)], comma=False)[:50]
     '{"source": "a.ply", "target": "b.ply", "status": 2'
     """
@@ -76,25 +47,12 @@ def table(outcomes: Sequence[Outcome], comma: bool) -> str:
     text = io.StringIO()
     writer = csv.DictWriter(text, [field.name for field in fields(Outcome)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(plain)
+    writer.writerows({key: _as_text(value) for key, value in entry.items()} for entry in plain)
     return text.getvalue()
 
 
 def summary(outcomes: Sequence[Outcome], total: int) -> str:
-    """Counts, and the first files that have no certified sphere.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of the files that were worked on.
-    total : int
-        Number of files that were given.
-
-    Returns
-    -------
-    str
-        Some lines.
-    """
+    """Counts over the files that were given, and the first ones without a certified sphere."""
     good = [outcome for outcome in outcomes if outcome.status == Exit.OK]
     bad = [outcome for outcome in outcomes if outcome.status != Exit.OK]
     resumed = sum(outcome.resumed for outcome in outcomes)
@@ -105,8 +63,13 @@ def summary(outcomes: Sequence[Outcome], total: int) -> str:
     if len(bad) > _FAULTS_SHOWN:
         lines.append(row("", f"and {len(bad) - _FAULTS_SHOWN} more"))
     if len(outcomes) < total:
-        lines.append(row("interrupted", f"{total - len(outcomes)} files are left; run it again to go on"))
+        lines.append(row("interrupted", f"{total - len(outcomes)} files are left; run it again to continue"))
     return "\n".join(lines)
+
+
+def _as_text(value: object) -> object:
+    """A cell that no spreadsheet takes for a formula."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 
 def _finite(value: object) -> object:

@@ -1,4 +1,4 @@
-"""Figures of a run: for people in 80 columns on stdout, for machines as JSON."""
+"""Figures of a run: a summary in 80 columns for people, JSON for programs."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ...io.replacing import check_writable, replacing
+from ...io.replacing import replacing
 from ...verify.certificate import Certificate
+from .streams import STREAM
 
 WIDTH = 80
 _LABEL = 13
@@ -21,85 +22,31 @@ _SHOWN = 10  # faces that JSON lists of each kind of fault
 
 
 def add_output(parser: ArgumentParser) -> None:
-    """Add the flags that all commands share.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains the flags.
-
-    Returns
-    -------
-    None
-    """
+    """Add the flags that say where figures go."""
     parser.add_argument(
         "--json", metavar="FILE", help="write the figures as JSON; '-' is stdout, instead of the summary"
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="print no summary")
 
 
-def check_json(args: Namespace) -> None:
-    """Say before the work starts if the JSON file can't be written.
-
-    Parameters
-    ----------
-    args : Namespace
-        With ``json``.
-
-    Returns
-    -------
-    None
-    """
-    if args.json not in (None, "-"):
-        check_writable(args.json, force=True)
-
-
-def put_out(args: Namespace, figures: Mapping[str, Any], summary: str) -> None:
-    """Print the summary and write the JSON, as the flags say.
-
-    Parameters
-    ----------
-    args : Namespace
-        With ``json`` and ``quiet``.
-    figures : dict
-        For the machine.
-    summary : str
-        For people.
-
-    Returns
-    -------
-    None
-    """
+def report(args: Namespace, figures: Mapping[str, Any], summary: Sequence[str]) -> None:
+    """Print the lines of the summary and write the JSON, as the flags ask."""
+    args.progress.close()
     if args.json is not None:
         text = json.dumps(_plain(figures), indent=2, allow_nan=False) + "\n"
-        if args.json == "-":
+        if args.json == STREAM:
             sys.stdout.write(text)
-            sys.stdout.flush()
             return
         with replacing(args.json, force=True) as partial:
             partial.write_text(text)
     if not args.quiet:
-        in_the_way = getattr(args, "target", None) == "-"  # stdout holds the surface then
-        print(summary, file=sys.stderr if in_the_way else sys.stdout, flush=True)
+        surface_on_stdout = getattr(args, "target", None) == STREAM
+        print(*summary, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
 
 
 def row(label: str, text: str) -> str:
-    """A labelled paragraph of the summary.
+    """A labelled paragraph of the summary, wrapped behind a label of at most 12 characters.
 
-    Parameters
-    ----------
-    label : str
-        At most 12 characters.
-    text : str
-        Wrapped at 80 columns behind the label.
-
-    Returns
-    -------
-    str
-        Its lines.
-
-    Examples
-    --------
     >>> row("energy", "12.57")
     'energy       12.57'
     """
@@ -113,39 +60,13 @@ def row(label: str, text: str) -> str:
     )
 
 
-def certificate_figures(certificate: Certificate) -> dict[str, Any]:
-    """A certificate for the machine: counts, and the first few of each fault.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        Of a map.
-
-    Returns
-    -------
-    dict
-        Plain numbers and lists.
-    """
-    figures: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
-    for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
-        where: Sequence[int] = getattr(certificate, name)
-        figures[name] = {"count": len(where), "first": [int(i) for i in where[:_SHOWN]]}
-    return figures
+def mesh_row(label: str, name: str, vertices: int, faces: int) -> str:
+    """The line of a mesh: name and size."""
+    return row(label, f"{name}: {vertices} vertices, {faces} faces")
 
 
 def angle_row(angles: Mapping[str, float]) -> str:
-    """The line of the summary that tells the angle differences.
-
-    Parameters
-    ----------
-    angles : dict
-        From `angle_figures`.
-
-    Returns
-    -------
-    str
-        One line.
-    """
+    """The line of the angle differences, from `angle_figures`."""
     return row(
         "angles",
         "differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, "
@@ -154,25 +75,21 @@ def angle_row(angles: Mapping[str, float]) -> str:
 
 
 def energy_row(energy: float) -> str:
-    """The line of the summary that tells the harmonic energy.
+    """The line of the harmonic energy, eq. (6)."""
+    return row("energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)")
 
-    Parameters
-    ----------
-    energy : float
-        Of eq. (6).
 
-    Returns
-    -------
-    str
-        One line.
-    """
-    return row(
-        "energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
-    )
+def certificate_figures(certificate: Certificate) -> dict[str, Any]:
+    """A certificate for JSON: counts, and the first faces of each fault."""
+    figures: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
+    for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
+        where: Sequence[int] = getattr(certificate, name)
+        figures[name] = {"count": len(where), "first": [int(i) for i in where[:_SHOWN]]}
+    return figures
 
 
 def _plain(value: Any) -> Any:
-    """Numbers, strings, lists and dicts only; what is not finite becomes null."""
+    """Only numbers, strings, lists and dicts; what is not finite becomes null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, np.generic | np.ndarray):

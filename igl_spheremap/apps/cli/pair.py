@@ -9,30 +9,16 @@ from numpy.typing import NDArray
 
 from ...errors import MeshError
 from ...io import read_sphere
-from .command import UsageError
-from .source import Source, add_source, load_source, tell_repairs
+from .failures import UsageError
+from .source import Source, add_source, load_source
 from .streams import STREAM, read_stream
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def add_pair(parser: ArgumentParser, source: str, optional: bool = False) -> None:
-    """Add the arguments that name a mesh and its map.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains them.
-    source : str
-        How help calls the mesh.
-    optional : bool
-        The map may be left out where the mesh's archive holds it.
-
-    Returns
-    -------
-    None
-    """
+def add_pair(parser: ArgumentParser, source: str = "SOURCE", optional: bool = False) -> None:
+    """Add the mesh and its map; the map may be optional, where the mesh's archive holds it."""
     add_source(parser, source)
     left_out = f"; may be left out where {source} is an .npz that holds the map" if optional else ""
     parser.add_argument(
@@ -44,61 +30,20 @@ def add_pair(parser: ArgumentParser, source: str, optional: bool = False) -> Non
 
 
 def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:
-    """The mesh and its map, whose vertices and faces must be those of the mesh.
-
-    Parameters
-    ----------
-    args : Namespace
-        With ``source``, ``sphere``, ``repair`` and ``keep_largest``.
-
-    Returns
-    -------
-    source : Source
-        The mesh.
-    name : str
-        Of the map's file.
-    x : (n, 3) float64 array
-        The map as stored.
-
-    Raises
-    ------
-    FileError, MeshError, UsageError
-        If one of them can't be read, or they do not fit.
-    """
+    """The mesh, the name of its map, and the map's positions as stored."""
     if args.source == STREAM and args.sphere in (None, STREAM):
         raise UsageError("stdin is read once: give the mesh or its map as a file")
     source = load_source(args)
-    tell_repairs(source)
     name = args.sphere or source.name
-    x, f = read_stream(name, args, read_sphere)
+    args.progress.stage(f"reading {name}")
+    x, f = read_stream(name, args.format, read_sphere)
     name = "stdin" if name == STREAM else name
     check_fits(source, name, x, f)
     return source, name, x
 
 
 def check_fits(source: Source, name: str, x: FloatArray, f: IntArray) -> None:
-    """Refuse what is no map of the mesh, or one in another order.
-
-    Parameters
-    ----------
-    source : Source
-        The mesh.
-    name : str
-        Of the map's file, for messages.
-    x : (n, 3) float64 array
-        The map as stored.
-    f : (m, 3) int64 array
-        Faces as stored.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    MeshError
-        If vertices or faces differ.
-    """
+    """Raise a MeshError if a sphere's vertices or faces are not those of the mesh in the same order."""
     if len(x) != len(source.v):
         raise MeshError(
             f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
@@ -111,6 +56,6 @@ def check_fits(source: Source, name: str, x: FloatArray, f: IntArray) -> None:
 
 
 def _face_set(f: IntArray) -> IntArray:
-    """Faces in an order of their own, whichever way they turn."""
+    """Faces in sorted order, whatever their orientation and first vertex."""
     f = np.sort(f, axis=1)
     return f[np.lexsort(f.T)]

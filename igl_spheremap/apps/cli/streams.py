@@ -1,7 +1,8 @@
-"""`-`: a mesh from stdin as IN, a surface to stdout as OUT."""
+"""Where a command reads and writes: files, and `-` for stdin and stdout."""
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from argparse import ArgumentParser, Namespace
@@ -11,26 +12,18 @@ from typing import TypeVar
 
 from ...errors import FileError, MeshError
 from ...io import FORMATS, Format, LoadedMesh, check_writable, format_of
-from .command import UsageError
+from .failures import UsageError
 
 STREAM = "-"
 _READ = tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS)
 _WRITTEN = ("obj", "off")  # text: nothing that would garble a terminal
+_INPUTS = ("source", "sphere", "points", "to", "data", "template")
+_OUTPUTS = ("target", "surface", "table", "json", "plot")
 _T = TypeVar("_T")
 
 
 def add_format(parser: ArgumentParser) -> None:
-    """Add the flag that says what a stream holds.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains it.
-
-    Returns
-    -------
-    None
-    """
+    """Add the flag that names the format of a stream."""
     parser.add_argument(
         "--format",
         choices=_READ,
@@ -41,32 +34,20 @@ def add_format(parser: ArgumentParser) -> None:
     )
 
 
-def read_stream(name: str, args: Namespace, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
-    """Read a file, or stdin where its name is `-`.
+def add_target(parser: ArgumentParser, help: str) -> None:
+    """Add OUT and the flag that allows to replace it."""
+    parser.add_argument("target", metavar="OUT", help=help)
+    parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
 
-    Parameters
-    ----------
-    name : str
-        As it was given.
-    args : Namespace
-        With ``format``, if the name is `-`.
-    read : callable
-        Takes a path.
 
-    Returns
-    -------
-    LoadedMesh
-        What `read` gives.
-
-    Raises
-    ------
-    FileError, MeshError
-        As `read` does.
-    """
+def read_stream(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
+    """Read a file, or stdin as a file of that kind where the name is `-`."""
     if name != STREAM:
         return read(name)
+    if sys.stdin is None:
+        raise FileError("can't read stdin: it is closed")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"stdin.{args.format}"
+        path = Path(folder) / f"stdin.{kind}"
         path.write_bytes(sys.stdin.buffer.read())
         try:
             return read(path)
@@ -74,68 +55,48 @@ def read_stream(name: str, args: Namespace, read: Callable[[str | Path], LoadedM
             raise type(error)(str(error).replace(str(path), "stdin")) from None
 
 
-def check_target(args: Namespace) -> None:
-    """Say before the work starts if OUT can't be written.
+def check_outputs(args: Namespace, surface: bool = False) -> None:
+    """Raise an error before the work starts if an output can't be written, or would replace an input.
 
-    Parameters
-    ----------
-    args : Namespace
-        With ``target``, ``force``, ``format`` and ``json``.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    FileError, UsageError
-        If it can't.
+    A surface as OUT needs a format that is known, and may be stdout.
     """
-    if args.target != STREAM:
-        format_of(args.target)
-        check_writable(args.target, args.force)
-    elif args.json == STREAM:
-        raise UsageError("OUT and --json can't both be stdout")
-    elif args.format not in _WRITTEN:
+    target = getattr(args, "target", None)
+    if target == STREAM and not surface:
+        raise UsageError("OUT must be a file here, not stdout")
+    if target == STREAM and args.format not in _WRITTEN:
         raise UsageError(f"stdout takes text: --format {' or '.join(_WRITTEN)}, not {args.format}")
+    if target == STREAM == args.json:
+        raise UsageError("OUT and --json can't both be stdout")
+    if STREAM in (target, args.json) and sys.stdout is None:
+        raise FileError("can't write stdout: it is closed")
+    if surface:
+        target_format(args)
+    inputs = {os.path.realpath(path) for path in _paths(args, _INPUTS)}
+    for path in _paths(args, _OUTPUTS):
+        check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
+        if os.path.realpath(path) in inputs:
+            raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
+        inputs.add(os.path.realpath(path))
+
+
+def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
+    return [path for name in names if (path := getattr(args, name, None)) not in (None, STREAM)]
 
 
 def target_format(args: Namespace) -> Format:
-    """The format of OUT.
-
-    Parameters
-    ----------
-    args : Namespace
-        With ``target`` and ``format``.
-
-    Returns
-    -------
-    Format
-        By its name, or of a stream as the flag says.
-    """
+    """The format of OUT: by its name, or for stdout as --format says."""
     return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
 
 
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
-    """Write OUT, to stdout where it is `-`.
-
-    Parameters
-    ----------
-    args : Namespace
-        With ``target`` and ``format``.
-    write : callable
-        Takes a path, and writes a file there.
-
-    Returns
-    -------
-    object
-        What `write` gives.
-    """
+    """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
+    args.progress.stage(f"writing {args.target}")
     if args.target != STREAM:
         return write(args.target)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"stdout.{args.format}"
         outcome = write(path)
+        args.progress.close()
         sys.stdout.write(path.read_text())
         sys.stdout.flush()
     return outcome

@@ -6,7 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...errors import FileError
+import numpy as np
+from numpy.typing import NDArray
+
+from ...descent.iterate import Listener
+from ...errors import FileError, import_optional
 from ...io.replacing import replacing
 from .curves import figure_4
 from .pictures import figure_3, figure_5, figure_6, figure_9, figure_10
@@ -14,7 +18,7 @@ from .runs import Runs
 from .surfaces import check_folder
 from .tables import table_1, table_2, table_3
 
-_TABLES: dict[str, Callable[[Runs, Path | None], str]] = {
+_TABLES: dict[str, Callable[[Runs, Path | None], Any]] = {
     "table1": table_1,
     "table2": table_2,
     "table3": table_3,
@@ -38,57 +42,35 @@ def reproduce(
     *,
     meshes: Path | None = None,
     max_iterations: int | None = None,
-    tell: Callable[[str], None] = lambda line: None,
+    report: Callable[[str], None] = lambda line: None,
+    listen: Callable[[NDArray[np.int64]], Listener | None] = lambda f: None,
 ) -> list[Path]:
-    """Compute tables and figures of the paper anew.
+    """Write the named `ITEMS` into a folder, tables as Markdown and figures as PNG; return their paths.
 
-    Runs are kept in ``out/runs`` as they end, so that an interrupted call goes on where it was.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of `ITEMS`.
-    out : Path
-        Folder for the results; made if it is not there.
-    meshes : Path, optional
-        Folder of real counterparts of the paper's surfaces; samples stand in for what it lacks.
-    max_iterations : int, optional
-        Cap on the iterations of each minimisation; by default the methods' own.
-    tell : callable
-        Takes lines on what is going on.
-
-    Returns
-    -------
-    list of Path
-        The files, a Markdown page for each table and a PNG for each figure.
-
-    Raises
-    ------
-    FileError
-        If a folder can't be read or written, or matplotlib is wanted and not installed.
-    ValueError
-        If a name is unknown.
+    Runs are kept in `out/runs` as they end: an interrupted call continues there. `meshes` is a folder of real
+    counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
+    `report` takes a line on each run, `listen` gives a listener for a run on a mesh with these faces.
     """
     unknown = sorted(set(names) - set(ITEMS))
     if unknown:
         raise ValueError(f"nothing is called {', '.join(unknown)}: choose of {', '.join(ITEMS)}")
+    if set(names) & set(_FIGURES):
+        import_optional("matplotlib", "a figure", "plot")
     check_folder(meshes)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"can't write {out}: {error.strerror or error}") from error
-    runs = Runs(out / "runs", max_iterations, tell)
+    runs = Runs(out / "runs", max_iterations, report, listen)
     written = []
     for name in names:
         path = out / f"{name}.{'md' if name in _TABLES else 'png'}"
-        if name in _TABLES:
-            page = _TABLES[name](runs, meshes)
-            with replacing(path, force=True) as partial:
-                partial.write_text(page, encoding="utf-8")
-        else:
-            figure = _FIGURES[name](runs, meshes)
-            with replacing(path, force=True) as partial:
-                figure.savefig(partial, format="png")
-        tell(f"wrote {path}")
+        made = (_TABLES if name in _TABLES else _FIGURES)[name](runs, meshes)
+        with replacing(path, force=True) as partial:
+            if name in _TABLES:
+                partial.write_text(made, encoding="utf-8")
+            else:
+                made.savefig(partial, format="png")
+        report(f"wrote {path}")
         written.append(path)
     return written

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._version import __version__
-from ...descent.iterate import Iterate
+from ...descent.iterate import Iterate, Listener
 from ...errors import FactorisationFailed, FileError, MapError
 from ...io.replacing import replacing
 from ...maps.spherical_conformal_map import spherical_conformal_map
@@ -85,41 +85,22 @@ class Outcome:
 
 
 class Runs:
-    """All runs, computed when they are first asked for.
+    """All runs, computed at first use and kept in a folder: a file for each mesh, method, cap and version.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are kept: one file for each mesh, method, cap and version of the package.
-    max_iterations : int, optional
-        Cap on the iterations of each minimisation; by default the methods' own.
-    tell : callable
-        Takes a line on what is going on.
+    `report` takes a line on each run, `listen` gives a listener for a run on a mesh with these faces.
     """
 
-    def __init__(self, folder: Path, max_iterations: int | None, tell: Callable[[str], None]) -> None:
-        self._folder, self._cap, self._tell = folder, max_iterations, tell
+    def __init__(
+        self,
+        folder: Path,
+        max_iterations: int | None = None,
+        report: Callable[[str], None] = lambda line: None,
+        listen: Callable[[IntArray], Listener | None] = lambda f: None,
+    ) -> None:
+        self._folder, self._cap, self._report, self._listen = folder, max_iterations, report, listen
 
     def get(self, surface: Surface, name: str) -> Outcome:
-        """The outcome of a run, from its file if there is one.
-
-        Parameters
-        ----------
-        surface : Surface
-            What to map.
-        name : str
-            A key of `METHODS`.
-
-        Returns
-        -------
-        Outcome
-            Of a failed run, too: its status is the message then.
-
-        Raises
-        ------
-        FileError
-            If the folder can't be written.
-        """
+        """The outcome of a method of `METHODS` on a surface; of a failed run, the status is the error's message."""
         method, options = METHODS[name]
         if self._cap is not None and method in _ITERATIVE:
             options = {**options, "max_iterations": self._cap}
@@ -127,17 +108,18 @@ class Runs:
         path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
         if path.is_file():
             return _load(path)
-        self._tell(f"{name} on {surface.name} ({surface.source}, {len(surface.v)} vertices) ...")
-        outcome = _run(surface, method, options)
-        self._tell(f"    {outcome.iterations} iterations, {outcome.seconds:.1f} s, {outcome.foldings} foldings")
+        self._report(f"{name} on {surface.name} ({surface.source}, {len(surface.v)} vertices) ...")
+        outcome = _run(surface, method, options, self._listen(surface.f))
+        self._report(f"    {outcome.iterations} iterations, {outcome.seconds:.1f} s, {outcome.foldings} foldings")
         _save(path, outcome)
         return outcome
 
 
 class _Watch:
-    """Listener that keeps energies, times and the last map of each round."""
+    """Listener that keeps energies, times and the last map of each round, and passes iterates on."""
 
-    def __init__(self) -> None:
+    def __init__(self, listener: Listener | None) -> None:
+        self._listener = listener
         self.energies: list[float] = []
         self.clock: list[float] = []
         self.of_round: list[int] = []
@@ -150,10 +132,12 @@ class _Watch:
             self.clock.append(time.process_time() - self._began)
             self.of_round.append(iterate.round)
             self.maps[iterate.round] = iterate.x
+        if self._listener is not None:
+            self._listener(iterate)
 
 
-def _run(surface: Surface, method: str, options: dict[str, Any]) -> Outcome:
-    watch, began = _Watch(), time.process_time()
+def _run(surface: Surface, method: str, options: dict[str, Any], listener: Listener | None = None) -> Outcome:
+    watch, began = _Watch(listener), time.process_time()
     n = len(surface.v)
     try:
         result = spherical_conformal_map(surface.v, surface.f, method, listener=watch, **options)

@@ -5,7 +5,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.cli.landmarks import read_points
+from igl_spheremap.apps.cli.commands.landmarks import read_points
 from igl_spheremap.io import read_mesh
 
 SOURCE = "sample:spheroid:n_vertices=300"

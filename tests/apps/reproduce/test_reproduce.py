@@ -71,7 +71,7 @@ def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_p
     with pytest.raises(KeyboardInterrupt):
         page(tmp_path, "table1", max_iterations=40)
     assert not (tmp_path / "table1.md").exists()
-    first = page(tmp_path, "table1", max_iterations=40, tell=told.append)
+    first = page(tmp_path, "table1", max_iterations=40, report=told.append)
     assert len(calls) == 4 + 3  # of six runs three were done, and one was lost
     assert page(tmp_path, "table1", max_iterations=40) == first
     assert len(calls) == 7
@@ -82,7 +82,7 @@ def test_runs_are_told_apart_by_mesh_options_and_cap(small, tmp_path):
     surface = load_surface("Brain", None)
     other = Surface(surface.name, 2 * surface.v, surface.f, surface.source, surface.relation)
     for cap in (10, 20):
-        kept = runs.Runs(tmp_path, cap, lambda line: None)
+        kept = runs.Runs(tmp_path, cap)
         for one in (surface, other):
             for method in ("Algorithm 1", "Gu-Yau", "fast"):
                 kept.get(one, method)
@@ -91,7 +91,7 @@ def test_runs_are_told_apart_by_mesh_options_and_cap(small, tmp_path):
 
 def test_a_kept_run_is_the_run(small, tmp_path):
     surface = load_surface("Dino", None)
-    kept = runs.Runs(tmp_path, None, lambda line: None)
+    kept = runs.Runs(tmp_path)
     fresh, recalled = (kept.get(surface, "Algorithm 2") for _ in range(2))
     for key, value in fresh.__dict__.items():
         assert np.array_equal(value, getattr(recalled, key)), key

@@ -1,4 +1,4 @@
-"""`igl-spheremap landmarks IN OUT --points FILE`: map harmonically so that landmarks go where they ought to."""
+"""`igl-spheremap landmarks IN OUT --points FILE`: map harmonically with landmarks drawn towards targets."""
 
 from __future__ import annotations
 
@@ -8,25 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FileError
-from ...maps.variational import landmark_map
-from .command import Command, UsageError
-from .exits import Exit
-from .map_command import add_map_arguments, map_by
+from ....errors import FileError
+from ....maps.variational import landmark_map
+from ..exits import Exit
+from ..failures import UsageError
+from ..mapping import add_map_arguments, add_may_fold, map_by
 
 
 def configure(parser: ArgumentParser) -> None:
-    """Add the arguments of `landmarks`.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains them.
-
-    Returns
-    -------
-    None
-    """
+    """Add the arguments."""
     add_map_arguments(parser)
     parser.add_argument(
         "--points",
@@ -35,23 +25,14 @@ def configure(parser: ArgumentParser) -> None:
         help="one landmark a line: vertex (from 0), then x y z of its target on the sphere, and a weight if it "
         "is not --weight",
     )
-    parser.add_argument("--weight", type=float, metavar="W", default=100.0, help="of squared misses (default: 100)")
-    parser.add_argument("--may-fold", action="store_true", help="take steps that fold, too")
+    parser.add_argument(
+        "--weight", type=float, metavar="W", default=100.0, help="of squared distances to targets (default: 100)"
+    )
+    add_may_fold(parser)
 
 
 def run(args: Namespace) -> Exit:
-    """Map, write, certify what was written, and tell.
-
-    Parameters
-    ----------
-    args : Namespace
-        As configured.
-
-    Returns
-    -------
-    Exit
-        OK only with the certificate of the numbers in the file.
-    """
+    """Map with landmarks."""
     if not 0 <= args.weight < float("inf"):
         raise UsageError(f"--weight {args.weight:g} is out of range: give a number from 0")
     vertices, targets, weights = read_points(args.points, args.weight)
@@ -63,25 +44,9 @@ def run(args: Namespace) -> Exit:
 
 
 def read_points(path: str, weight: float) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Landmarks from a text file.
+    """Vertices (k,), targets (k, 3) and weights (k,) from lines of four or five numbers; # begins a comment.
 
-    Parameters
-    ----------
-    path : str
-        Lines of four or five numbers, parted by blanks or commas; what follows a # is left out.
-    weight : float
-        Of landmarks that have none of their own.
-
-    Returns
-    -------
-    vertices : (k,) int64 array
-    targets : (k, 3) float64 array
-    weights : (k,) float64 array
-
-    Raises
-    ------
-    FileError
-        If the file can't be read, or a line is something else.
+    `weight` is that of lines with four numbers; a FileError names a line that is something else.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
@@ -97,19 +62,9 @@ def read_points(path: str, weight: float) -> tuple[NDArray[np.int64], NDArray[np
         except ValueError:
             row = []
         if len(row) not in (4, 5):
-            raise FileError(f"{path}, line {number}: give a vertex, three coordinates, and perhaps a weight")
+            raise FileError(f"{path}, line {number}: give a vertex, three coordinates, and optionally a weight")
         rows.append([*row, weight][:5])
     if not rows:
         raise FileError(f"{path} has no landmarks")
     table = np.array(rows)
     return table[:, 0].astype(np.int64), table[:, 1:4], table[:, 4]
-
-
-COMMAND = Command(
-    "landmarks",
-    "map harmonically so that landmarks come to lie where they ought to",
-    """\
-igl-spheremap landmarks lh.pial lh.sphere --points landmarks.txt --weight 100""",
-    configure,
-    run,
-)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.apps.cli import batch, main
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.commands import batch
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.outcomes import Outcome, summary, table
 from igl_spheremap.io import read_mesh, write_mesh

@@ -6,37 +6,24 @@ from argparse import ArgumentParser, Namespace
 
 import numpy as np
 
-from ...draw.palette import colours
-from ...io import check_writable, write_mesh, write_scalars, write_textured
-from ...shapes.texture import checker_image, texture_atlas
-from ...verify.vertex_maps import vertex_maps
-from .command import Command, UsageError
-from .exits import Exit
-from .output import add_output, check_json, put_out, row
-from .pair import add_pair, load_pair
+from ....draw.palette import colours
+from ....io import write_mesh, write_scalars, write_textured
+from ....shapes.texture import checker_image, texture_atlas
+from ....verify.vertex_maps import vertex_maps
+from ..exits import Exit
+from ..failures import UsageError
+from ..output import add_output, report, row
+from ..pair import add_pair, load_pair
+from ..streams import add_target, check_outputs
 
 _TEXTURES = ("equirectangular", "octahedral")
 _MAPS = ("factor", "angles")
 
 
 def configure(parser: ArgumentParser) -> None:
-    """Add the arguments of `export`.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains them.
-
-    Returns
-    -------
-    None
-    """
-    add_pair(parser, "SOURCE")
-    parser.add_argument(
-        "target",
-        metavar="OUT",
-        help="texture: .glb or .obj (with .mtl and .png); scalar map: .ply (colours), .gii, .npz, lh.NAME",
-    )
+    """Add the arguments."""
+    add_pair(parser)
+    add_target(parser, "texture: .glb or .obj (with .mtl and .png); scalar map: .ply (colours), .gii, .npz, lh.NAME")
     parser.add_argument(
         "--show",
         choices=(*_TEXTURES, *_MAPS),
@@ -44,35 +31,23 @@ def configure(parser: ArgumentParser) -> None:
         help="a checker texture by one of two projections or a scalar map: factor (u of the conformal factor "
         "e^2u, on the scale of equal areas) or angles (mean angle difference at each vertex, degrees)",
     )
-    parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
     add_output(parser)
 
 
 def run(args: Namespace) -> Exit:
-    """Make, write, and tell.
-
-    Parameters
-    ----------
-    args : Namespace
-        As configured.
-
-    Returns
-    -------
-    Exit
-        OK.
-    """
+    """Make and write."""
     target: str = args.target
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
         raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
-    check_writable(target, args.force)
-    check_json(args)
+    check_outputs(args)
     source, name, x = load_pair(args)
     figures: dict[str, object] = {"source": source.name, "sphere": name, "target": target, "show": args.show}
+    args.progress.stage(f"writing {target}")
     if args.show in _TEXTURES:
         atlas = texture_atlas(x, source.f, args.show)
         write_textured(target, source.v, source.f, atlas, checker_image(), force=args.force)
         figures |= {"vertices": len(atlas.uv), "faces": len(atlas.f)}
-        told = f"{len(atlas.uv)} vertices, {len(atlas.f)} faces, seam cut"
+        outcome = f"{len(atlas.uv)} vertices, {len(atlas.f)} faces, seam cut"
     else:
         maps = vertex_maps(source.v, source.f, x / np.median(np.linalg.norm(x, axis=1)))
         values = maps[args.show]
@@ -82,19 +57,6 @@ def run(args: Namespace) -> Exit:
         else:
             write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
         figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
-        told = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
-    put_out(args, figures, row("written", f"{target}: {args.show}, {told}"))
+        outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
+    report(args, figures, [row("written", f"{target}: {args.show}, {outcome}")])
     return Exit.OK
-
-
-COMMAND = Command(
-    "export",
-    "write a texture, vertex colours or a scalar map of a mapped surface",
-    """\
-igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
-igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
-igl-spheremap export lh.pial lh.sphere lh.factor.shape.gii --show factor
-igl-spheremap export lh.pial lh.sphere lh.factor --show factor""",
-    configure,
-    run,
-)

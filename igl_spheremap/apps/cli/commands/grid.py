@@ -8,29 +8,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...draw.palette import colours
-from ...io import check_writable, write_picture
-from ...io.npz import write_arrays
-from ...io.replacing import replacing
-from ...maps.given_sphere import sphere_map
-from ...shapes.grid import to_grid
-from .command import Command, UsageError
-from .exits import Exit
-from .output import add_output, check_json, put_out, row
-from .pair import add_pair, load_pair
-from .vertex_data import add_data, read_data
+from ....draw.palette import colours
+from ....io import write_picture
+from ....io.npz import write_arrays
+from ....io.replacing import replacing
+from ....maps.given_sphere import sphere_map
+from ....shapes.grid import to_grid
+from ..exits import Exit
+from ..failures import UsageError
+from ..output import add_output, report, row
+from ..pair import add_pair, load_pair
+from ..streams import add_target, check_outputs
+from ..vertex_data import add_data, read_data
 
 
 def configure(parser: ArgumentParser) -> None:
-    """Add the arguments of `grid`."""
+    """Add the arguments."""
     add_pair(parser, "SURFACE")
-    parser.add_argument("target", metavar="OUT", help="a picture (.png), or the numbers (.npz, array `grid`)")
+    add_target(parser, "a picture (.png), or the numbers (.npz, array `grid`)")
     add_data(parser)
     parser.add_argument("--kind", choices=("equirectangular", "gauss"), default="equirectangular",
                         help="cell centres of a picture (default), or Gauss-Legendre latitudes")  # fmt: skip
     parser.add_argument("--rows", type=int, default=180, metavar="N", help="latitudes; twice as many longitudes "
                         "(default: 180)")  # fmt: skip
-    parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
     add_output(parser)
 
 
@@ -41,10 +41,10 @@ def run(args: Namespace) -> Exit:
         raise UsageError(f"OUT is a .png or .npz file, not {target}")
     if args.rows < 1:
         raise UsageError(f"--rows {args.rows} is out of range: give a whole number from 1")
-    check_writable(target, args.force)
-    check_json(args)
+    check_outputs(args)
     source, name, x = load_pair(args)
     values = source.v if args.data is None else read_data(args.data, len(source.v), source.name)
+    args.progress.stage(f"sampling {source.name}")
     grid = to_grid(sphere_map(source.v, source.f, x), values, args.kind, args.rows)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
@@ -53,7 +53,7 @@ def run(args: Namespace) -> Exit:
             write_arrays(partial, {"grid": grid, "kind": args.kind})
     figures: dict[str, Any] = {"source": source.name, "sphere": name, "target": target, "kind": args.kind,
                                "shape": grid.shape}  # fmt: skip
-    put_out(args, figures, row("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}"))
+    report(args, figures, [row("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")])
     return Exit.OK
 
 
@@ -67,14 +67,3 @@ def _picture(grid: NDArray[np.float64]) -> NDArray[np.uint8]:
         raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
     low = grid.min(axis=(0, 1))
     return np.round((grid - low) * (255 / np.ptp(grid, axis=(0, 1)).max())).astype(np.uint8)
-
-
-COMMAND = Command(
-    "grid",
-    "sample a mapped surface, or data over it, on latitudes and longitudes",
-    """\
-igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
-igl-spheremap grid lh.pial lh.sphere lh_sulc.png --data lh.sulc""",
-    configure,
-    run,
-)

@@ -5,22 +5,23 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from ...errors import MeshError
-from ...io import check_writable, read_coefficients, write_coefficients, write_mesh
-from ...io.replacing import replacing
-from ...maps.given_sphere import sphere_map
-from ...shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
-from .command import Command, UsageError
-from .exits import Exit
-from .output import add_output, check_json, put_out, row
-from .pair import add_pair, load_pair
-from .vertex_data import add_data, read_data
+from ....errors import MeshError
+from ....io import read_coefficients, write_coefficients, write_mesh
+from ....io.replacing import replacing
+from ....maps.given_sphere import sphere_map
+from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
+from ..exits import Exit
+from ..failures import UsageError
+from ..output import add_output, report, row
+from ..pair import add_pair, load_pair
+from ..streams import add_target, check_outputs
+from ..vertex_data import add_data, read_data
 
 
 def configure(parser: ArgumentParser) -> None:
-    """Add the arguments of `harmonics`."""
+    """Add the arguments."""
     add_pair(parser, "SURFACE")
-    parser.add_argument("target", metavar="OUT", help="coefficients: .coef as SPHARM-PDM writes them, or .npz")
+    add_target(parser, "coefficients: .coef as SPHARM-PDM writes them, or .npz")
     parser.add_argument("--degree", type=int, default=15, metavar="L", help="the largest degree (default: 15)")
     add_data(parser)
     parser.add_argument("--align", action="store_true", help="put it into the frame of its first-order ellipsoid")
@@ -28,7 +29,6 @@ def configure(parser: ArgumentParser) -> None:
     parser.add_argument("--surface", metavar="FILE", help="write the surface that the coefficients describe")
     parser.add_argument("--to", metavar="MESH", default="ico:5", help="its mesh: ico:K (default: ico:5)")
     parser.add_argument("--table", metavar="FILE", help="write error and power by degree, separated by tabs")
-    parser.add_argument("-f", "--force", action="store_true", help="replace files that exist")
     add_output(parser)
 
 
@@ -38,11 +38,10 @@ def run(args: Namespace) -> Exit:
         raise UsageError("--template goes with --align")
     if args.degree < 0:
         raise UsageError(f"--degree {args.degree} is out of range: give a whole number from 0")
-    for path in filter(None, (args.target, args.surface, args.table)):
-        check_writable(path, args.force)
-    check_json(args)
+    check_outputs(args)
     source, name, x = load_pair(args)
     values = None if args.data is None else read_data(args.data, len(source.v), source.name)
+    args.progress.stage(f"expanding {source.name}")
     try:
         harmonics = spherical_harmonics(sphere_map(source.v, source.f, x), values, args.degree)
     except MeshError as problem:
@@ -58,9 +57,10 @@ def run(args: Namespace) -> Exit:
     error, power = harmonics.error(), harmonics.power()
     figures |= {"error_percent": error, "power": power}
     summary.append(row("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}"))
+    args.progress.stage(f"writing {args.target}")
     _write(args, harmonics, error, power)
     summary += [row("written", ", ".join(filter(None, (args.target, args.surface, args.table))))]
-    put_out(args, figures, "\n".join(summary))
+    report(args, figures, summary)
     return Exit.OK
 
 
@@ -78,14 +78,3 @@ def _write(args: Namespace, harmonics: SphericalHarmonics, error: Any, power: An
         lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
         with replacing(args.table, args.force) as partial:
             partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))
-
-
-COMMAND = Command(
-    "harmonics",
-    "expand a mapped surface, or data over it, in spherical harmonics",
-    """\
-igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
-igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply""",
-    configure,
-    run,
-)

@@ -1,50 +1,37 @@
-"""`igl-spheremap batch IN... --out PATTERN`: map many files with a pool of processes, and go on where it ended."""
+"""`igl-spheremap batch IN... --out PATTERN`: map many files with a pool of processes; run again, it continues."""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import multiprocessing
 import os
+import re
 import signal
-import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ...descent.problem import harmonic_energy
-from ...io import certify_radius, check_writable, format_of, read_sphere, write_map
-from ...io.replacing import replacing
-from ...maps.methods import METHODS
-from ...maps.spherical_conformal_map import spherical_conformal_map
-from ...verify.distortion import angle_differences
-from .command import Command, UsageError
-from .exits import Exit
-from .failures import EXPECTED, told
-from .outcomes import Outcome, summary, table
-from .pair import check_fits
-from .source import add_repair, load_source
-from .streams import STREAM
+from ....descent.problem import harmonic_energy
+from ....io import certify_radius, check_writable, format_of, read_sphere, write_map
+from ....io.replacing import replacing
+from ....maps.methods import METHODS
+from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....verify.distortion import angle_differences
+from ..exits import Exit
+from ..failures import EXPECTED, UsageError, describe
+from ..outcomes import Outcome, summary, table
+from ..pair import check_fits
+from ..source import add_repair, read_source
+from ..streams import STREAM
 
+_FIELD = re.compile(r"\{(folder|name|stem)\}")
 
 def configure(parser: ArgumentParser) -> None:
-    """Add the arguments of `batch`.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains them.
-
-    Returns
-    -------
-    None
-    """
+    """Add the arguments."""
     parser.add_argument("sources", metavar="IN", nargs="+", help="mesh files")
     parser.add_argument(
         "--out",
@@ -62,18 +49,7 @@ def configure(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> Exit:
-    """Map what is not mapped yet, certify what is, and tell.
-
-    Parameters
-    ----------
-    args : Namespace
-        As configured.
-
-    Returns
-    -------
-    Exit
-        The largest status of any file.
-    """
+    """Map what is not mapped yet, certify what is; the status is the largest of any file."""
     if args.jobs is not None and args.jobs < 1:
         raise UsageError(f"--jobs {args.jobs} is not positive")
     if STREAM in args.sources:
@@ -84,25 +60,28 @@ def run(args: Namespace) -> Exit:
         if not args.summary.endswith((".csv", ".jsonl")):
             raise UsageError(f"--summary {args.summary}: give a .csv or .jsonl file")
         check_writable(args.summary, force=True)
-    done, interrupted = _run_all(jobs, args)
+    args.progress.stage("mapping", total=len(jobs), unit="mesh")
+    done, interrupted = _run_all(jobs, args, args.progress.advance)
+    args.progress.close()
     if args.summary is not None:
         with replacing(args.summary, force=True) as partial:
-            partial.write_text(table(done, args.summary.endswith(".csv")))
+            partial.write_text(table(done, args.summary.endswith(".csv")), encoding="utf-8", errors="backslashreplace")
     if not args.quiet:
         print(summary(done, len(jobs)), flush=True)
     return Exit.INTERRUPTED if interrupted else Exit(max(outcome.status for outcome in done))
 
 
 def _target(pattern: str, source: str) -> str:
+    """The pattern with the parts of the source's path; it is no format string, whose fields can do anything."""
     path = Path(source)
-    try:
-        return pattern.format(folder=path.parent, name=path.name, stem=path.stem)
-    except (KeyError, IndexError, ValueError):
-        raise UsageError(f"--out {pattern}: known are {{folder}}, {{name}} and {{stem}}") from None
+    parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
+    if set("{}") & set(_FIELD.sub("", pattern)):
+        raise UsageError(f"--out {pattern}: known are {{folder}}, {{name}} and {{stem}}")
+    return _FIELD.sub(lambda field: parts[field[1]], pattern)
 
 
 def _check_targets(jobs: Sequence[Outcome]) -> None:
-    """Each file must have a place of its own, and its folder must be there."""
+    """Raise an error unless each file has a target of its own that can be written."""
     owner: dict[str, str] = {}
     for job in jobs:
         format_of(job.target)
@@ -115,20 +94,22 @@ def _check_targets(jobs: Sequence[Outcome]) -> None:
         owner[place] = job.source
 
 
-def _run_all(jobs: Sequence[Outcome], args: Namespace) -> tuple[list[Outcome], bool]:
+def _run_all(
+    jobs: Sequence[Outcome], args: Namespace, advance: Callable[[], None]
+) -> tuple[list[Outcome], bool]:
     """Outcomes in the order of the jobs, and whether Ctrl-C ended it early."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # the processes share the processors already
     options = (args.method, args.repair, args.keep_largest, args.force)
     interrupted = False
-    # Ctrl-C reaches every process of a terminal: the pool's finish what they have begun.
-    with ProcessPoolExecutor(
-        args.jobs, multiprocessing.get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
-    ) as pool:
+    with ProcessPoolExecutor(args.jobs, multiprocessing.get_context("spawn")) as pool:
+        # Ctrl-C reaches every process of a terminal; the pool's inherit that it is ignored, and finish their mesh.
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         futures = [pool.submit(map_one, job, *options) for job in jobs]
+        signal.signal(signal.SIGINT, before)
         try:
-            for _ in _with_bar(as_completed(futures), len(jobs), args.quiet):
-                pass
+            for _ in as_completed(futures):
+                advance()
         except KeyboardInterrupt:
             interrupted = True
             pool.shutdown(cancel_futures=True)
@@ -140,37 +121,13 @@ def _outcome(job: Outcome, future: Future[Outcome]) -> Outcome:
     try:
         return future.result()
     except BrokenProcessPool:
-        return replace(job, status=Exit.FAILED, message="a process died, perhaps for want of memory; run it again")
-
-
-def _with_bar(futures: Iterable[Any], total: int, quiet: bool) -> Iterator[Any]:
-    """The same, with tqdm's bar on a terminal."""
-    if quiet or not sys.stderr.isatty() or importlib.util.find_spec("tqdm") is None:
-        return iter(futures)
-    return iter(importlib.import_module("tqdm").tqdm(futures, total=total, unit="mesh", file=sys.stderr))
+        return replace(job, status=Exit.FAILED, message="a process died, perhaps for lack of memory; run it again")
 
 
 def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: bool) -> Outcome:
-    """Map one file, or certify the sphere that it has; runs in a process of its own.
-
-    Parameters
-    ----------
-    job : Outcome
-        Source and target.
-    method : str
-        As for `spherical_conformal_map`.
-    repair, keep_largest : bool
-        Whether the mesh is mended at the door.
-    force : bool
-        Map again what is there already.
-
-    Returns
-    -------
-    Outcome
-        With a status and a message where anything expected failed.
-    """
+    """Map one file, or certify the sphere that it has; runs in a process of its own."""
     try:
-        source = load_source(Namespace(source=job.source, repair=repair, keep_largest=keep_largest))
+        source = read_source(job.source, repair=repair, keep_largest=keep_largest)
         resumed = not force and Path(job.target).exists()
         if resumed:
             x, f = read_sphere(job.target)
@@ -188,16 +145,5 @@ def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: 
             mean_angle=float(angles.mean()), max_angle=float(angles.max()), seconds=seconds,
         )  # fmt: skip
     except EXPECTED as error:
-        status, line = told(error)
+        status, line = describe(error)
         return replace(job, status=status, message=line)
-
-
-COMMAND = Command(
-    "batch",
-    "map many files with a pool of processes, and go on where it ended",
-    """\
-igl-spheremap batch subjects/*/surf/lh.white --out {folder}/lh.sphere --summary lh.csv
-igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4""",
-    configure,
-    run,
-)

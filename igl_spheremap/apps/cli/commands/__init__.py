@@ -1,0 +1,123 @@
+"""The table of commands; each is a module here, named as the command, with `configure(parser)` and `run(args)`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
+
+
+@dataclass(frozen=True)
+class Command:
+    """A row of the table: the name as it is typed, what it does in a phrase, and examples, one a line."""
+
+    name: str
+    help: str
+    examples: str
+
+    @property
+    def module(self) -> ModuleType:
+        """The command's module, imported now: `igl-spheremap --help` needs none of them."""
+        return import_module(f"{__name__}.{self.name.replace('-', '_')}")
+
+
+COMMANDS = (
+    Command(
+        "map",
+        "map a closed genus-0 mesh to the unit sphere and certify the map",
+        """\
+igl-spheremap map sample:dino dino_sphere.obj
+igl-spheremap map lh.pial lh.sphere
+igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
+igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
+igl-spheremap map scan.stl sphere.ply --repair --keep-largest
+igl-spheremap map bunny.ply bunny_sphere.ply --polish angles""",
+    ),
+    Command(
+        "check",
+        "certify a map to the sphere, from any program",
+        """\
+igl-spheremap check lh.pial lh.sphere
+igl-spheremap check bunny.obj their_sphere.ply --json -
+igl-spheremap check bunny_map.npz""",
+    ),
+    Command(
+        "info",
+        "measure a mesh: size, triangle quality, and limbs that float64 can't resolve on the sphere",
+        """\
+igl-spheremap info sample:octopus
+igl-spheremap info lh.pial --json -""",
+    ),
+    Command(
+        "view",
+        "show a surface beside its sphere, in a window or as a picture",
+        """\
+igl-spheremap view sample:dino
+igl-spheremap view lh.pial lh.sphere --show angles
+igl-spheremap view bunny_map.npz --screenshot bunny.png""",
+    ),
+    Command(
+        "repair",
+        "remove the foldings of a map, from any program",
+        "igl-spheremap repair lh.pial their.sphere repaired.sphere",
+    ),
+    Command(
+        "resample",
+        "remesh a surface with the connectivity of a regular sphere, or of another map",
+        """\
+igl-spheremap resample lh.pial lh.sphere lh_ico5.surf.gii --to ico:5
+igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply""",
+    ),
+    Command(
+        "export",
+        "write a texture, vertex colours or a scalar map of a mapped surface",
+        """\
+igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+igl-spheremap export lh.pial lh.sphere lh.factor.shape.gii --show factor
+igl-spheremap export lh.pial lh.sphere lh.factor --show factor""",
+    ),
+    Command(
+        "harmonics",
+        "expand a mapped surface, or data over it, in spherical harmonics",
+        """\
+igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply""",
+    ),
+    Command(
+        "grid",
+        "sample a mapped surface, or data over it, on latitudes and longitudes",
+        """\
+igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+igl-spheremap grid lh.pial lh.sphere lh_sulc.png --data lh.sulc""",
+    ),
+    Command(
+        "batch",
+        "map many files with a pool of processes; run it again to continue",
+        """\
+igl-spheremap batch subjects/*/surf/lh.white --out {folder}/lh.sphere --summary lh.csv
+igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4""",
+    ),
+    Command(
+        "p-harmonic",
+        "map by the p-harmonic energy, which gives limbs more room for p above 2",
+        "igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4",
+    ),
+    Command(
+        "landmarks",
+        "map harmonically with landmarks drawn towards targets",
+        "igl-spheremap landmarks lh.pial lh.sphere --points landmarks.txt --weight 100",
+    ),
+    Command(
+        "reproduce",
+        "compute the paper's tables and figures, beside its own numbers",
+        """\
+igl-spheremap reproduce table2
+igl-spheremap reproduce all --meshes ../shared/meshes --out reproduction""",
+    ),
+    Command(
+        "completion",
+        "print a script that completes command lines in a shell",
+        "igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap",
+    ),
+)

@@ -1,0 +1,40 @@
+"""`igl-spheremap map IN OUT`: map a mesh to the sphere and write the map."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import get_args
+
+from ....maps.methods import METHODS
+from ....maps.methods.auto import Gauge
+from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....untangle.relax import Polish
+from ..exits import Exit
+from ..failures import UsageError
+from ..mapping import add_map_arguments, map_by
+
+
+def configure(parser: ArgumentParser) -> None:
+    """Add the arguments."""
+    add_map_arguments(parser)
+    parser.add_argument(
+        "--method", choices=tuple(METHODS), default="auto", help="default: auto, the fast pipeline"
+    )
+    parser.add_argument(
+        "--polish",
+        choices=get_args(Polish),
+        help="lower the angle differences, or their largest ones, when the map is done (auto)",
+    )
+    parser.add_argument(
+        "--gauge",
+        choices=get_args(Gauge),
+        help="poles: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
+    )
+
+
+def run(args: Namespace) -> Exit:
+    """Map conformally."""
+    chosen = {name: getattr(args, name) for name in ("polish", "gauge") if getattr(args, name) is not None}
+    if chosen and args.method != "auto":
+        raise UsageError(f"--{' and --'.join(chosen)} go with --method auto only, not with {args.method}")
+    return map_by(args, lambda v, f, **options: spherical_conformal_map(v, f, args.method, **chosen, **options))

@@ -1,0 +1,180 @@
+"""Map, write, certify what was written, and report: what `map`, `p-harmonic` and `landmarks` share."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from typing import Any
+
+from ...descent.iterate import Iterate, Listener, Status
+from ...io import SphereCheck, write_map
+from ...maps.sphere_map import SphereMap
+from ...verify.figures import angle_figures
+from .exits import Exit
+from .failures import UsageError
+from .interrupt import Interrupt
+from .output import add_output, angle_row, certificate_figures, energy_row, mesh_row, report, row
+from .progress import measures
+from .reporting import add_reporting, check_reporting, recorder, write_reports
+from .source import Source, add_source, load_source
+from .streams import add_target, check_outputs, target_format, write_target
+
+
+def add_map_arguments(parser: ArgumentParser) -> None:
+    """Add what all commands take that map a mesh and write the map."""
+    add_source(parser)
+    add_target(parser, "the sphere, same vertex order; .npz holds the whole result; - for stdout")
+    parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
+    parser.add_argument(
+        "--max-iterations",
+        type=int,
+        metavar="N",
+        help="of each minimisation, so of each round of Algorithm 2; default: the method's",
+    )
+    parser.add_argument(
+        "--radius",
+        type=float,
+        metavar="R",
+        help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
+    )
+    add_reporting(parser)
+    add_output(parser)
+    parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
+
+
+def add_may_fold(parser: ArgumentParser) -> None:
+    """Add the flag of energies that a bijection can limit."""
+    parser.add_argument("--may-fold", action="store_true", help="also take steps that fold")
+
+
+def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
+    """Map by a function of v, f, a listener, and the tolerance and max_iterations that were given.
+
+    Exit.OK means that the numbers in the file are certified.
+    """
+    if args.radius is not None and not 0 < args.radius < float("inf"):
+        raise UsageError(f"--radius {args.radius:g} is not positive")
+    check_outputs(args, surface=True)
+    check_reporting(args)
+    source = load_source(args)
+    recording = recorder(args, source)
+    result, interrupted = _map(source, args, solve, recording)
+    written = write_target(
+        args,
+        lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
+    )
+    write_reports(args, source, result, recording)
+    report(args, _figures(source, args, result, written), _summary(source, args, result, written))
+    if interrupted:
+        return Exit.INTERRUPTED
+    certified = result.certificate.folding_free and written.certificate.folding_free
+    return Exit.OK if certified else Exit.FOLDINGS
+
+
+def _map(
+    source: Source, args: Namespace, solve: Callable[..., SphereMap], recording: Listener | None
+) -> tuple[SphereMap, bool]:
+    """The map, and whether Ctrl-C ended it early."""
+    given = {"tolerance": args.tolerance, "max_iterations": args.max_iterations}
+    options = {name: value for name, value in given.items() if value is not None}
+
+    def log(iterate: Iterate) -> None:
+        name = f"{iterate.stage} {iterate.round}.{iterate.iteration}"
+        args.progress.write(f"{name}  {measures(iterate)}, tau {iterate.tau:.2e}")
+
+    args.progress.stage(f"mapping {source.name}")
+    with Interrupt() as interrupt:
+        listeners = (recording, log if args.verbose else args.progress.listener(source.f), interrupt)
+
+        def listen(iterate: Iterate) -> None:
+            for listener in filter(None, listeners):
+                listener(iterate)
+
+        result = solve(source.v, source.f, listener=listen, **options)
+    return result, interrupt.asked and result.status is Status.STOPPED
+
+
+def _figures(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> dict[str, Any]:
+    return {
+        "source": source.name,
+        "repairs": source.repairs,
+        "target": args.target,
+        "vertices": len(result.vertices),
+        "faces": len(result.faces),
+        "method": result.method,
+        "backend": result.backend,
+        "settings": result.settings,
+        "notes": result.notes,
+        "status": result.status.name,
+        "iterations": result.iterations,
+        "seconds": result.seconds,
+        "energy": result.energy,
+        "angle_differences": angle_figures(result.angle_differences()),
+        "gauge": result.gauge,
+        "stretch": result.stretch,
+        "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
+        "certificate": certificate_figures(result.certificate),
+        "file": {
+            "format": target_format(args).name,
+            "radius": written.radius,
+            "moved": written.moved,
+            "certificate": certificate_figures(written.certificate),
+        },
+    }
+
+
+def _summary(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> list[str]:
+    backend = f", {result.backend}" if result.backend else ""
+    return [
+        mesh_row("source", source.name, len(result.vertices), len(result.faces)),
+        row(
+            "method",
+            f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; "
+            f"{result.status.value}",
+        ),
+        *(row("note", note) for note in result.notes),
+        *_rounds(result),
+        energy_row(result.energy),
+        angle_row(angle_figures(result.angle_differences())),
+        *_beyond_float64(result),
+        row("certificate", str(result.certificate)),
+        row(
+            "written",
+            f"{args.target} ({target_format(args).name}, radius {written.radius:.6g}), "
+            f"{_as_written(result, written)}",
+        ),
+    ]
+
+
+def _rounds(result: SphereMap) -> list[str]:
+    """The foldings before and after each round, as a table."""
+    if not result.rounds:
+        return []
+    lines = ["", f"  {'round':<24}{'foldings':>18}{'iterations':>12}{'energy':>12}{'mean angle':>12}"]
+    for entry in result.rounds:
+        foldings = f"{entry.foldings_before} -> {entry.foldings_after}"
+        lines.append(
+            f"  {entry.round:>2} {entry.start[:20]:<21}{foldings:>18}{entry.iterations:>12}"
+            f"{entry.energy:>12.6f}{entry.mean_angle_difference:>12.3f}"
+        )
+    return [*lines, ""]
+
+
+def _beyond_float64(result: SphereMap) -> list[str]:
+    """How much limbs beyond floating point were stretched."""
+    if result.stretch == 1:
+        return []
+    advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
+    return [row("stretch", f"limbs beyond float64 are stretched to {result.stretch:.3g} times their length{advice}")]
+
+
+def _as_written(result: SphereMap, written: SphereCheck) -> str:
+    if written.certificate.folding_free:
+        moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
+        return "certified as written" + moved
+    if result.certificate.folding_free:
+        return (
+            f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "
+            "which keep every digit"
+        )
+    return "not certified"

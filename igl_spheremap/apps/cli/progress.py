@@ -1,0 +1,88 @@
+"""What a command does now, as one line on a terminal, drawn by tqdm."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ...descent.iterate import Iterate, Listener
+from ...verify.certificate import orientation_signs
+
+_PLAIN = "{desc} [{elapsed}]"
+_ITERATES = "{desc} [{elapsed}{postfix}]"
+_INTERVAL = 0.5  # seconds; foldings are counted anew for each line
+
+
+class Progress:
+    """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._bar: tqdm[Any] | None = None
+        self._iterating = False
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def stage(self, name: str, total: int | None = None, unit: str = "it") -> None:
+        """Begin a stage; with a total it has a bar that `advance` moves."""
+        self._open(name, None if total else _PLAIN, total=total, unit=unit)
+
+    def advance(self) -> None:
+        """Move the stage's bar by one."""
+        if self._bar is not None:
+            self._bar.update()
+
+    def listener(self, f: NDArray[np.int64]) -> Listener:
+        """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
+
+        def show(iterate: Iterate) -> None:
+            name = f"{iterate.stage} {iterate.round}.{iterate.iteration}"
+            if not self._iterating:
+                self._open(name, _ITERATES, mininterval=_INTERVAL, miniters=1)
+                self._iterating = True
+            assert self._bar is not None
+            self._bar.set_description_str(name, refresh=False)
+            if self._bar.update():
+                foldings = int((orientation_signs(iterate.x, f) <= 0).sum())
+                self._bar.set_postfix_str(f"{measures(iterate)}, foldings {foldings}")
+
+        return show
+
+    def write(self, line: str) -> None:
+        """Print a line on stderr that stays."""
+        tqdm.write(line, file=sys.stderr)
+        sys.stderr.flush()
+
+    def close(self) -> None:
+        """Clear the line."""
+        if self._bar is not None:
+            self._bar.close()
+        self._bar, self._iterating = None, False
+
+    def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
+        self.close()
+        self._bar = tqdm(
+            desc=name,
+            bar_format=bar_format,
+            disable=True if self._quiet else None,  # None: unless stderr is a terminal
+            leave=False,
+            dynamic_ncols=True,
+            file=sys.stderr,
+            **options,
+        )
+
+
+def measures(iterate: Iterate) -> str:
+    """Energy above 4 pi and residual of an iterate, those that are finite."""
+    figures = {"energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}", "residual": f"{iterate.residual:.1e}"}
+    finite = (math.isfinite(iterate.energy), math.isfinite(iterate.residual))
+    return ", ".join(f"{name} {value}" for (name, value), shown in zip(figures.items(), finite, strict=True) if shown)

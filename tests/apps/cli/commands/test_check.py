@@ -1,0 +1,42 @@
+"""`igl-spheremap check`: a certificate for any map, and none for a map of another mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shell import SAMPLE, one_line
+
+from igl_spheremap.apps.cli import main
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+def test_check_needs_one_archive_only(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "-q"]) == 0
+    assert main(["check", str(tmp_path / "a.npz")]) == 0
+
+
+def test_check_tells_foldings_from_other_meshes(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    write_mesh(tmp_path / "mirror.obj", -x, f)
+    assert main(["check", SAMPLE, str(tmp_path / "mirror.obj"), "-q"]) == 3
+    write_mesh(tmp_path / "bumpy.obj", x * np.linspace(1, 1.1, len(x))[:, None], f)
+    assert main(["check", SAMPLE, str(tmp_path / "bumpy.obj"), "-q"]) == 3
+    write_mesh(tmp_path / "huge.obj", x * 1e3, f)
+    assert main(["check", SAMPLE, str(tmp_path / "huge.obj"), "-q"]) == 0
+    x[3] = np.nan
+    write_mesh(tmp_path / "nan.obj", x, f)
+    assert main(["check", SAMPLE, str(tmp_path / "nan.obj")]) == 3
+    assert "1 vertices not finite" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda x, f: (x[:-1], f[(f < len(x) - 1).all(axis=1)]), "vertices but"),
+        (lambda x, f: (x, np.roll(np.arange(len(x)), 1)[f]), "not the same vertex order"),
+    ],
+)
+def test_check_refuses_a_map_of_another_mesh(spoil, words, sphere, tmp_path, capsys):
+    write_mesh(tmp_path / "other.obj", *spoil(*read_mesh(sphere)))
+    assert main(["check", SAMPLE, str(tmp_path / "other.obj")]) == 2
+    assert words in one_line(capsys)

@@ -1,0 +1,33 @@
+"""`igl-spheremap repair`: folded maps become certified ones."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+from shell import SAMPLE, one_line
+
+from igl_spheremap.apps.cli import main
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+def test_a_folded_map_is_mended_where_it_folds(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    x[7] = -x[7]
+    write_mesh(tmp_path / "folded.ply", 5 * x, f)
+    mended = tmp_path / "mended.ply"
+    assert main(["repair", SAMPLE, str(tmp_path / "folded.ply"), str(mended), "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["before"]["certificate"]["folding_free"] is False
+    assert told["after"]["certificate"]["folding_free"] is True
+    assert 0 < told["moved"] < len(x) // 4
+    assert np.allclose(np.linalg.norm(read_mesh(mended).v, axis=1), 5)
+    assert main(["check", SAMPLE, str(mended), "-q"]) == 0
+
+
+def test_a_map_without_directions_cannot_be_mended(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    x[7] = 0
+    write_mesh(tmp_path / "zero.ply", x, f)
+    assert main(["repair", SAMPLE, str(tmp_path / "zero.ply"), str(tmp_path / "out.ply")]) == 2
+    assert "[7]" in one_line(capsys)

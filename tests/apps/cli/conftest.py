@@ -1,0 +1,5 @@
+"""Fixtures of all commands."""
+
+from shell import sphere
+
+__all__ = ["sphere"]

@@ -1,0 +1,157 @@
+"""`igl-spheremap map`: the file that it writes is certified, and figures for people and programs are the same."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+from shell import SAMPLE, one_line
+
+from igl_spheremap import samples, spherical_conformal_map
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.commands import map as map_command
+from igl_spheremap.io import read_map, write_mesh
+from igl_spheremap.untangle.rounding import Float32Map
+from igl_spheremap.verify.certificate import certify
+
+
+def test_map_writes_certifies_and_tells(tmp_path, capsys):
+    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
+    assert main(["map", SAMPLE, str(target), "--json", str(figures)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "folding-free" in out
+    assert "certified as written" in out
+    result, told = read_map(target), json.loads(figures.read_text())
+    assert told["vertices"] == len(result.vertices)
+    assert told["energy"] == result.energy
+    assert told["certificate"]["folding_free"] is True
+    assert told["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
+
+
+def test_verbose_logs_every_iteration(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "-v", "-q"]) == 0
+    assert len(capsys.readouterr().err.splitlines()) == len(read_map(tmp_path / "a.npz").history)
+
+
+def test_options_reach_the_method(tmp_path):
+    target = tmp_path / "a.npz"
+    main(
+        [
+            "map",
+            SAMPLE,
+            str(target),
+            "-q",
+            "--method",
+            "lai2014",
+            "--max-iterations",
+            "2",
+            "--tolerance",
+            "1e-9",
+        ]
+    )
+    result = read_map(target)
+    assert (result.method, result.settings) == ("lai2014", {"max_iterations": 2, "tolerance": 1e-9})
+
+
+def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, monkeypatch):
+    def mirrored(*arguments, **options):
+        result = spherical_conformal_map(*arguments, **options)
+        return dataclasses.replace(
+            result, sphere=-result.sphere, certificate=certify(-result.sphere, result.faces)
+        )
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", mirrored)
+    assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == 3
+    assert "not folding-free" in capsys.readouterr().out
+    assert main(["check", SAMPLE, str(tmp_path / "a.obj")]) == 3
+
+
+def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, monkeypatch):
+    pytest.importorskip("nibabel")
+
+    def crowded(*arguments, **options):
+        result = spherical_conformal_map(*arguments, **options)
+        i, j, _ = result.faces[0]
+        result.sphere[j] = result.sphere[i] + 1e-9 * (result.sphere[j] - result.sphere[i])
+        return result
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", crowded)
+    assert main(["map", SAMPLE, str(tmp_path / "rh.sphere")]) == 0
+    assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
+
+    def plainly(x, f, radius, v):
+        return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
+
+    monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
+    assert main(["map", SAMPLE, str(tmp_path / "lh.sphere")]) == 3
+    assert "rounded to this format" in " ".join(capsys.readouterr().out.split())
+
+
+def test_freesurfer_from_end_to_end(tmp_path):
+    freesurfer = pytest.importorskip("nibabel.freesurfer")
+    v, f = samples.make("brain", n_vertices=4000)
+    freesurfer.write_geometry(tmp_path / "lh.pial", v, f)
+    assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere"), "-q"]) == 0
+    x, g = freesurfer.read_geometry(tmp_path / "lh.sphere")
+    assert np.allclose(np.linalg.norm(x, axis=1), 100)
+    assert np.array_equal(g, f)
+    assert main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere"), "-q"]) == 0
+
+
+def test_gifti_keeps_what_the_source_said(tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    write_mesh(tmp_path / "in.surf.gii", *samples.sphere(162), metadata={"structure": "CortexRight"})
+    assert (
+        main(["map", str(tmp_path / "in.surf.gii"), str(tmp_path / "out.surf.gii"), "--radius", "2", "-q"])
+        == 0
+    )
+    points = nibabel.load(tmp_path / "out.surf.gii").darrays[0]
+    assert dict(points.meta) == {"AnatomicalStructurePrimary": "CortexRight", "GeometricType": "Spherical"}
+    assert np.allclose(np.linalg.norm(points.data, axis=1), 2)
+
+
+def test_nothing_is_overwritten_without_force(sphere, capsys):
+    before = sphere.read_bytes()
+    assert main(["map", "sample:sphere:n_vertices=42", str(sphere)]) == 74
+    assert "exists already" in one_line(capsys)
+    assert sphere.read_bytes() == before
+    assert main(["map", "sample:sphere:n_vertices=42", str(sphere), "--force", "-q"]) == 0
+    assert sphere.read_bytes() != before
+
+
+def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
+    def pressed(*arguments, listener, **options):
+        os.kill(os.getpid(), signal.SIGINT)
+        return spherical_conformal_map(*arguments, listener=listener, **options)
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", pressed)
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]) == 130
+    assert signal.getsignal(signal.SIGINT) is before
+    result = read_map(tmp_path / "a.npz")
+    assert result.status.name == "STOPPED"
+    assert len(result.history) <= 1
+
+
+def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
+    figures = {}
+    for name, flags in (("plain", []), ("polished", ["--polish", "angles"])):
+        out = tmp_path / f"{name}.json"
+        target = str(tmp_path / f"{name}.npz")
+        assert main(["map", "sample:bird:n_vertices=1200", target, "--json", str(out), *flags]) == 0
+        figures[name] = json.loads(out.read_text())
+    assert figures["polished"]["settings"] == {"polish": "angles"}
+    assert figures["polished"]["angle_differences"]["mean"] < figures["plain"]["angle_differences"]["mean"]
+    capsys.readouterr()
+    spring = ["map", "sample:spring:n_vertices=6000,turns=5", str(tmp_path / "s.npz"), "-f"]
+    assert main(spring) == 0
+    assert "stretched to" in capsys.readouterr().out
+    assert main([*spring, "--gauge", "poles"]) == 0
+    assert "stretched to" not in capsys.readouterr().out
+    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "mips", "--method", "lai2014"]) == 64
+    assert "--polish" in capsys.readouterr().err

@@ -1,0 +1,82 @@
+"""Progress: at once on a terminal, gone at the end, nothing in files."""
+
+from __future__ import annotations
+
+import io
+import math
+import sys
+
+import numpy as np
+import pytest
+from shell import SAMPLE
+
+from igl_spheremap import samples
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.progress import Progress, measures
+from igl_spheremap.descent.iterate import Iterate
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def as_stderr(stream, monkeypatch):
+    """Not a fixture: pytest puts its own stderr back between a fixture and its test."""
+    monkeypatch.setattr(sys, "stderr", stream)
+    return stream
+
+
+def screen(text: str) -> str:
+    """What a terminal shows of a text in its last line."""
+    shown = ""
+    for part in text.rpartition("\n")[2].split("\r"):
+        shown = part + shown[len(part) :]
+    return shown.rstrip()
+
+
+def test_stages_are_shown_at_once_and_cleared(monkeypatch):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    with Progress() as progress:
+        progress.stage("reading bunny.ply")
+        assert screen(terminal.getvalue()).startswith("reading bunny.ply")
+        progress.stage("mapping", total=4, unit="mesh")
+        assert "0/4" in screen(terminal.getvalue())
+        progress.write("a line that stays")
+        assert terminal.getvalue().count("a line that stays\n") == 1
+    assert screen(terminal.getvalue()) == ""
+
+
+def test_iterates_show_what_they_are(monkeypatch):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    x, f = samples.sphere(42)
+    with Progress() as progress:
+        progress.listener(f)(Iterate("harmonic", 0, 7, x, 4 * math.pi + 0.01, 1e-3, 0.5))
+        assert screen(terminal.getvalue()).startswith("harmonic 0.7")
+
+
+def test_measures_are_finite():
+    x = np.eye(3)
+    assert measures(Iterate("sobolev", 0, 0, x, 4 * math.pi + 0.01, math.inf)) == "energy 4 pi +1.00e-02"
+    assert measures(Iterate("repair", 0, 0, x, math.nan, 3.0)) == "residual 3.0e+00"
+
+
+def test_a_map_shows_its_stages_on_a_terminal(monkeypatch, tmp_path):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == 0
+    stages = ("reading", "mapping", "sobolev", "writing")
+    places = [terminal.getvalue().index(stage) for stage in stages]
+    assert places == sorted(places)
+    assert screen(terminal.getvalue()) == ""
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_nothing_is_shown_in_files_or_when_quiet(quiet, monkeypatch):
+    stream = as_stderr(Terminal() if quiet else io.StringIO(), monkeypatch)
+    with Progress(quiet=quiet) as progress:
+        progress.stage("reading bunny.ply")
+        progress.stage("mapping", total=4)
+        progress.advance()
+    assert stream.getvalue() == ""
