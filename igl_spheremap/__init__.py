@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .shapes.grid import from_grid, to_grid
     from .shapes.harmonics.spherical_harmonics import AlignedHarmonics, SphericalHarmonics, spherical_harmonics
     from .shapes.locate import Location, SphereLocator
+    from .shapes.registration.register import Registration, RegistrationStage, register
     from .shapes.texture import Atlas, texture_atlas
     from .shapes.transfer import resample, transfer
     from .sphere.cayley import cayley_update
@@ -81,6 +82,9 @@ _HOME = {
     "spherical_harmonics": "shapes.harmonics.spherical_harmonics",
     "Location": "shapes.locate",
     "SphereLocator": "shapes.locate",
+    "Registration": "shapes.registration.register",
+    "RegistrationStage": "shapes.registration.register",
+    "register": "shapes.registration.register",
     "Atlas": "shapes.texture",
     "texture_atlas": "shapes.texture",
     "resample": "shapes.transfer",
@@ -111,6 +115,8 @@ __all__ = [
     "MeshError",
     "NotConverged",
     "Recording",
+    "Registration",
+    "RegistrationStage",
     "RepairedMesh",
     "Round",
     "SphereLocator",
@@ -135,6 +141,7 @@ __all__ = [
     "read_coefficients",
     "read_map",
     "read_mesh",
+    "register",
     "remove_foldings",
     "repair_foldings",
     "repair_mesh",

@@ -30,7 +30,7 @@ def from_complex(rows: ComplexArray) -> FloatArray:
 
 
 def ladder(ell: int) -> FloatArray:
-    """Entries beside the diagonal of J_x in degree l; those of J_y are i times as large, up to sign."""
+    """Entries beside the diagonal of J_x in degree l, and of -i J_y above it."""
     m = np.arange(-ell, ell)
     return 0.5 * np.sqrt(ell * (ell + 1) - m * (m + 1))
 
@@ -48,19 +48,36 @@ def spin_phase(ell: int) -> ComplexArray:
     return np.asarray((-1j) ** (np.arange(-ell, ell + 1) % 4))
 
 
-def wigner(ell: int, R: FloatArray) -> ComplexArray:
-    """D of degree l: the complex coefficients of x -> f(R^-1 x) are D times those of f."""
+def angular_momentum(rows: ComplexArray, beside: FloatArray) -> ComplexArray:
+    """J_x, J_y and J_z times complex coefficients (..., 2 l + 1, k), `beside` the diagonal: stacked in front."""
+    ell = rows.shape[-2] // 2
+    raised, lowered = np.zeros_like(rows), np.zeros_like(rows)
+    raised[..., 1:, :] = beside[..., None] * rows[..., :-1, :]
+    lowered[..., :-1, :] = beside[..., None] * rows[..., 1:, :]
+    return np.stack((lowered + raised, 1j * (lowered - raised), np.arange(-ell, ell + 1)[:, None] * rows))
+
+
+def turning(c: FloatArray) -> FloatArray:
+    """Coefficients (3, (L + 1)^2, k) of x cross grad f: how f changes as x turns about each axis."""
+    degrees = (angular_momentum(to_complex(c[rows_of(ell)]), ladder(ell)) for ell in range(degree_of(c) + 1))
+    parts = ([from_complex(1j * axis) for axis in axes] for axes in degrees)
+    return np.stack([np.concatenate(axis) for axis in zip(*parts, strict=True)])
+
+
+def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexArray:
+    """Complex coefficients (..., 2 l + 1, k) of x -> f(R^-1 x): Wigner's D times `rows`; U holds the `spin`."""
+    ell = rows.shape[-2] // 2
     alpha, beta, gamma = euler_angles(R)
-    m = np.arange(-ell, ell + 1)
-    U = spin_phase(ell)[:, None] * spin(ell)
-    d = (U * np.exp(-1j * beta * m)) @ U.conj().T
-    return np.asarray(np.exp(-1j * alpha * m)[:, None] * d * np.exp(-1j * gamma * m))
+    turn = -1j * np.arange(-ell, ell + 1)[:, None]
+    phase = spin_phase(ell)[:, None]
+    rows = np.swapaxes(U, -1, -2) @ (phase.conj() * np.exp(gamma * turn) * rows)
+    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))
 
 
 def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
     """Coefficients ((L + 1)^2, k) of x -> f(R^-1 x)."""
-    degrees = (c[rows_of(ell)] for ell in range(degree_of(c) + 1))
-    return np.concatenate([from_complex(wigner(len(rows) // 2, R) @ to_complex(rows)) for rows in degrees])
+    turned = (rotate_complex(to_complex(c[rows_of(ell)]), R, spin(ell)) for ell in range(degree_of(c) + 1))
+    return np.concatenate([from_complex(rows) for rows in turned])
 
 
 def euler_rotation(alpha: float, beta: float, gamma: float) -> FloatArray:

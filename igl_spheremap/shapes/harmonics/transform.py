@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from .legendre import legendre
 FloatArray = NDArray[np.float64]
 
 
+@lru_cache(maxsize=32)
 def gauss_rows(n: int) -> tuple[FloatArray, FloatArray]:
     """Heights from north to south, and weights of sum 2, exact for polynomials in z of degree 2 n - 1.
 
@@ -24,7 +27,9 @@ def gauss_rows(n: int) -> tuple[FloatArray, FloatArray]:
             last, P = P, ((2 * ell + 1) * z * P - ell * last) / (ell + 1)
         slope = n * (z * P - last) / np.sin(theta)  # dP_n / dtheta
         theta = theta - P / slope
-    return np.cos(theta), 2 / slope**2
+    z, w = np.cos(theta), 2 / slope**2
+    z.flags.writeable = w.flags.writeable = False  # they are kept
+    return z, w
 
 
 def grid_points(z: FloatArray, phi: FloatArray) -> FloatArray:

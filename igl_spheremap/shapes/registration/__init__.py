@@ -1,0 +1,1 @@
+"""One mapped surface laid on another: rotation, Moebius map, elastic deformation."""

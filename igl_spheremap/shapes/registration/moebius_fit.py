@@ -1,0 +1,70 @@
+"""The Moebius map that brings one surface's features closest to another's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sphere.moebius import moebius
+from ...verify.certificate import orientation_signs
+from .correlation import rotation_about
+from .picture import Picture
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+#: Takes each iterate and its cost.
+Notify = Callable[[FloatArray, float], None]
+
+#: Cost of a step's boost, squared, beside features of unit variance: what they leave open is not boosted far.
+_RIDGE = 0.05
+#: Where the iteration ends, of the variance.
+_SMALLEST_GAIN = 1e-7
+
+
+def fit_moebius(
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Picture, notify: Notify
+) -> FloatArray:
+    """Lower the weighted square of features - fixed(x) by Gauss-Newton steps in the six directions of Moebius maps.
+
+    The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
+    vertices, not edges, and slivers can flip.
+    """
+    damping = 1e-3
+    values, gradients = fixed(x)
+    cost = _cost(weights, features - values)
+    for _ in range(30):
+        # The fields w cross x of rotations and c - (c . x) x of boosts towards c.
+        turns = np.cross(x[:, None], gradients)
+        J = np.concatenate((turns, gradients), axis=2)
+        H = np.einsum("n,nki,nkj->ij", weights, J, J)
+        H[3:, 3:] += _RIDGE * np.eye(3)
+        slope = np.einsum("n,nki,nk->i", weights, J, features - values)
+        while True:
+            step = np.linalg.solve(H + damping * np.trace(H) / 6 * np.eye(6), slope)
+            y = _moved(x, step)
+            new_values, new_gradients = fixed(y)
+            gain = cost - _cost(weights, features - new_values)
+            if gain > 0 and (orientation_signs(y, f) > 0).all():
+                break
+            damping *= 4
+            if damping > 1e6:
+                return x
+        x, values, gradients, cost, damping = y, new_values, new_gradients, cost - gain, max(damping / 6, 1e-6)
+        notify(x, cost)
+        if gain < _SMALLEST_GAIN * features.shape[1]:
+            break
+    return x
+
+
+def _cost(weights: FloatArray, off: FloatArray) -> float:
+    return float(np.einsum("n,nk,nk->", weights, off, off))
+
+
+def _moved(x: FloatArray, step: FloatArray) -> FloatArray:
+    """x boosted by the last three entries, then rotated by the first three."""
+    boost = step[3:]
+    length = float(np.linalg.norm(boost))
+    centre = -boost * (np.tanh(length / 2) / length if length else 0.0)
+    return moebius(x, centre) @ rotation_about(step[:3]).T

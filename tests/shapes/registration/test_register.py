@@ -1,0 +1,149 @@
+"""Registration: planted rotations and Moebius maps come back, every map is certified, bad input is named."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.shapes.harmonics.basis import synthesis
+from igl_spheremap.shapes.harmonics.rotation import euler_rotation
+from igl_spheremap.shapes.registration.correlation import rotation_angle
+from igl_spheremap.shapes.registration.features import FeatureSurface
+from igl_spheremap.shapes.registration.picture import Picture
+from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.sphere.rows import unit_rows
+
+R = euler_rotation(1.0, 0.7, -2.0)
+
+
+@pytest.fixture(scope="module")
+def dino():
+    return ism.spherical_conformal_map(*ism.samples.make("dino"))
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """A sphere with a function on it that no rotation keeps."""
+    x, f = ism.samples.sphere(10 * 4**4 + 2)
+    values = synthesis(np.random.default_rng(0).normal(size=(36, 2)), x)
+    return ism.sphere_map(x * [1, 1.2, 1.5], f, x), values
+
+
+def moved(result, x):
+    return ism.sphere_map(result.vertices, result.faces, x)
+
+
+def test_a_copy_that_is_meshed_anew_turns_back(dino):
+    decimated = igl.qslim(dino.vertices, dino.faces, int(0.6 * len(dino.faces)))
+    v, f = (a for a in decimated if np.ndim(a) == 2)
+    copy = ism.spherical_conformal_map(v, f)
+    curvature = tuple(FeatureSurface(each).geometry[:, 0] for each in (copy, dino))
+    result = ism.register(moved(copy, copy.sphere @ R.T), dino, curvature, stages=["rotation"])
+    assert rotation_angle(result.rotation @ R) < 0.2
+    assert result.map.certificate.folding_free
+    assert result.margin > 0.15
+    assert result.notes == ()
+
+
+def test_a_planted_moebius_map_comes_back(ball):
+    fixed, values = ball
+    moving = moved(fixed, moebius(fixed.sphere, [0.1, -0.05, 0.1]) @ R.T)
+    result = ism.register(moving, fixed, (values, values))
+    off = np.linalg.norm(result.map.sphere - fixed.sphere, axis=1)
+    assert off.mean() < 0.01 < 0.05 < np.linalg.norm(
+        moving.sphere @ result.rotation.T - fixed.sphere, axis=1).mean()
+    assert result.map.certificate.folding_free
+    correlations = np.array([stage.correlation for stage in result.stages])
+    assert (np.diff(correlations, axis=0) > 0).all()
+    assert (correlations[-1] > 0.999).all()
+
+
+def test_stages_report_what_they_did(ball):
+    fixed, values = ball
+    seen = []
+    result = ism.register(moved(fixed, fixed.sphere @ R.T), fixed, (values, values), listener=seen.append)
+    assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius"]
+    assert all(stage.strain < 1e-12 for stage in result.stages[:2])
+    assert seen[0].stage == "rotation"
+    assert all(ism.certify(iterate.x, fixed.faces).folding_free for iterate in seen)
+    costs = [iterate.energy for iterate in seen if iterate.stage == "moebius"]
+    assert costs == sorted(costs, reverse=True)
+    assert np.array_equal(seen[-1].x, result.map.sphere)
+
+
+def test_a_mirror_image_is_reflected_first(dino):
+    mirrored = ism.spherical_conformal_map(dino.vertices * [-1, 1, 1], dino.faces[:, ::-1])
+    turned = moved(mirrored, mirrored.sphere @ R.T)
+    result = ism.register(turned, dino, reflect=True, stages=["rotation"])
+    assert np.array_equal(result.map.vertices, dino.vertices)
+    assert np.array_equal(np.sort(result.map.faces), np.sort(dino.faces))
+    assert np.abs(result.map.sphere - dino.sphere).max() < 1e-3
+
+
+def test_the_same_input_gives_the_same_bits(ball):
+    fixed, values = ball
+    first, second = (ism.register(fixed, fixed, (values, values)).map.sphere for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+def test_unlike_shapes_are_certified_and_doubted():
+    x, f = ism.samples.sphere(642)
+    noise = np.random.default_rng(5).normal(size=(2, 642))
+    ball = ism.sphere_map(x, f, x)
+    result = ism.register(ball, ball, (noise[0], noise[1]))
+    assert result.map.certificate.folding_free
+    assert "margin is small" in result.notes[0]
+    assert result.margin < 0.1 * result.candidates[0].correlation
+
+
+def test_pictures_are_the_function_and_its_gradient():
+    rng = np.random.default_rng(3)
+    c = rng.normal(size=(49**2, 1)) / (1 + np.repeat(np.arange(49), 2 * np.arange(49) + 1)[:, None]) ** 3
+    x = np.concatenate((unit_rows(rng.normal(size=(300, 3))), [[0, 0, 1], [0, 0, -1]]))
+    values, gradients = Picture(c)(x)
+    assert np.abs(values - synthesis(c, x)).max() < 2e-3 * np.abs(values).max()
+    assert np.abs(np.einsum("nkd,nd->nk", gradients, x)).max() < 1e-12
+    along, h = np.cross(x, [0.3, 0.2, 1.0]), 1e-5
+    change = synthesis(c, unit_rows(x + h * along)) - synthesis(c, unit_rows(x - h * along))
+    assert np.abs(np.einsum("nkd,nd->nk", gradients, along) - change / (2 * h)).max() < 1e-2 * np.abs(change / h).max()
+
+
+def test_features_are_the_same_on_every_map(dino):
+    other = moved(dino, moebius(dino.sphere, [0.3, 0.2, 0.1]))
+    a, b = FeatureSurface(dino), FeatureSurface(other)
+    assert np.array_equal(a.diffuse(a.geometry, 0.1), b.diffuse(b.geometry, 0.1))
+
+
+def test_geometry_of_a_sphere_with_a_bump():
+    x, f = ism.samples.sphere(10 * 4**4 + 2)
+    bump = np.exp(-20 * ((x - [0, 0, 1]) ** 2).sum(axis=1))
+    surface = FeatureSurface(ism.sphere_map(x * (1 + 0.3 * bump[:, None]), f, x))
+    for column in surface.geometry.T:  # both are highest at its top
+        assert column.argmax() in np.flatnonzero(bump > 0.9)
+        assert np.isclose(surface.areas @ column**2, surface.areas.sum())
+
+
+def test_diffusion_keeps_the_mean_and_damps_harmonics():
+    """On the unit sphere degree l is divided by (1 + l (l + 1) sigma^2 / 4)^2."""
+    x, f = ism.samples.sphere(10 * 4**4 + 2)
+    surface = FeatureSurface(ism.sphere_map(x, f, x))
+    assert np.allclose(surface.diffuse(np.ones((len(x), 1)), 0.5), 1)
+    smooth = surface.diffuse(x[:, 2:], 0.5)[:, 0]
+    assert np.allclose(smooth, x[:, 2] / (1 + 2 * 0.25 / 4) ** 2, atol=2e-3)
+
+
+def test_refusals(ball):
+    fixed, values = ball
+    n = len(values)
+    with pytest.raises(ism.MeshError, match=r"features of the moving surface have shape \(3,\)"):
+        ism.register(fixed, fixed, ([1, 2, 3], values))
+    with pytest.raises(ism.MeshError, match=r"features of the fixed surface are not finite at 1 vertices"):
+        ism.register(fixed, fixed, (values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0])))
+    with pytest.raises(ism.MeshError, match="features of the fixed surface are constant in column 0"):
+        ism.register(fixed, fixed, (values[:, 0], np.full(n, 3.0)))
+    with pytest.raises(ValueError, match="2 moving but 1 fixed"):
+        ism.register(fixed, fixed, (values, values[:, 0]))
+    with pytest.raises(ValueError, match="unknown stage 'warp'"):
+        ism.register(fixed, fixed, (values, values), stages=["warp"])
