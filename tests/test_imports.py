@@ -136,4 +136,4 @@ def test_the_core_needs_no_extra():
     code = ("import sys, igl_spheremap as ism; [getattr(ism, name) for name in dir(ism)];"
             "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"polyscope", "matplotlib", "nibabel", "trimesh", "cvxopt", "cholespy"} & set(loaded)
+    assert not {"polyscope", "matplotlib", "nibabel", "trimesh", "cvxopt"} & set(loaded)

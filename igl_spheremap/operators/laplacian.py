@@ -1,4 +1,4 @@
-"""Cotangent Laplacians of a closed triangle mesh, assembled as positive semidefinite sparse matrices."""
+"""Laplacians of a closed triangle mesh, assembled as positive semidefinite sparse matrices."""
 
 from __future__ import annotations
 
@@ -13,48 +13,30 @@ from ..mesh.check import Mesh
 from ..mesh.measure import vertex_areas
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
+#: "cotangent" are the mesh's own weights, eq. (6). "mollified" takes them from `mollified_edge_lengths`, which changes
+#: nothing but slivers and faces of zero area. "delaunay" flips edges of the mollified mesh, intrinsically, until no
+#: weight is negative; the pattern differs from the mesh's. "uniform" gives each edge the weight 1.
 Weights = Literal["cotangent", "mollified", "delaunay", "uniform"]
 
-# Slack in the triangle inequality that mollification enforces, relative to the mean edge length.
+#: Slack in the triangle inequality that mollification enforces, relative to the mean edge length.
 MOLLIFY_FACTOR = 1e-5
-
-# A half cotangent above this stems from an angle under 5e-9, where rounding decides its size.
+#: A half cotangent above this stems from an angle under 5e-9, where rounding decides its size.
 LARGEST_USABLE_WEIGHT = 1e8
-
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
 _LEAST_AREA = 1e-9
 #: The source has unit area, but where its area is rounding: vertices on a line count alike.
 _LEAST_TOTAL = 1e-6
 
 
-def cotangent_laplacian(v: np.ndarray, f: np.ndarray) -> sp.csr_matrix:
-    """Assemble the cotangent Laplacian ``L`` of a closed triangle mesh.
+def cotangent_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
+    """The cotangent Laplacian L: ``x . (L x) / 2`` is the Dirichlet energy of a piecewise linear x, eq. (6).
 
-    ``x . (L x) / 2`` is the Dirichlet energy of a piecewise linear function ``x``: the weights of eq. (6),
-    with the sign that makes the matrix positive semidefinite.
+    It is ``-igl.cotmatrix(v, f)``, exactly symmetric, with sorted indices and an explicit diagonal (Pinkall and
+    Polthier 1993, *Computing Discrete Minimal Surfaces and Their Conjugates*). Faces of zero area leave entries that
+    are not finite: see `is_usable`.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 ndarray
-        Vertex positions.
-    f : (m, 3) int64 ndarray
-        Faces, as vertex indices.
-
-    Returns
-    -------
-    (n, n) scipy.sparse.csr_matrix of float64
-        ``-igl.cotmatrix(v, f)``: exactly symmetric, with row sums of zero up to rounding, sorted indices
-        and an explicit diagonal. Faces of zero area leave entries that are not finite: see `is_usable`.
-
-    References
-    ----------
-    Lai, Wen, Yin, Gu, Lui (2014), *Folding-Free Global Conformal Mapping for Genus-0 Surfaces by Harmonic
-    Energy Minimization*, eq. (6). Pinkall and Polthier (1993), *Computing Discrete Minimal Surfaces and
-    Their Conjugates*.
-
-    Examples
-    --------
     >>> v, f = igl.icosahedron()
     >>> L = cotangent_laplacian(v, f)
     >>> L.shape, float(abs(L.sum(axis=1)).max()) < 1e-15
@@ -63,38 +45,12 @@ def cotangent_laplacian(v: np.ndarray, f: np.ndarray) -> sp.csr_matrix:
     return _assemble(igl.cotmatrix_entries(v, f), f, len(v))
 
 
-def laplacian(v: np.ndarray, f: np.ndarray, weights: Weights = "cotangent") -> sp.csr_matrix:
-    """Assemble a Laplacian by the name of its weights.
+def laplacian(v: FloatArray, f: IntArray, weights: Weights = "cotangent") -> sp.csr_matrix:
+    """The Laplacian with the weights of that name: symmetric, with row sums of zero up to rounding.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 ndarray
-        Vertex positions.
-    f : (m, 3) int64 ndarray
-        Faces of a closed manifold mesh.
-    weights : {"cotangent", "mollified", "delaunay", "uniform"}
-        ``"cotangent"`` is the mesh's own `cotangent_laplacian`. ``"mollified"`` takes the cotangents from
-        `mollified_edge_lengths`, which makes slivers and faces of zero area harmless and changes nothing
-        elsewhere. ``"delaunay"`` flips the mollified mesh's edges, intrinsically, until it is Delaunay, so
-        that no weight is negative; its pattern differs from the mesh's.
+    Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*. Fisher, Springborn, Schroeder, Bobenko 2007,
+    *An Algorithm for the Construction of Intrinsic Delaunay Triangulations*.
 
-    Returns
-    -------
-    (n, n) scipy.sparse.csr_matrix of float64
-        Symmetric, with row sums of zero up to rounding.
-
-    Raises
-    ------
-    ValueError
-        If `weights` is no known name.
-
-    References
-    ----------
-    Sharp and Crane (2020), *A Laplacian for Nonmanifold Triangle Meshes*. Fisher, Springborn, Schroeder,
-    Bobenko (2007), *An Algorithm for the Construction of Intrinsic Delaunay Triangulations*.
-
-    Examples
-    --------
     >>> v, f = igl.icosahedron()
     >>> float(abs(laplacian(v, f, "delaunay") - laplacian(v, f)).max()) < 1e-15
     True
@@ -111,29 +67,12 @@ def laplacian(v: np.ndarray, f: np.ndarray, weights: Weights = "cotangent") -> s
     raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
 
 
-def mollified_edge_lengths(v: np.ndarray, f: np.ndarray, factor: float = MOLLIFY_FACTOR) -> np.ndarray:
-    """Edge lengths with the least common increase that keeps every triangle inequality strict.
+def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_FACTOR) -> FloatArray:
+    """(m, 3) lengths of the edges opposite the corners, all increased alike until each triangle inequality has slack.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 ndarray
-        Vertex positions.
-    f : (m, 3) int64 ndarray
-        Faces.
-    factor : float
-        Slack demanded of ``l_j + l_k - l_i``, relative to the mean edge length.
+    The slack is `factor` times the mean edge length; where every face has it already the lengths stay as they are.
+    Sharp and Crane 2020, section 4.5.
 
-    Returns
-    -------
-    (m, 3) float64 ndarray
-        Length of the edge opposite each corner; the plain lengths where every face has the slack already.
-
-    References
-    ----------
-    Sharp and Crane (2020), *A Laplacian for Nonmanifold Triangle Meshes*, section 4.5.
-
-    Examples
-    --------
     >>> v, f = igl.icosahedron()
     >>> bool((mollified_edge_lengths(v, f) == igl.edge_lengths(v, f)).all())
     True
@@ -143,23 +82,9 @@ def mollified_edge_lengths(v: np.ndarray, f: np.ndarray, factor: float = MOLLIFY
     return lengths + max(0.0, factor * lengths.mean() - slack)
 
 
-def usable_laplacian(v: np.ndarray, f: np.ndarray) -> sp.csr_matrix:
-    """Assemble the mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it.
+def usable_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
+    """The mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 ndarray
-        Vertex positions.
-    f : (m, 3) int64 ndarray
-        Faces of a closed manifold mesh.
-
-    Returns
-    -------
-    (n, n) scipy.sparse.csr_matrix of float64
-        With entries that are finite.
-
-    Examples
-    --------
     >>> is_usable(usable_laplacian(*igl.icosahedron()))
     True
     """
@@ -168,24 +93,7 @@ def usable_laplacian(v: np.ndarray, f: np.ndarray) -> sp.csr_matrix:
 
 
 def is_usable(L: sp.csr_matrix) -> bool:
-    """Tell whether a Laplacian's entries are finite and of a size that a factorisation bears.
-
-    Parameters
-    ----------
-    L : (n, n) sparse matrix
-        As from `cotangent_laplacian`.
-
-    Returns
-    -------
-    bool
-        False where slivers or faces of zero area made the cotangents meaningless: take ``"mollified"`` or
-        ``"delaunay"`` weights then.
-
-    Examples
-    --------
-    >>> is_usable(cotangent_laplacian(*igl.icosahedron()))
-    True
-    """
+    """Whether the entries are finite and of a size that a factorisation bears; slivers can make cotangents neither."""
     return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
 
 
@@ -208,18 +116,7 @@ def _assemble(half_cotangents: np.ndarray, f: np.ndarray, n: int) -> sp.csr_matr
 
 
 def positive_areas(mesh: Mesh) -> FloatArray:
-    """Vertex areas, none of them vanishing.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-
-    Returns
-    -------
-    (n,) float64 array
-        A_i of eq. (13), raised to a billionth of their mean where they are smaller; their sum is 1.
-    """
+    """Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean."""
     A = vertex_areas(mesh.v, mesh.f)
     total = A.sum()
     if total < _LEAST_TOTAL:

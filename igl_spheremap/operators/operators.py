@@ -1,4 +1,4 @@
-"""The Laplacian of a mesh, factorised once: the metric in which the fast map moves."""
+"""The Laplacian of a mesh, factorised once."""
 
 from __future__ import annotations
 
@@ -21,55 +21,20 @@ _REGULARISATION = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Operators:
-    """L, the vertex areas, and P^-1 for P = L + 1e-9 M.
-
-    Attributes
-    ----------
-    L : (n, n) sparse matrix
-        Laplacian, positive semidefinite.
-    P : (n, n) sparse matrix
-        What is factorised, L + 1e-9 M.
-    A : (n,) float64 array
-        Vertex areas, none vanishing, of sum 1.
-    factor : Factor
-        Applies P^-1.
-    weights : str
-        Which Laplacian it is, see `laplacian`.
-    notes : tuple of str
-        Why it is not the plain one, where it is not.
-    """
+    """L, the vertex areas, and P^-1 for P = L + 1e-9 M."""
 
     L: sp.csr_matrix
     P: sp.csr_matrix
-    A: FloatArray
+    A: FloatArray  # vertex areas, none vanishing, with sum 1
     factor: Factor
     weights: Weights
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # why the weights are not the first choice
 
 
 def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent") -> Operators:
-    """Assemble and factorise, with other weights where the mesh's own do not bear it.
+    """Assemble and factorise the Laplacian with those weights, or the next more robust ones that can be factorised.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    backend : str
-        Factorisation, see `factorize`.
-    weights : {"cotangent", "mollified", "delaunay", "uniform"}
-        First choice.
-
-    Returns
-    -------
-    Metric
-        Its notes say which choice was passed over, and why.
-
-    Raises
-    ------
-    ValueError
-        If `backend` is unknown or not installed.
-    FactorisationFailed
-        If even uniform weights can't be factorised, for want of memory.
+    Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
     A = positive_areas(mesh)
     notes: list[str] = []

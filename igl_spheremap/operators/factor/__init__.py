@@ -1,4 +1,7 @@
-"""One interface over sparse symmetric positive definite factorisations."""
+"""Sparse symmetric positive definite solvers behind one function: one file each, the choice here.
+
+If you're not sure which one to use, take "auto".
+"""
 
 from __future__ import annotations
 
@@ -11,68 +14,36 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from .base import Factor
-from .refine import refined_solve
+from .base import Factor, refined_solve
 
 __all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize", "refined_solve"]
 
-# Backend name: the module that it needs, the file here that drives it. The fastest measured comes first.
+#: Of each backend the module that it needs and the file here that drives it. The fastest measured comes first.
 _BACKENDS = {
     "cvxopt": ("cvxopt.cholmod", "cvxopt_cholmod"),
     "scikit-sparse": ("sksparse.cholmod", "scikit_sparse"),
     "scipy": ("scipy.sparse.linalg", "scipy_superlu"),
-    "cholespy": ("cholespy", "cholespy_cholmod"),
-    "pypardiso": ("pypardiso", "pardiso"),
     "multigrid": ("scipy.sparse", "multigrid"),
 }
 
-# A factor with its making: the most that was measured (SuperLU, 240,000 vertices).
+#: A factor and what making it takes: the most that was measured (SuperLU, 240,000 vertices).
 _BYTES_PER_UNKNOWN = 3_000
 
 
 def available_backends() -> tuple[str, ...]:
-    """Names of the factorisations that can be used here, the fastest first.
-
-    Returns
-    -------
-    tuple of str
-        Always contains ``"scipy"`` and ``"multigrid"``, which need nothing beyond scipy. All are exact but
-        the last.
-
-    Examples
-    --------
-    >>> "scipy" in available_backends()
-    True
-    """
+    """Names of the solvers that are installed, the fastest first; "scipy" and "multigrid" always are."""
     return tuple(name for name, (needs, _) in _BACKENDS.items() if _installed(needs))
 
 
 def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
-    """Factorise a sparse symmetric positive definite matrix.
+    """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
-    Parameters
-    ----------
-    P : (n, n) sparse matrix of float64
-        Symmetric; both triangles stored.
-    backend : str
-        One of `available_backends`. ``"auto"`` takes the fastest exact one for the size, or
-        ``"multigrid"`` where its factor would take more than half of the machine's memory.
+    "auto" takes the fastest exact solver that is installed, but "multigrid", which only approximates the inverse,
+    where a factor would take more than half of the machine's memory.
 
-    Returns
-    -------
-    Factor
-        Its `solve` applies the inverse, or one multigrid cycle, see `refined_solve`; its `backend` tells
-        which one was taken, its `exact` whether it is exact.
+    Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
+    not finite or not numerically positive definite.
 
-    Raises
-    ------
-    ValueError
-        If `backend` is unknown or not installed.
-    FactorisationFailed
-        If `P` is not finite or not numerically positive definite.
-
-    Examples
-    --------
     >>> factor = factorize(sp.diags_array([2.0, 4.0]), backend="scipy")
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
@@ -92,12 +63,11 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
 
 
 def _choose(n: int, available: tuple[str, ...]) -> str:
-    """Fastest exact backend if its factor is sure to fit into memory, else multigrid."""
     return "multigrid" if n * _BYTES_PER_UNKNOWN > _memory() / 2 else available[0]
 
 
 def _memory() -> float:
-    """Bytes of the machine's memory, not what is free of it: a choice must come out the same run after run."""
+    """Bytes of the machine's memory, not what is free of it: the choice must not change from run to run."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
@@ -105,7 +75,6 @@ def _memory() -> float:
 
 
 def _installed(module: str) -> bool:
-    """Whether a module can be imported, without importing it."""
     try:
         return find_spec(module) is not None
     except ModuleNotFoundError:

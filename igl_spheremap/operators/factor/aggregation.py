@@ -8,26 +8,12 @@ from scipy.sparse.csgraph import breadth_first_order
 
 
 def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
-    """Group the vertices of a graph into connected aggregates of about seven.
+    """Label of each vertex and number of aggregates, which hold about seven vertices each.
 
-    Each vertex whose hash is the largest among its neighbours is a seed, and every vertex joins a nearest
-    seed: a Voronoi diagram of the graph, by one breadth-first search from all seeds at once.
+    Each vertex whose hash is the largest among its neighbours is a seed, and every vertex joins a nearest seed: a
+    Voronoi diagram of the graph, by one breadth-first search from all seeds at once. Seeds are no neighbours, so that
+    in a connected graph there are at most n / 2. `graph` has a symmetric pattern and a full diagonal.
 
-    Parameters
-    ----------
-    graph : (n, n) scipy.sparse.csr_matrix
-        Symmetric pattern with a full diagonal; the values don't matter.
-
-    Returns
-    -------
-    labels : (n,) int32 ndarray
-        Aggregate of each vertex.
-    count : int
-        Number of aggregates. Their seeds are no neighbours, so that it is at most half of n in a connected
-        graph.
-
-    Examples
-    --------
     >>> path = sp.diags_array([np.ones(8), np.ones(9), np.ones(8)], offsets=[-1, 0, 1]).tocsr()
     >>> labels, count = aggregate(path)
     >>> sorted(set(labels.tolist())) == list(range(count)), bool((np.diff(labels) != 0).sum() == count - 1)

@@ -22,18 +22,8 @@ _PROJECTIONS = 30
 def graph_sphere(graph: sp.csr_matrix) -> np.ndarray:
     """Place the vertices of a connected planar graph on the sphere, near the centroids of their neighbours.
 
-    Parameters
-    ----------
-    graph : (n, n) scipy.sparse.csr_matrix of float64
-        Symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
+    `graph` holds symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
 
-    Returns
-    -------
-    (n, 3) float64 ndarray
-        Unit vectors.
-
-    Examples
-    --------
     >>> cycle = sp.csr_matrix(np.eye(6) + np.roll(np.eye(6), 1, axis=1) + np.roll(np.eye(6), -1, axis=1))
     >>> np.linalg.norm(graph_sphere(cycle), axis=1).round(6).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
@@ -42,7 +32,7 @@ def graph_sphere(graph: sp.csr_matrix) -> np.ndarray:
 
 
 def _multilevel(graph: sp.csr_matrix, sweeps: int) -> np.ndarray:
-    """Place the aggregates first, then let each vertex move to the centroid of its neighbours a few times."""
+    """Place the aggregates first, then move each vertex to the centroid of its neighbours, sweep by sweep."""
     n = graph.shape[0]
     if n <= _COARSEST:
         return _coarsest(graph.toarray())
@@ -69,7 +59,7 @@ def _averaging(graph: sp.csr_matrix) -> sp.csr_matrix:
 
 
 def _coarsest(weights: np.ndarray) -> np.ndarray:
-    """Harmonic map of a small graph, by the self-consistent projection x <- normalise(L^+ Lambda x)."""
+    """Harmonic map of a small graph, by the self-consistent projection x <- unit_rows(L^+ Lambda x)."""
     np.fill_diagonal(weights, 0.0)
     L = np.diag(weights.sum(axis=1)) - weights
     eigenvalues, modes = np.linalg.eigh(L)
@@ -84,5 +74,5 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
         y = inverse @ (area[:, None] * (x - area @ x / area.sum()))
         y -= area @ y / area.sum()
         spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))
-        x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, 1e-300))) @ axes.T)
+        x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, np.finfo(float).tiny))) @ axes.T)
     return x

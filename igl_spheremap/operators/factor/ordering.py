@@ -21,42 +21,18 @@ class Dissection:
     Parts are numbered by paths: at height h (0 for the leaves, `depth` for the whole graph) a vertex
     belongs to the part ``path >> h``. Vertices that separate the two halves of a part have that part's
     height; vertices of a leaf have 0.
-
-    Attributes
-    ----------
-    order : (n,) ndarray of int
-        Vertex that is eliminated i-th. Each part's vertices follow one another, its separator last.
-    path : (n,) int64 ndarray
-        Leaf on whose side the i-th eliminated vertex lies.
-    height : (n,) int64 ndarray
-        Height of the part that the i-th eliminated vertex separates.
-    depth : int
-        Height of the tree.
     """
 
-    order: np.ndarray
-    path: np.ndarray
-    height: np.ndarray
-    depth: int
+    order: np.ndarray  # vertex that is eliminated i-th; each part's vertices follow one another, its separator last
+    path: np.ndarray  # leaf on whose side the i-th eliminated vertex lies
+    height: np.ndarray  # height of the part that the i-th eliminated vertex separates
+    depth: int  # height of the tree
 
 
 def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
-    """Order that puts neighbours close together in memory (reverse Cuthill-McKee).
+    """Vertex that comes i-th where neighbours shall be close in memory (reverse Cuthill-McKee).
 
-    Parameters
-    ----------
-    P : (n, n) scipy.sparse.csr_matrix
-        Symmetric.
-
-    Returns
-    -------
-    (n,) int32 ndarray
-        Vertex that comes i-th. A good start for minimum degree orders, which break ties by index.
-
-    Examples
-    --------
-    >>> bandwidth_order(sp.csr_matrix(np.eye(3))).tolist()
-    [2, 1, 0]
+    A good start for minimum degree orders, which break ties by index.
     """
     return reverse_cuthill_mckee(P, symmetric_mode=True)
 
@@ -64,30 +40,13 @@ def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
 def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     """Dissect the graph of a matrix by planes through its rough map to the sphere.
 
-    A conformal sphere is where planes cut a mesh of genus 0 well: each half of a part has half of its
-    vertices, and a separator of about the square root of their number. Only the graph is used, so that the
-    order depends neither on how the surface is folded nor (but for ties) on how its vertices were numbered.
+    Planes cut a mesh of genus 0 well on a conformal sphere: each half of a part has half of its vertices, and a
+    separator of about the square root of their number (George 1973, *Nested Dissection of a Regular Finite Element
+    Mesh*; Miller, Teng, Thurston, Vavasis 1997, *Separators for Sphere-Packings and Nearest Neighbor Graphs*). Only
+    the graph is used, so that the order depends neither on how the surface is folded nor, but for ties, on how its
+    vertices are numbered. Parts of about `leaf` vertices are dissected no further. `P` has a symmetric pattern and a
+    full diagonal; graphs that are not planar are ordered correctly, but not well.
 
-    Parameters
-    ----------
-    P : (n, n) scipy.sparse.csr_matrix
-        Symmetric pattern of a planar graph, with a full diagonal. Other graphs are ordered correctly, but
-        not well.
-    leaf : int
-        Vertices in a part that is dissected no further, about.
-
-    Returns
-    -------
-    Dissection
-        Its `order` is the elimination order.
-
-    References
-    ----------
-    George (1973), *Nested Dissection of a Regular Finite Element Mesh*. Miller, Teng, Thurston, Vavasis
-    (1997), *Separators for Sphere-Packings and Nearest Neighbor Graphs*.
-
-    Examples
-    --------
     >>> line = sp.diags_array([np.ones(19)] * 2, offsets=[-1, 1])
     >>> grid = sp.kronsum(line, line) + sp.eye_array(400)
     >>> dissection = nested_dissection(grid.tocsr(), leaf=25)
