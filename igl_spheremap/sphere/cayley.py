@@ -50,4 +50,3 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     # A long step magnifies what rounding left of F in T: give each row its length back.
     y *= np.sqrt(ff / row_dots(y, y))[:, None]
     return y
-

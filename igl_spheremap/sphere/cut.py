@@ -14,45 +14,18 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class CutMesh:
-    """A mesh with the points where its edges cross some planes as further vertices.
+    """A mesh with the points where its edges cross some planes as further vertices."""
 
-    Attributes
-    ----------
-    x : (k, 3) float64 array
-        Vertices, the old ones first; the others lie on old edges and are exactly 0 in the coordinate that
-        cut.
-    f : (m, 3) int64 array
-        Faces, each on one side of every plane.
-    weights : (k, n) sparse matrix
-        Takes values at the old vertices to values at the new ones, along the edges.
-    """
-
-    x: FloatArray
-    f: IntArray
-    weights: csr_matrix
+    x: FloatArray  # the old vertices, then new ones on old edges, exactly 0 in the coordinate that cut
+    f: IntArray  # each face on one side of every plane
+    weights: csr_matrix  # takes values at the old vertices to values at all vertices, along the edges
 
 
 def cut_along_planes(x: FloatArray, f: IntArray, axes: tuple[int, ...]) -> CutMesh:
-    """Cut a mesh of the sphere along coordinate planes.
+    """Cut a mesh along the planes through the origin where one of the `axes` (0 to 2) vanishes, one after the other.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces.
-    axes : tuple of int
-        The coordinates whose planes cut, 0 to 2, one after the other. Where two have cut, their axis is a
-        vertex.
+    Where two planes have cut, their common axis is a vertex. Interpolated positions lie on the flat faces.
 
-    Returns
-    -------
-    CutMesh
-        The flat faces' pieces: interpolated positions lie on them.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> x = np.array([[1.0, 0, 1], [-1, 1, 1], [-1, -1, 1]])
     >>> cut = cut_along_planes(x, np.array([[0, 1, 2]]), (0, 1))
     >>> len(cut.x), len(cut.f), cut.x[-1].tolist()

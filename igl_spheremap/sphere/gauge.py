@@ -12,30 +12,16 @@ from .rows import weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
-#: How much the direction from the middle of the body counts beside the normal. It decides where normals leave the
-#: rotation open (a flat body has but two of them), and is too small to be seen where they don't.
+#: Weight of the direction from the middle of the body beside that of the normal. It decides where normals leave the
+#: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
 _TIE_BREAK = 1e-3
 
 
 def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """Moebius map of `x` in the package's gauge.
+    """Moebius map of `x` in the package's gauge; `A` are the vertex areas of the source.
 
-    The source's area has its barycentre at the origin (the conformal barycentre of Douady and Earle 1986, unique),
-    and the rotation is the one that agrees best with the Gauss map, in the source's area (Kabsch).
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows.
-    A : (n,) float64 array
-        Vertex areas.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows.
+    The source's area has its barycentre at the origin, and the rotation is the one that agrees best with the Gauss
+    map, in the source's area.
     """
     x = center(x, A)
     normals = mesh_gauss_map(mesh)
@@ -46,23 +32,8 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
-    """Rotation R, never a reflection, that brings ``x @ R`` closest to `target` (Kabsch).
+    """Rotation R, never a reflection, that brings ``x @ R`` closest to `target` in weighted squares (Kabsch).
 
-    Parameters
-    ----------
-    x, target : (n, 3) float64 array
-        Points and where they ought to be.
-    weights : (n,) float64 array
-        Non-negative weights of the squares.
-
-    Returns
-    -------
-    (3, 3) float64 array
-        Orthogonal, determinant +1.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     >>> bool(np.allclose(best_rotation(np.eye(3), quarter, np.ones(3)), quarter))
     True
@@ -70,4 +41,3 @@ def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> Flo
     u, _, vt = np.linalg.svd(weighted_moment(weights, x, target))
     u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
     return np.asarray(u @ vt)
-

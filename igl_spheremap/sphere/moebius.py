@@ -1,4 +1,4 @@
-"""Geometry of the unit sphere: tangents, the Cayley update, Moebius maps, centring, rotation."""
+"""Moebius maps of the sphere, and the one that balances given weights."""
 
 from __future__ import annotations
 
@@ -10,33 +10,18 @@ from .rows import row_dots, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
+_EPS = np.finfo(float).eps
 #: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.
-_RIM = 1 - 1e-13
+_RIM = 1 - 512 * _EPS
+#: Newton steps shorter than this are rounding; as a shift it keeps the Hessian regular.
+_ROUNDING = 1e-14
 
 
 def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
-    """Apply to points of the sphere the Moebius map of the ball that takes `c` to the centre.
+    """Apply to unit rows the Moebius map of the ball that takes `c`, a point inside it, to the centre.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    c : (3,) array_like
-        A point inside the unit ball.
+    The points near c / |c| are spread out. Raises MeshError for a `c` that is not inside the unit ball.
 
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows; the points near c / |c| are spread out.
-
-    Raises
-    ------
-    MeshError
-        If `c` is not inside the unit ball.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> moebius(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), [0.0, 0.0, 0.5]).round(12)
     array([[ 0. ,  0. ,  1. ],
            [ 0.6,  0. , -0.8]])
@@ -54,30 +39,12 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
 
 
 def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> FloatArray:
-    """Point of the ball that a Moebius map must take to the centre for `weights` to balance.
+    """Point of the ball whose Moebius map to the centre balances non-negative weights at unit rows.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    weights : (n,) float64 array
-        Non-negative weights with a positive sum, less than half of it at any one point: else there is no barycentre,
-        and the search ends near the rim.
-    tolerance : float
-        Length of the weighted mean at which the search ends.
+    It is unique (Douady and Earle 1986; Baden, Crane, Kazhdan 2018, *Moebius Registration*) unless half of the weight
+    or more is at one point: then there is none, and the search ends near the rim. It ends at a weighted mean of length
+    `tolerance`.
 
-    Returns
-    -------
-    (3,) float64 array
-        The conformal barycentre c: the mean of ``moebius(x, c)`` vanishes. It is unique.
-
-    References
-    ----------
-    Douady and Earle 1986; Baden, Crane, Kazhdan 2018, Moebius Registration.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> moved = moebius(x, [0.1, 0.2, 0.3])
     >>> c = conformal_barycentre(moved, np.ones(6))
@@ -93,7 +60,7 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
         if size <= tolerance:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + 1e-14 * np.eye(3)
+        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > 0.5:
@@ -103,11 +70,11 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
             if trial @ trial > _RIM:
                 return centre
             moved = moebius(x, trial)
-            if float(np.linalg.norm(weighted_sum(w, moved))) < size or length < 1e-14:
+            if float(np.linalg.norm(weighted_sum(w, moved))) < size or length < _ROUNDING:
                 break
             step, length = step / 2, length / 2
         centre, y = trial, moved
-        if length < 1e-14:
+        if length < _ROUNDING:
             break
     return centre
 
@@ -122,25 +89,10 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
 def center(x: FloatArray, weights: FloatArray) -> FloatArray:
     """Moebius map of `x` for which `weights` have their barycentre at the origin.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    weights : (n,) float64 array
-        Non-negative; the vertex areas of the source in this package.
+    It is computed in one step from `x`, so that rounding does not add up.
 
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows. Computed in one step from `x`, so that rounding does not add up.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> x = moebius(np.vstack((np.eye(3), -np.eye(3))), [0.5, 0, 0])
     >>> bool(np.abs(center(x, np.ones(6)).sum(axis=0)).max() < 1e-9)
     True
     """
     return moebius(x, conformal_barycentre(x, weights))
-
-
