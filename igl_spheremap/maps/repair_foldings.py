@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..descent.iterate import Iterate, Listener, Round, Status, Step
 from ..descent.problem import harmonic_problem
-from ..mesh.check import Mesh, check_mesh, check_rows, refuse_rows
+from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_dots, unit_rows
 from ..untangle.mend import mend_locally
 from ..untangle.polish import polish_map
@@ -101,9 +101,7 @@ def repair_foldings(
 
 def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
     """Unit rows of `x`, untouched where they are so already."""
-    rows = check_rows(x, len(mesh.v), "map")
-    size = np.abs(rows).max(axis=1)
-    refuse_rows(~np.isfinite(size) | (size == 0), "map")
+    rows = check_directions(x, len(mesh.v), "images")
     length = np.sqrt(row_dots(rows, rows))
     return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
 

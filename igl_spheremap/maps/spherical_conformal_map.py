@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..descent.iterate import Iterate, Listener, Step
-from ..mesh.check import Mesh, check_mesh, check_rows, refuse_rows
+from ..mesh.check import Mesh, check_directions, check_mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
@@ -206,10 +206,7 @@ def check_start(x: ArrayLike, n: int) -> FloatArray:
     MeshError
         If a row is missing, zero or not finite.
     """
-    x = check_rows(x, n, "start")
-    size = np.abs(x).max(axis=1)
-    refuse_rows(~np.isfinite(size) | (size == 0), "start")
-    return unit_rows(x)  # eq. (4)
+    return unit_rows(check_directions(x, n, "start positions"))  # eq. (4)
 
 
 class Recorder:

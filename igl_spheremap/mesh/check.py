@@ -110,14 +110,6 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     return faces
 
 
-def refuse_rows(bad: NDArray[np.bool_], name: str) -> None:
-    """Raise MeshError if some rows, zero or not finite, give no direction."""
-    rows = np.flatnonzero(bad)
-    if len(rows):
-        raise MeshError(f"{name} has {len(rows)} rows that are zero or not finite, e.g. {rows[:3].tolist()}; "
-                        "give each vertex a direction")
-
-
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
     """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
 
@@ -132,6 +124,15 @@ def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positio
     if n_vertices is not None and len(array) != n_vertices:
         raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
     return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+    """`check_rows`, and MeshError for rows that are zero or not finite."""
+    rows = check_rows(x, n_vertices, name)
+    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1) | ~rows.any(axis=1))
+    if len(bad):
+        raise MeshError(f"{name} are zero or not finite in {count(bad, 'row')}, {examples(bad)}; give each a direction")
+    return rows
 
 
 def check_triangles(f: ArrayLike) -> IntArray:

@@ -10,16 +10,18 @@ import igl.predicates
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FoldingsRemain, MeshError
-from ..mesh.check import check_faces, check_rows
+from ..errors import FoldingsRemain
+from ..mesh.check import check_directions, check_faces, check_rows
 from ..sphere.rows import row_dets, row_dots, unit_rows
-from ..verify.certificate import certify_checked
-from .box_tree import BoxTree
+from ..verify.certificate import UNIT_TOLERANCE, certify_checked
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
+_FAN = 4  # children of a node of the tree
+_BITS = 21  # of each coordinate's rank in the order of the curve
+_EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +104,8 @@ class SphereLocator:
         MeshError
             If a point is not finite or at the origin.
         """
-        q = check_rows(points, name="points")
-        size = np.abs(q).max(axis=1, initial=0)
-        bad = np.flatnonzero(~(np.isfinite(q).all(axis=1) & (size > 0)))
-        if len(bad):
-            raise MeshError(f"{len(bad)} points are zero or not finite, e.g. {bad[0]}; give each a direction")
-        unit = np.abs(row_dots(q, q) - 1) < 4 * np.finfo(float).eps
+        q = check_directions(points, name="points")
+        unit = np.abs(row_dots(q, q) - 1) < 4 * _EPS
         q = np.where(unit[:, None], q, unit_rows(q))  # points at vertices stay there
         face = np.empty(len(q), dtype=np.int64)
         order = self._tree.order_of(q)
@@ -130,23 +128,10 @@ class SphereLocator:
 
 
 def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Weights with which the corners' mean has the direction of a point in their cone.
+    """Non-negative weights of sum 1 with which the corners' mean has the direction of a unit vector in their cone.
 
-    Parameters
-    ----------
-    q : (k, 3) float64 array
-        Unit vectors.
-    a, b, c : (k, 3) float64 arrays
-        Corners of the face that holds each.
+    Products are taken of differences from q, so that triangles of any size keep their relative precision.
 
-    Returns
-    -------
-    (k, 3) float64 array
-        Non-negative, of sum 1. Products are taken of differences from q, so that triangles of any size keep
-        their relative precision.
-
-    Examples
-    --------
     >>> q = np.array([[1.0, 1.0, 1.0]]) / 3**0.5
     >>> barycentric_weights(q, *np.eye(3)[:, None, :]).round(6)
     array([[0.333333, 0.333333, 0.333333]])
@@ -166,7 +151,67 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     a, b, c = (x[f[:, k]] for k in range(3))
     longest = np.max([row_dots(u, u) for u in (b - a, c - b, a - c)], axis=0)
     bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
-    room = (bulge * (1 + 1e-6) + 1e-15)[
-        :, None
-    ]  # rounding of coordinates of size 1, and of the rows' lengths
+    # Rounding of coordinates of size 1, and what rows may be off the unit sphere.
+    room = (bulge * (1 + UNIT_TOLERANCE) + 4 * _EPS)[:, None]
     return np.minimum(np.minimum(a, b), c) - room, np.maximum(np.maximum(a, b), c) + room
+
+
+class BoxTree:
+    """Boxes in the order of a Morton curve through the ranks of their centres, and boxes around each four.
+
+    Ranks make the curve blind to scale: where boxes crowd by twelve orders of magnitude the tree is no worse.
+    """
+
+    def __init__(self, low: FloatArray, high: FloatArray) -> None:
+        centre = (low + high) / 2
+        self._sorted = np.sort(centre, axis=0)
+        self._boxes = np.argsort(self._codes(centre), kind="stable")
+        low, high = (np.ascontiguousarray(corner[self._boxes].T) for corner in (low, high))
+        self._levels = [(low, high)]
+        while low.shape[1] > 1:
+            start = np.arange(0, low.shape[1], _FAN)
+            low, high = np.minimum.reduceat(low, start, axis=1), np.maximum.reduceat(high, start, axis=1)
+            self._levels.append((low, high))
+
+    def order_of(self, points: FloatArray) -> IntArray:
+        """A permutation of points in which neighbours are close."""
+        return np.argsort(self._codes(points), kind="stable")
+
+    def candidates(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        """Rows of all pairs of a point and a box that holds it."""
+        coordinates = np.ascontiguousarray(points.T)
+        point, node = np.arange(len(points)), np.zeros(len(points), dtype=np.int64)
+        point, node = self._inside(coordinates, point, node, len(self._levels) - 1)
+        for level in range(len(self._levels) - 2, -1, -1):
+            node = (_FAN * node[:, None] + np.arange(_FAN)).ravel()
+            point = np.repeat(point, _FAN)
+            exists = node < self._levels[level][0].shape[1]
+            if not exists.all():
+                point, node = point[exists], node[exists]
+            point, node = self._inside(coordinates, point, node, level)
+        return point, self._boxes[node]
+
+    def _inside(self, coordinates: FloatArray, point: IntArray, node: IntArray,
+                level: int) -> tuple[IntArray, IntArray]:
+        """Those of the pairs in which the node of that level holds the point."""
+        for q, low, high in zip(coordinates, *self._levels[level], strict=True):
+            here = q.take(point)
+            keep = np.flatnonzero((low.take(node) <= here) & (here <= high.take(node)))
+            point, node = point.take(keep), node.take(keep)
+        return point, node
+
+    def _codes(self, points: FloatArray) -> IntArray:
+        """Positions along the curve: the bits of the ranks of the coordinates, interleaved."""
+        code = np.zeros(len(points), dtype=np.int64)
+        for axis in range(3):
+            rank = np.searchsorted(self._sorted[:, axis], points[:, axis])
+            code |= _spread((rank * (2**_BITS - 1)) // len(self._sorted)) << axis
+        return code
+
+
+def _spread(n: IntArray) -> IntArray:
+    """Two zero bits before each of the 21 bits of a number."""
+    for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F),
+                        (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):
+        n = (n | n << shift) & mask
+    return n

@@ -1,4 +1,4 @@
-"""Texture coordinates from the sphere: the seam is cut, its vertices are doubled, no face lies across it."""
+"""Texture coordinates from the sphere: faces are cut at the seam, and its vertices doubled."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
-from ..errors import MeshError
-from ..mesh.check import check_rows, check_triangles
+from ..mesh.check import check_directions, check_triangles
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
 
@@ -92,10 +91,8 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
     """
     if projection not in _CHARTS:
         raise ValueError(f"unknown projection {projection!r}: choose one of {', '.join(_CHARTS)}")
-    points = check_rows(x, name="images")
+    points = check_directions(x, name="images")
     faces = check_triangles(f)
-    if not np.isfinite(points).all() or (points == 0).all(axis=1).any():
-        raise MeshError("images are not finite or at the origin; give unit rows")
     cut = cut_along_planes(unit_rows(points), faces, (0, 1, 2) if projection == "octahedral" else (0, 1))
     uv = _CHARTS[projection](cut)
     # Away from the seam a vertex has the same coordinates in all its faces.
@@ -144,22 +141,8 @@ _CHARTS = {"equirectangular": _equirectangular, "octahedral": _octahedral}
 
 
 def checker_image(size: int = 1024, squares: int = 16) -> NDArray[np.uint8]:
-    """A checker board whose colour tells the place, to show a texture's course.
+    """(size, size, 3) uint8 checker board whose colours show the place: red grows with u, green with v.
 
-    Parameters
-    ----------
-    size : int
-        Pixels along each side.
-    squares : int
-        Squares along each side.
-
-    Returns
-    -------
-    (size, size, 3) uint8 array
-        Rows from above; red grows with u, green with v.
-
-    Examples
-    --------
     >>> checker_image(64, 4).shape
     (64, 64, 3)
     """

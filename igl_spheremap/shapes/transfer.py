@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
-from ..mesh.check import check_rows
+from ..mesh.check import check_rows, check_triangles
 from ..samples import sphere as regular_sphere
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
@@ -24,55 +24,23 @@ _DEEPEST = 9  # ico:9 has 2.6 million vertices
 
 @dataclass(frozen=True, eq=False)
 class Resampled:
-    """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``.
+    """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``."""
 
-    Attributes
-    ----------
-    v : (n, 3) float64 array
-        Points of the surface.
-    f : (m, 3) int64 array
-        Faces.
-    x : (n, 3) float64 array
-        Their images on the sphere.
-    location : Location
-        Where they lie on the surface that was resampled.
-    """
-
-    v: FloatArray
+    v: FloatArray  # points of the surface
     f: IntArray
-    x: FloatArray
-    location: Location
+    x: FloatArray  # their images on the sphere
+    location: Location  # where they lie on the surface that was resampled
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 
 
 def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool = False) -> NDArray[Any]:
-    """Values at points of a mesh.
+    """Values at points of a mesh, from those at its vertices.
 
-    Parameters
-    ----------
-    values : (n,) or (n, ...) array_like
-        At the vertices.
-    f : (m, 3) int64 array
-        Faces of the mesh.
-    location : Location
-        The points.
-    labels : bool
-        Take the value of the corner with the largest weight, as labels need it; linear by default.
+    With `labels` each point takes that of the corner with the largest weight; by default values are linear.
+    Raises MeshError if there is not one value per vertex.
 
-    Returns
-    -------
-    (k,) or (k, ...) array
-        At the points.
-
-    Raises
-    ------
-    MeshError
-        If there is not one value per vertex.
-
-    Examples
-    --------
     >>> location = Location(np.array([0]), np.array([[0.5, 0.3, 0.2]]))
     >>> f = np.array([[0, 1, 2]])
     >>> interpolate([10.0, 20.0, 30.0], f, location), interpolate([10, 20, 30], f, location, labels=True)
@@ -136,43 +104,12 @@ def transfer(
 def corresponding_points(
     location: Location, source: SphereMap | SphereLocator, target: SphereMap | SphereLocator
 ) -> Location:
-    """Where points of one surface lie on another.
-
-    Parameters
-    ----------
-    location : Location
-        Points of the source: faces and barycentric weights.
-    source, target : SphereMap or SphereLocator
-        The two maps.
-
-    Returns
-    -------
-    Location
-        The same points of the sphere on the target.
-
-    Raises
-    ------
-    FoldingsRemain
-        If a map is not certified folding-free.
-    """
+    """Where points of one surface lie on another."""
     return _locator(target).locate(sphere_points(location, _locator(source)))
 
 
 def sphere_points(location: Location, source: SphereMap | SphereLocator) -> FloatArray:
-    """Images of points of a surface.
-
-    Parameters
-    ----------
-    location : Location
-        Faces and barycentric weights.
-    source : SphereMap or SphereLocator
-        The map.
-
-    Returns
-    -------
-    (k, 3) float64 array
-        Unit rows.
-    """
+    """Images of points of a surface, unit rows."""
     x, f = (source.sphere, source.faces) if isinstance(source, SphereMap) else (source.x, source.f)
     corners = x[f[location.face]]
     # Around one corner, so that a small face keeps its relative precision until the last sum.
@@ -181,27 +118,8 @@ def sphere_points(location: Location, source: SphereMap | SphereLocator) -> Floa
 
 
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
-    """The icosphere that a word stands for.
+    """The icosphere of that name: "ico:K" has edges cut into 2^K parts, and 10 * 4^K + 2 vertices.
 
-    Parameters
-    ----------
-    to : str
-        ``ico:K``: an icosahedron whose edges are cut into 2^K parts, with 10 * 4^K + 2 vertices.
-
-    Returns
-    -------
-    x : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces.
-
-    Raises
-    ------
-    ValueError
-        If it stands for none.
-
-    Examples
-    --------
     >>> regular_mesh("ico:5")[0].shape
     (10242, 3)
     """
@@ -245,9 +163,7 @@ def resample(source: SphereMap, to: str | tuple[ArrayLike, ArrayLike] = "ico:5")
     x = check_rows(points, name="points")
     locator = _locator(source)
     location = locator.locate(x)
-    return Resampled(
-        interpolate(source.vertices, locator.f, location), np.asarray(faces, np.int64), x, location
-    )
+    return Resampled(interpolate(source.vertices, locator.f, location), check_triangles(faces), x, location)
 
 
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
