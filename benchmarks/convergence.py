@@ -15,18 +15,19 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
+from igl_spheremap.maps.methods import Method
 from igl_spheremap.mesh.measure import face_areas
 
 ROOT = Path(__file__).parents[1]
-#: What is run: label, method, options.
-RUNS = (
-    ("Gu and Yau's descent, Gauss map", "gu-yau", {"tutte": False, "plateau": 0.0, "max_iterations": 4000}),
-    ("Algorithm 1, Gauss map", "lai2014", {"rounds": 0, "plateau": 0.0, "tolerance": 1e-6, "max_iterations": 4000}),
-    ("fast method, punctured start", "auto", {"tolerance": 1e-10}),
-)
+#: What is run: label and method.
+RUNS = {
+    "Gu and Yau's descent, Gauss map": ism.GuYau(tutte=False, plateau=0.0, max_iterations=4000),
+    "Algorithm 1, Gauss map": ism.Lai2014(rounds=0, plateau=0.0, tolerance=1e-6, max_iterations=4000),
+    "fast method, punctured start": ism.Auto(tolerance=1e-10),
+}
 
 
-def course(v: np.ndarray, f: np.ndarray, method: str, options: dict) -> tuple[np.ndarray, np.ndarray, ism.SphereMap]:
+def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np.ndarray, ism.SphereMap]:
     """CPU seconds and energy at every iterate, and the result."""
     seen: list[tuple[float, float]] = []
     began = time.process_time()
@@ -35,7 +36,7 @@ def course(v: np.ndarray, f: np.ndarray, method: str, options: dict) -> tuple[np
         if iterate.stage != "repair":
             seen.append((time.process_time() - began, iterate.energy))
 
-    result = ism.spherical_conformal_map(v, f, method, listener=listen, **options)
+    result = ism.spherical_conformal_map(v, f, method, listener=listen)
     seconds, energies = np.array(seen).T
     return seconds, energies, result
 
@@ -54,11 +55,12 @@ def main() -> None:
     name = options.mesh.removeprefix("sample:")
     v, f = ism.samples.make(name) if name != options.mesh else ism.read_mesh(name)
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
-    courses = {label: course(v, f, method, dict(knobs)) for label, method, knobs in RUNS}
-    fast = courses[RUNS[-1][0]]
+    courses = {label: course(v, f, method) for label, method in RUNS.items()}
+    descent, *_, fastest = RUNS
+    fast = courses[fastest]
     error = fast[1][-1] - face_areas(fast[2].sphere, f).sum()
     for label, (seconds, energies, result) in courses.items():
-        limit = fast[1][-1] if label == RUNS[0][0] else energies.min()
+        limit = fast[1][-1] if label == descent else energies.min()
         gap = np.maximum((energies - limit) / error, 1e-12)
         print(f"{label}: {len(energies) - 1} iterations, {seconds[-1]:.2f} s, energy {energies[-1]:.9f}, "
               f"{result.certificate.foldings} foldings; gap below 1, 0.01, 0.001 after "

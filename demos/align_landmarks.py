@@ -84,7 +84,7 @@ def align(weight: float, others: int) -> dict[str, ism.SphereMap]:
             landmarks,
             target,
             one,
-            confine=name.endswith("confined"),
+            keep_injective=name.endswith("confined"),
             max_iterations=500 if one else 0,
         )
         for name, one in maps.items()

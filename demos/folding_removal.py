@@ -11,9 +11,9 @@ that weights its eigenproblem, and the eigenfunctions, whose image is an ellipso
 
 from __future__ import annotations
 
-import inspect
 import sys
 from argparse import ArgumentParser, Namespace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,15 @@ from igl_spheremap.mesh.check import Mesh
 SPEEDS = (1, 2, 5, 10, 25)
 
 
+#: Options that the panel and the command line offer, of methods that have them.
+KNOBS = ("tolerance", "max_iterations", "rounds")
+
+
+def knows(method: str, option: str) -> bool:
+    """Whether a method has an option."""
+    return option in {field.name for field in fields(METHODS[method])}
+
+
 class FoldingRemoval(App):
     """A run and the place in it that is shown."""
 
@@ -42,12 +51,8 @@ class FoldingRemoval(App):
         self.stage = Stage(1, 2)
         self.up = args.up
         self.name = source.name
-        self.method = args.method
-        self.options = {
-            "tolerance": args.tolerance,
-            "max_iterations": args.max_iterations,
-            "rounds": args.rounds,
-        }
+        chosen = {key: getattr(args, key) for key in KNOBS if getattr(args, key) is not None}
+        self.method = METHODS[args.method](**{key: value for key, value in chosen.items() if knows(args.method, key)})
         self.at, self.shown = 0, -1
         self.playing, self.speed = True, 2
         self.subject, self.edges = SUBJECTS[0], True
@@ -59,9 +64,7 @@ class FoldingRemoval(App):
         self.slides, self.at, self.shown = [], 0, -1
         self.mesh: Mesh | None = None
         self._complete = False
-        known = inspect.signature(METHODS[self.method]).parameters
-        options = {key: value for key, value in self.options.items() if value is not None and key in known}
-        return Run(load_mesh, self.method, **options)
+        return Run(load_mesh, self.method)
 
     def prepare(self) -> None:
         self.run.wait()
@@ -139,19 +142,19 @@ class FoldingRemoval(App):
             imgui.EndCombo()
         _, self.name = imgui.InputText("mesh", self.name)
         methods = list(METHODS)
-        _, chosen = imgui.Combo("method", methods.index(self.method), methods)
-        self.method = methods[chosen]
-        known = inspect.signature(METHODS[self.method]).parameters
-        for key, default in (("tolerance", 1e-3), ("max_iterations", 5000), ("rounds", 3)):
-            if key not in known:
+        changed, chosen = imgui.Combo("method", methods.index(self.method.name), methods)
+        if changed:
+            self.method = METHODS[methods[chosen]]()
+        for key in KNOBS:
+            if not knows(self.method.name, key):
                 continue
-            value = self.options[key] if self.options[key] is not None else known[key].default
-            if isinstance(default, float):
+            value = getattr(self.method, key)
+            if isinstance(value, float):
                 changed, value = imgui.InputDouble(key, value, format="%.1e")
             else:
                 changed, value = imgui.InputInt(key.replace("_", " "), value)
             if changed:
-                self.options[key] = max(value, 0)
+                self.method = replace(self.method, **{key: max(value, 0)})
         if self.run.running:
             if imgui.Button("stop"):
                 self.run.stop()

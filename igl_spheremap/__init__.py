@@ -8,20 +8,26 @@ from ._version import __version__ as __version__
 if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from . import samples
     from .apps.viewer.result_view import screenshot, show
+    from .descent.energies.harmonic import harmonic_energy
+    from .descent.energies.p_harmonic import p_harmonic_energy
     from .descent.iterate import Iterate, Round, Status, Step
-    from .descent.p_harmonic import p_harmonic_energy
-    from .descent.problem import harmonic_energy
     from .descent.recording import Recording
     from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
     from .io.coefficients import read_coefficients, write_coefficients
     from .io.files import read_mesh, write_mesh
     from .io.written_map import read_map, write_map
     from .maps.given_sphere import sphere_map
+    from .maps.landmarks import landmark_map
     from .maps.mapper import SphereMapper
+    from .maps.methods.auto import Auto
+    from .maps.methods.gu_yau import GuYau
+    from .maps.methods.lai2014 import Lai2014
+    from .maps.methods.stereographic import Stereographic
+    from .maps.p_harmonic import p_harmonic_map
+    from .maps.remove_foldings import minimize_harmonic_energy, remove_foldings
     from .maps.repair_foldings import repair_foldings
     from .maps.sphere_map import SphereMap
-    from .maps.spherical_conformal_map import minimize_harmonic_energy, remove_foldings, spherical_conformal_map
-    from .maps.variational import landmark_map, p_harmonic_map
+    from .maps.spherical_conformal_map import spherical_conformal_map
     from .mesh.check import Mesh, check_faces, check_mesh
     from .mesh.clean import RepairedMesh, repair_mesh
     from .mesh.normals import gauss_map
@@ -40,12 +46,12 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
 _HOME = {
     "screenshot": "apps.viewer.result_view",
     "show": "apps.viewer.result_view",
+    "harmonic_energy": "descent.energies.harmonic",
+    "p_harmonic_energy": "descent.energies.p_harmonic",
     "Iterate": "descent.iterate",
     "Round": "descent.iterate",
     "Status": "descent.iterate",
     "Step": "descent.iterate",
-    "p_harmonic_energy": "descent.p_harmonic",
-    "harmonic_energy": "descent.problem",
     "Recording": "descent.recording",
     "DisplayError": "errors",
     "FactorisationFailed": "errors",
@@ -61,14 +67,18 @@ _HOME = {
     "read_map": "io.written_map",
     "write_map": "io.written_map",
     "sphere_map": "maps.given_sphere",
+    "landmark_map": "maps.landmarks",
     "SphereMapper": "maps.mapper",
+    "Auto": "maps.methods.auto",
+    "GuYau": "maps.methods.gu_yau",
+    "Lai2014": "maps.methods.lai2014",
+    "Stereographic": "maps.methods.stereographic",
+    "p_harmonic_map": "maps.p_harmonic",
     "repair_foldings": "maps.repair_foldings",
     "SphereMap": "maps.sphere_map",
-    "minimize_harmonic_energy": "maps.spherical_conformal_map",
-    "remove_foldings": "maps.spherical_conformal_map",
+    "minimize_harmonic_energy": "maps.remove_foldings",
+    "remove_foldings": "maps.remove_foldings",
     "spherical_conformal_map": "maps.spherical_conformal_map",
-    "landmark_map": "maps.variational",
-    "p_harmonic_map": "maps.variational",
     "Mesh": "mesh.check",
     "check_faces": "mesh.check",
     "check_mesh": "mesh.check",
@@ -102,13 +112,16 @@ _HOME = {
 __all__ = [
     "AlignedHarmonics",
     "Atlas",
+    "Auto",
     "Certificate",
     "DisplayError",
     "EigenProjection",
     "FactorisationFailed",
     "FileError",
     "FoldingsRemain",
+    "GuYau",
     "Iterate",
+    "Lai2014",
     "Location",
     "MapError",
     "Mesh",
@@ -125,6 +138,7 @@ __all__ = [
     "SphericalHarmonics",
     "Status",
     "Step",
+    "Stereographic",
     "angle_differences",
     "cayley_update",
     "certify",

@@ -9,21 +9,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sphere.cayley import cayley_update
-from ..sphere.moebius import center
-from ..sphere.rows import weighted_sum
-from ..verify.certificate import orientation_signs
 from .iterate import Iterate
 from .line_search import NonmonotoneSearch
 from .problem import Problem
 
 FloatArray = NDArray[np.float64]
-Trial = tuple[FloatArray, FloatArray]
+BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
 #: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; next to
 #: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.
 _OFF_CENTRE = 1e-2
-_OFF_CENTRE_FREE = 1e-9
+_OFF_CENTRE_INJECTIVE = 1e-9
 #: Bounds of a step in units of the first one: BB quotients can be anything where the curvature vanishes.
 _TAU_BOUNDS = (1e-12, 1e12)
 
@@ -51,8 +47,8 @@ class CayleyBB:
         iterations and tau_2 at even ones.
     tau_0 : float
         First step tried, in units of the source's area; the paper suggests 1.
-    confine_to : (m, 3) int64 array, optional
-        Faces that may not fold if none of them does at the start; without it maps fold as they will.
+    keep_injective : bool
+        Whether steps that fold are refused if the start has no foldings.
 
     References
     ----------
@@ -62,55 +58,34 @@ class CayleyBB:
     rho: float = 1e-4
     delta: float = 0.1
     xi: float = 0.85
-    bb: Literal["alternating", "tau_1", "tau_2"] = "alternating"
+    bb: BarzilaiBorwein = "alternating"
     tau_0: float = 1.0
-    confine_to: NDArray[np.int64] | None = None
+    keep_injective: bool = False
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
 
-        Parameters
-        ----------
-        problem : Problem
-            What to minimise.
-        x : (n, 3) float64 array
-            Start, unit rows.
-
-        Yields
-        ------
-        Iterate
-            Its residual is the L2 norm of A F, eq. (9).
+        Their residual is the norm of the gradient, by eq. (9) the L2 norm of A F in the L2 metric.
         """
-        x = center(x, problem.A) if problem.gauge else x
+        x = problem.centred(x)
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        tau, taken, k, free = self.tau_0, 0.0, 0, self._free(x)
-        off_centre = _OFF_CENTRE_FREE if free else _OFF_CENTRE
+        tau, taken, k = self.tau_0, 0.0, 0
+        injective = self.keep_injective and problem.is_injective(x)
+        off_centre = _OFF_CENTRE_INJECTIVE if injective else _OFF_CENTRE
         while True:
             square = problem.inner(gradient, gradient)
             yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken)
-
-            def trial(step: float, x: FloatArray = x, gradient: FloatArray = gradient) -> tuple[float, Trial]:
-                y = cayley_update(x, gradient, step)  # Theorem 1
-                if problem.gauge and np.linalg.norm(weighted_sum(problem.A, y)) > off_centre:
-                    y = center(y, problem.A)
-                if free and not self._free(y):
-                    return np.inf, (y, gradient)
-                value, slope = problem.evaluate(y)
-                return value, (y, slope)
-
+            trial = problem.cayley_path(x, gradient, off_centre, injective)
             step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
             if step is None:
                 return
-            y, new_gradient = step.trial  # Algorithm 1, step 4
+            y, derivative = step.trial  # Algorithm 1, step 4
             search.record(step.energy)  # Algorithm 1, step 5
+            new_gradient = problem.gradient(y, derivative)
             D, W = y - x, new_gradient - gradient
             x, gradient, energy, taken, k = y, new_gradient, step.energy, step.tau, k + 1  # Algorithm 1, step 6
             tau = self._barzilai_borwein(problem, D, W, k, taken)
-
-    def _free(self, x: FloatArray) -> bool:
-        """True if the map may not fold and does not."""
-        return self.confine_to is not None and bool((orientation_signs(x, self.confine_to) > 0).all())
 
     def _barzilai_borwein(self, problem: Problem, D: FloatArray, W: FloatArray, k: int, last: float) -> float:
         """First step to try at iteration k, eq. (12)."""

@@ -11,36 +11,28 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 
-from ..sphere.moebius import conformal_barycentre, moebius
-from ..sphere.rows import tangent, unit_rows
+from ..sphere.rows import unit_rows
 from .iterate import Iterate
-from .problem import HarmonicEnergy, Problem, remove_boosts
+from .metrics import Diagonal
+from .problem import Problem, remove_boosts
 
 FloatArray = NDArray[np.float64]
 
-#: The mass centre may be this far from the origin: a Newton step from there leaves 1e-8.
+#: The mass centre may be this far from the origin before a Moebius map brings it back.
 _OFF_CENTRE = 1e-4
 #: Lanczos finds the largest eigenvalue from below to 1 percent.
 _SLACK = 1.02
 
 
 @dataclass(frozen=True)
-class GuYau:
+class ProjectedDescent:
     """Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map.
-
-    The derivative is the one of its authors, L x without division by areas: the weights of a Laplacian in the
-    plane have no scale, so that this is the better conditioned one where vertices are unevenly spread.
 
     Parameters
     ----------
     step : float
-        Step size: in units of 1 / (sum of the sizes of a vertex's row of L) at each vertex, or, if `uniform`,
-        of 1 / (largest eigenvalue of L) at all of them. Up to 1 no step can raise the energy, for normalising
-        ``x - step L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is
-        unstable.
-    uniform : bool
-        Whether all vertices take the same step, which must be as small as the worst of them demands: a single
-        sliver among thousands of vertices makes it ten times smaller.
+        Step size in the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
+        ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
     stage : str
         What the iterates are called.
 
@@ -52,50 +44,39 @@ class GuYau:
     """
 
     step: float = 1.8
-    uniform: bool = False
     stage: str = "harmonic"
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start, centred, and every iterate after it, without end.
 
-        Parameters
-        ----------
-        problem : Problem
-            Its energy is a `HarmonicEnergy`.
-        x : (n, 3) float64 array
-            Start, unit rows.
-
-        Yields
-        ------
-        Iterate
-            Its residual is that of `CayleyBB`: the L2 norm of the tangential gradient without boosts.
+        Their residual is that of `CayleyBB` whatever the metric: the L2 norm of the gradient without boosts.
         """
-        assert isinstance(problem.energy, HarmonicEnergy)
-        L = problem.energy.L
-        bound = largest_eigenvalue(L) if self.uniform else np.asarray(abs(L).sum(axis=1)).reshape(-1, 1)
-        tau = self.step / np.maximum(bound, np.finfo(float).tiny)
+        L2 = Diagonal(problem.A)
         for k in count():
-            x = _zero_mass_centre(x, problem.A)
+            x = problem.centred(x, _OFF_CENTRE)
             energy, derivative = problem.energy.evaluate(x)
-            D = tangent(x, derivative)
-            gradient = remove_boosts(x, D / problem.A[:, None], problem.A)
-            residual = np.sqrt(problem.inner(gradient, gradient))
-            yield Iterate(self.stage, 0, k, x, energy, float(residual), float(np.median(tau)) if k else 0.0)
-            x = unit_rows(x - tau * D)
+            gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
+            residual = float(np.sqrt(L2.inner(gradient, gradient)))
+            yield Iterate(self.stage, 0, k, x, energy, residual, self.step if k else 0.0)
+            x = unit_rows(x - self.step * problem.metric.gradient(x, derivative))
+
+
+def step_metric(L: sp.csr_matrix, uniform: bool = False) -> Diagonal:
+    """The diagonal metric that bounds a Laplacian from above, in which steps up to 1 are safe.
+
+    The derivative of Gu and Yau is L x without division by areas: the weights of a Laplacian in the plane have no
+    scale, so that this is the better conditioned one where vertices are unevenly spread. Each vertex is bounded by the
+    sum of the sizes of its row; a `uniform` step must be as small as the worst vertex demands, and a single sliver
+    among thousands of vertices makes it ten times smaller.
+    """
+    bound = np.full(L.shape[0], largest_eigenvalue(L)) if uniform else np.asarray(abs(L).sum(axis=1)).ravel()
+    return Diagonal(np.maximum(bound, np.finfo(float).tiny))
 
 
 def largest_eigenvalue(L: sp.csr_matrix) -> float:
     """Upper bound of the spectrum of a positive semidefinite matrix, tight to a few percent.
 
-    Parameters
-    ----------
-    L : (n, n) sparse matrix
-        Symmetric.
-
-    Returns
-    -------
-    float
-        By Lanczos from a fixed start; Gershgorin's bound for matrices too small for it.
+    By Lanczos from a fixed start; Gershgorin's bound for matrices too small for it.
 
     Examples
     --------
@@ -110,9 +91,3 @@ def largest_eigenvalue(L: sp.csr_matrix) -> float:
     start = np.cos(np.arange(n) * 1.6180339887)  # fixed, so that every run gives the same numbers
     value = eigsh(L, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]
     return min(gershgorin, _SLACK * float(value))
-
-
-def _zero_mass_centre(x: FloatArray, A: FloatArray) -> FloatArray:
-    """The map after the Moebius map that takes its mass centre to the origin, if it has left it."""
-    c = conformal_barycentre(x, A, _OFF_CENTRE)
-    return moebius(x, c) if c.any() else x

@@ -43,7 +43,7 @@ class Iterate:
     tau : float
         Step size that led here; 0 for a start.
     details : dict
-        What a stage has to tell beyond that, such as the eigenfunctions of a star map.
+        What a stage adds, such as the eigenfunctions of a star map. Arrays are read-only.
     """
 
     stage: str
@@ -54,6 +54,25 @@ class Iterate:
     residual: float = float("nan")
     tau: float = 0.0
     details: dict[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Hand out views that can't be written to: a listener must not change the run that it watches."""
+        object.__setattr__(self, "x", _read_only(self.x))
+        if self.details is not None:
+            object.__setattr__(self, "details", {key: _read_only(value) for key, value in self.details.items()})
+
+    @property
+    def step(self) -> Step:
+        """The iterate without its positions."""
+        return Step(self.stage, self.round, self.iteration, self.energy, self.residual, self.tau)
+
+
+def _read_only(value: Any) -> Any:
+    """A view of an array that can't be written to; anything else as it is."""
+    if isinstance(value, np.ndarray):
+        value = value.view()
+        value.flags.writeable = False
+    return value
 
 
 #: Anything that takes an iterate. It may raise StopIteration to end the run with what there is.
@@ -104,4 +123,3 @@ class Round:
     mean_angle_difference: float
     status: Status
     seconds: float
-

@@ -14,24 +14,11 @@ _MAX_REDUCTIONS = 40
 
 @dataclass(frozen=True)
 class Accepted(Generic[T]):
-    """A step that the search accepts.
-
-    Attributes
-    ----------
-    tau : float
-        Its size.
-    reductions : int
-        The h of Algorithm 1: how often the first size was multiplied by delta.
-    trial : T
-        What the trial function returned beside the energy.
-    energy : float
-        The energy there.
-    """
+    """A step that the search accepts: its size, the energy there, and what the trial returned beside it."""
 
     tau: float
-    reductions: int
-    trial: T
     energy: float
+    trial: T
 
 
 @dataclass
@@ -57,8 +44,8 @@ class NonmonotoneSearch:
     --------
     >>> search = NonmonotoneSearch(energy=1.0)
     >>> step = search.search(lambda tau: ((1 - tau) ** 2, None), tau=4.0, slope=-2.0)
-    >>> round(step.tau, 3), step.reductions
-    (0.4, 1)
+    >>> round(step.tau, 3)
+    0.4
     """
 
     energy: float
@@ -73,35 +60,18 @@ class NonmonotoneSearch:
     def search(self, trial: Callable[[float], tuple[float, T]], tau: float, slope: float) -> Accepted[T] | None:
         """Shorten `tau` until the energy is below the line that starts at the running average.
 
-        Parameters
-        ----------
-        trial : callable
-            Takes a step size; returns the energy there and anything else worth keeping.
-        tau : float
-            First size tried.
-        slope : float
-            Derivative of the energy along the path at 0; negative.
-
-        Returns
-        -------
-        Accepted or None
-            None if no size above rounding is acceptable.
+        `trial` takes a step size, and returns the energy there and anything worth keeping; `slope` is the derivative
+        of the energy along the path at 0. None if no size above rounding is acceptable.
         """
-        for reductions in range(_MAX_REDUCTIONS):
+        for _ in range(_MAX_REDUCTIONS):
             energy, extra = trial(tau)
             if energy <= self._C + self.rho * tau * slope:  # Algorithm 1, step 3; a NaN is refused
-                return Accepted(tau, reductions, extra, energy)
+                return Accepted(tau, energy, extra)
             tau *= self.delta
         return None
 
     def record(self, energy: float) -> None:
-        """Take the energy of a new iterate into the average.
-
-        Parameters
-        ----------
-        energy : float
-            E(F_{k+1}).
-        """
+        """Take the energy E(F_{k+1}) of a new iterate into the average."""
         Q = self.xi * self._Q + 1  # Algorithm 1, step 5
         self._C = (self.xi * self._Q * self._C + energy) / Q
         self._Q = Q

@@ -1,4 +1,4 @@
-"""The only iteration loop: it draws iterates from a solver, tells listeners, and decides when to end."""
+"""The only iteration loop: it draws iterates from a solver, notifies a listener, and decides when to end."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 
-import numpy as np
-from numpy.typing import NDArray
-
-from .iterate import Iterate, Listener, Status
-
-FloatArray = NDArray[np.float64]
-
+from ..mesh.check import Mesh
+from ..verify.certificate import orientation_signs
+from ..verify.distortion import mean_angle_difference
+from .iterate import Iterate, Listener, Round, Status
+from .problem import Problem
 
 #: Steps over which a plateau is judged: Barzilai-Borwein energies go up and down over some tens.
 _WINDOW = 100
@@ -20,24 +18,22 @@ _WINDOW = 100
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Where a minimisation ended.
-
-    Attributes
-    ----------
-    last : Iterate
-        The last iterate.
-    status : Status
-        Why it was the last.
-    energies : (k + 1,) float64 array
-        Energy of every iterate, the start first.
-    residuals : (k + 1,) float64 array
-        What the stopping rule looked at, for every iterate.
-    """
+    """Where a minimisation ended, and why there."""
 
     last: Iterate
     status: Status
-    energies: FloatArray
-    residuals: FloatArray
+
+    def centred(self, problem: Problem) -> Minimum:
+        """In the gauge of the result, in which foldings and energy are counted."""
+        x = problem.centred(self.last.x)
+        return replace(self, last=replace(self.last, x=x, energy=problem.energy.evaluate(x)[0]))
+
+    def as_round(self, mesh: Mesh, start: Iterate, seconds: float) -> Round:
+        """The record of a minimisation from `start`, with the foldings before and after."""
+        before, after = (int((orientation_signs(x, mesh.f) <= 0).sum()) for x in (start.x, self.last.x))
+        mean = mean_angle_difference(mesh, self.last.x)
+        return Round(start.round, start.stage, before, after, self.last.iteration, self.last.energy, mean,
+                     self.status, seconds)
 
 
 def minimize(
@@ -67,40 +63,32 @@ def minimize(
         Called with every iterate; may raise StopIteration.
     round : int
         Folding-removal round to stamp on the iterates.
-
-    Returns
-    -------
-    Minimum
-        The last iterate, why it was the last, and the course of energy and residual.
     """
     energies: list[float] = []
-    residuals: list[float] = []
     status = Status.STALLED
     for k in count():
         iterate = next(iterates, None)
         if iterate is None:
             break
         last = replace(iterate, round=round)
-        last.x.flags.writeable = False
         energies.append(last.energy)
-        residuals.append(last.residual)
         try:
             if listener is not None:
                 listener(last)
         except StopIteration:
             status = Status.STOPPED
             break
-        if last.residual <= tolerance or _flat(energies, plateau):  # Algorithm 1, step 2
+        if last.residual <= tolerance or _is_flat(energies, plateau):  # Algorithm 1, step 2
             status = Status.CONVERGED
             break
         if k == max_iterations:
             status = Status.MAX_ITERATIONS
             break
-    return Minimum(last, status, np.array(energies), np.array(residuals))
+    return Minimum(last, status)
 
 
-def _flat(energies: list[float], plateau: float) -> bool:
-    """True if the lowest energy has hardly changed over the last steps."""
+def _is_flat(energies: list[float], plateau: float) -> bool:
+    """True if the lowest energy fell by less than a share of it over the last steps."""
     if plateau == 0 or len(energies) % _WINDOW or len(energies) <= _WINDOW:
         return False
     lowest = min(energies)

@@ -1,157 +1,108 @@
-"""Energies of a map to the sphere: each gives its value and gradient in one evaluation, and they add up."""
+"""What a solver minimises: an energy over maps of a mesh, in a metric, up to Moebius maps or not."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..mesh.check import Mesh, check_mesh, check_rows
-from ..operators.laplacian import positive_areas, usable_laplacian
-from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weighted_sum
+from ..mesh.check import Mesh
+from ..operators.laplacian import positive_areas
+from ..sphere.cayley import cayley_update
+from ..sphere.moebius import center
+from ..sphere.rows import along, weighted_moment, weighted_sum
+from ..verify.certificate import orientation_signs
+from .energies import Energy
+from .energies.harmonic import HarmonicEnergy
+from .energies.p_harmonic import PHarmonicEnergy
+from .metrics import Diagonal, Metric
 
 FloatArray = NDArray[np.float64]
-
-
-
-class Energy(Protocol):
-    """A differentiable function of the map."""
-
-    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
-        """Value at `x` and the (n, 3) array of its derivatives by the coordinates."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class HarmonicEnergy:
-    """The harmonic (Dirichlet) energy of eq. (6): half the sum of x_k . L x_k over the three coordinates.
-
-    Attributes
-    ----------
-    L : (n, n) sparse matrix
-        Positive semidefinite Laplacian.
-    """
-
-    L: sp.csr_matrix
-
-    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
-        """Value and derivatives.
-
-        Parameters
-        ----------
-        x : (n, 3) float64 array
-            The map.
-
-        Returns
-        -------
-        energy : float
-            4 pi for a smooth conformal map; slightly less on a mesh, whose image is inscribed.
-        gradient : (n, 3) float64 array
-            L x.
-        """
-        gradient = self.L @ x
-        return 0.5 * inner(x, gradient), gradient  # eq. (6)
-
-
-@dataclass(frozen=True, eq=False)
-class SumEnergy:
-    """Energies added up, each with its own weight inside it.
-
-    Attributes
-    ----------
-    terms : tuple of Energy
-        The summands.
-    """
-
-    terms: tuple[Energy, ...]
-
-    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
-        """Sum of the values and of the derivatives.
-
-        Parameters
-        ----------
-        x : (n, 3) float64 array
-            The map.
-
-        Returns
-        -------
-        energy : float
-        gradient : (n, 3) float64 array
-        """
-        values, gradients = zip(*(term.evaluate(x) for term in self.terms), strict=True)
-        return float(sum(values)), np.sum(gradients, axis=0)
+Trial = Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What a solver minimises: an energy, the L2 metric of the source, and whether the Moebius gauge is fixed.
+    """All that a solver has to know of the mesh; what else it takes are its own options.
 
     Attributes
     ----------
     energy : Energy
         The objective.
+    metric : Metric
+        In which its gradient is taken.
     A : (n,) float64 array
-        Vertex areas of eq. (13), bounded away from zero, for the L2 inner product.
+        Vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
+    f : (m, 3) int64 array
+        Faces.
     gauge : bool
-        True if the energy does not tell Moebius-equivalent maps apart but for its discretisation error, so that
-        boosts must be kept out of the descent (see `remove_boosts`).
+        True if the energy does not tell Moebius-equivalent maps apart but for its discretisation error: boosts are
+        kept out of the descent then (see `remove_boosts`), and the map is kept centred.
     """
 
     energy: Energy
+    metric: Metric
     A: FloatArray
+    f: NDArray[np.int64]
     gauge: bool = True
 
+    @classmethod
+    def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
+        """An energy over the maps of a mesh, in the L2 metric unless another is given."""
+        A = positive_areas(mesh)
+        return cls(energy, Diagonal(A) if metric is None else metric, A, mesh.f, gauge)
+
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
-        """Energy, and its gradient A F in the L2 metric, tangent to the sphere.
-
-        Parameters
-        ----------
-        x : (n, 3) float64 array
-            The map, unit rows.
-
-        Returns
-        -------
-        energy : float
-        gradient : (n, 3) float64 array
-            A F of eq. (9), without boosts if `gauge`.
-        """
+        """Energy and `gradient`."""
         energy, derivative = self.energy.evaluate(x)
-        gradient = tangent(x, derivative / self.A[:, None])  # H = -Laplace-Beltrami F, eqs. (9), (13)
-        return energy, remove_boosts(x, gradient, self.A) if self.gauge else gradient
+        return energy, self.gradient(x, derivative)
+
+    def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
+        """Gradient of the energy from its derivatives, tangent to the sphere, without boosts if the gauge is fixed."""
+        gradient = self.metric.gradient(x, derivative)
+        return remove_boosts(x, gradient, self.A) if self.gauge else gradient
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
-        """L2 inner product by eq. (13).
+        """Inner product of two fields in the metric."""
+        return self.metric.inner(a, b)
 
-        Parameters
-        ----------
-        a, b : (n, 3) float64 array
-            Vector fields.
+    def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
+        """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
+        return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
 
-        Returns
-        -------
-        float
-            The sum of A_i a_i . b_i.
+    def cayley_path(self, x: FloatArray, h: FloatArray, off: float, injective: bool = False) -> Trial:
+        """What a line search tries: Cayley updates of `x` by `h`, centred where they are more than `off` away.
+
+        A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there.
         """
-        return float(np.einsum("i,i->", self.A, row_dots(a, b)))  # eq. (13)
+        def trial(tau: float) -> tuple[float, tuple[FloatArray, FloatArray]]:
+            y = self.centred(cayley_update(x, h, tau), off)  # Theorem 1
+            if injective and not self.is_injective(y):
+                return np.inf, (y, h)
+            energy, derivative = self.energy.evaluate(y)
+            return energy, (y, derivative)
+
+        return trial
+
+    def is_injective(self, x: FloatArray) -> bool:
+        """True if no face of the map is flipped or degenerate."""
+        return bool((orientation_signs(x, self.f) > 0).all())
 
 
 def harmonic_problem(mesh: Mesh) -> Problem:
-    """The harmonic energy of a mesh, with mollified weights where its own are unusable.
+    """The harmonic energy of a mesh, in the L2 metric."""
+    return Problem.of(mesh, HarmonicEnergy.of(mesh))
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
 
-    Returns
-    -------
-    Problem
-        Gauge-fixed.
+def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
+    """The p-harmonic energy of a mesh, in the L2 metric.
+
+    Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (a bubble of size r has
+    r^(2 - p) of it). Above 2 it rises, and the energy keeps the map spread out by itself.
     """
-    return Problem(HarmonicEnergy(usable_laplacian(mesh.v, mesh.f)), positive_areas(mesh))
+    return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), gauge=p <= 2)
 
 
 def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArray:
@@ -160,23 +111,9 @@ def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArr
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    t : (n, 3) float64 array
-        Tangent field at `x`.
-    weights : (n,) float64 array
-        Weights of the inner product.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Tangent field whose weighted sum is zero.
-
     Examples
     --------
-    >>> import numpy as np
+    >>> from igl_spheremap.sphere.rows import tangent
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> boost = tangent(x, np.tile([1.0, 2.0, 3.0], (6, 1)))
     >>> bool(np.abs(remove_boosts(x, boost, np.ones(6))).max() < 1e-12)
@@ -186,43 +123,3 @@ def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArr
     gram = total * np.eye(3) - weighted_moment(weights, x, x)  # inner products of the three boosts
     e = np.linalg.solve(gram + 1e-14 * total * np.eye(3), weighted_sum(weights, t))
     return t - e + along(x, e)[:, None] * x
-
-
-def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
-    """Harmonic energy of a map, eq. (6).
-
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Source positions; the energy does not depend on their scale.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
-
-    Returns
-    -------
-    float
-        4 pi for a smooth conformal map; at least the flat area of the image, with equality face by face where
-        angles are kept.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
-
-    References
-    ----------
-    Lai et al., eq. (6).
-
-    Examples
-    --------
-    >>> import igl_spheremap as ism
-    >>> x = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]
-    >>> f = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
-    >>> round(ism.harmonic_energy(x, f, x) - 4 * 3**0.5, 12)  # the area, for the identity
-    0.0
-    """
-    mesh = check_mesh(v, f)
-    x = check_rows(x, len(mesh.v), "images")
-    return harmonic_problem(mesh).energy.evaluate(x)[0]

@@ -1,4 +1,4 @@
-"""A listener that keeps what a run went through, so that whoever shows it never runs it again."""
+"""Listeners that keep what a run went through, so that whoever shows it never runs it again."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..verify.certificate import orientation_signs
-from .iterate import Iterate, Step
+from .iterate import Iterate, Listener, Step
 
 IntArray = NDArray[np.int64]
 
-#: Bytes of positions that a recording holds unless it is told otherwise.
+#: Bytes of positions that a recording holds by default.
 BUDGET = 400_000_000
 
 
@@ -34,6 +34,19 @@ class Frame:
     index: int
     iterate: Iterate
     foldings: int
+
+
+class History:
+    """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener."""
+
+    def __init__(self, listener: Listener | None = None) -> None:
+        self.steps: list[Step] = []
+        self._listener = listener
+
+    def __call__(self, iterate: Iterate) -> None:
+        self.steps.append(iterate.step)
+        if self._listener is not None:
+            self._listener(iterate)
 
 
 class Recording:
@@ -74,16 +87,7 @@ class Recording:
         foldings = int((orientation_signs(iterate.x, self._f) <= 0).sum())
         with self._lock:
             frame = Frame(len(self._steps), iterate, foldings)
-            self._steps.append(
-                Step(
-                    iterate.stage,
-                    iterate.round,
-                    iterate.iteration,
-                    iterate.energy,
-                    iterate.residual,
-                    iterate.tau,
-                )
-            )
+            self._steps.append(iterate.step)
             self._foldings.append(foldings)
             if len(self._frames) > 1 and not self._stays(len(self._frames) - 1, frame):
                 self._frames.pop()  # it was kept only while it was the latest

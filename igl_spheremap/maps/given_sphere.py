@@ -6,13 +6,13 @@ import time
 
 from numpy.typing import ArrayLike
 
+from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Status
-from ..descent.problem import harmonic_problem
 from ..errors import FoldingsRemain, MeshError
 from ..mesh.check import check_mesh
 from ..verify.certificate import certify_checked
+from .finish import check_start
 from .sphere_map import SphereMap
-from .spherical_conformal_map import check_start
 
 
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
@@ -49,12 +49,12 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     """
     began = time.perf_counter()
     mesh = check_mesh(v, f)
-    y = check_start(x, len(mesh.v))
+    y = check_start(x, len(mesh.v), "images")
     certificate = certify_checked(y, mesh.f)
     if len(certificate.flipped) == len(mesh.f):
         raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
                         "or reverse the faces of a mesh that is inside out")
-    energy = harmonic_problem(mesh).energy.evaluate(y)[0]
+    energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     result = SphereMap(mesh.vertices, mesh.f, y, certificate, energy, Status.CONVERGED, 0,
                        time.perf_counter() - began, "given", gauge="given")
     if not certificate.folding_free:

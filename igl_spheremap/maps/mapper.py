@@ -1,4 +1,4 @@
-"""Many maps of one surface: its Laplacian is factorised once, and each map costs a few solves."""
+"""Many maps of one surface: its Laplacian is factorised once, and each map costs three or four solves."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..descent.fast import TOLERANCE
 from ..descent.iterate import Listener
+from ..descent.recording import History
 from ..errors import MeshError
 from ..mesh.check import check_mesh
 from ..operators.operators import build_operators
-from ..untangle.relax import Polish
-from .methods.auto import Gauge, check_choices, map_in_metric
+from .finish import check_start, finish
+from .methods.auto import Auto
 from .sphere_map import SphereMap
-from .spherical_conformal_map import Recorder, check_start, finish
 
 FloatArray = NDArray[np.float64]
 
@@ -30,8 +29,8 @@ class SphereMapper:
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
-    backend : str
-        Factorisation, see `igl_spheremap.operators.factor.factorize`.
+    method : Auto
+        Options of all maps, the factorisation among them.
 
     Attributes
     ----------
@@ -45,7 +44,7 @@ class SphereMapper:
     MeshError
         If `v, f` is no closed, oriented, connected genus-0 mesh.
     ValueError
-        If `backend` is unknown or not installed.
+        If the backend is unknown or not installed.
 
     Notes
     -----
@@ -59,19 +58,16 @@ class SphereMapper:
     True
     """
 
-    def __init__(self, v: ArrayLike, f: ArrayLike, backend: str = "auto") -> None:
+    def __init__(self, v: ArrayLike, f: ArrayLike, method: Auto = Auto()) -> None:  # noqa: B008 - it is frozen
         self.mesh = check_mesh(v, f)
-        self.operators = build_operators(self.mesh, backend)
+        self.method = method
+        self.operators = build_operators(self.mesh, method.backend)
 
     def map(
         self,
         start: ArrayLike | None = None,
         weights: ArrayLike | None = None,
         *,
-        gauge: Gauge = "centred",
-        tolerance: float = TOLERANCE,
-        max_iterations: int = 30,
-        polish: Polish | None = None,
         listener: Listener | None = None,
     ) -> SphereMap:
         """Map the surface conformally to the unit sphere, and certify the map.
@@ -84,33 +80,27 @@ class SphereMapper:
             Non-negative weights of the vertices that are balanced on the sphere: their barycentre is at its
             centre, and the rotation agrees best with the Gauss map in them. The source's vertex areas by default.
             More weight gives a region more room.
-        gauge, tolerance, max_iterations, polish
-            As for ``spherical_conformal_map(v, f)``, which gives the same map bit for bit.
         listener : callable, optional
             Called with every `Iterate`; may raise StopIteration to end with what there is.
 
         Returns
         -------
         SphereMap
-            Its ``seconds`` are those of this call, without the factorisation.
+            That of ``spherical_conformal_map(v, f, method)``, bit for bit, unless a start or weights are given. Its
+            ``seconds`` are those of this call, without the factorisation.
 
         Raises
         ------
         MeshError
             If `start` has not one finite, nonzero row per vertex, or `weights` can't be balanced.
-        ValueError
-            If `gauge` or `polish` is unknown.
         """
         began = time.perf_counter()
-        check_choices(gauge, polish)
         n = len(self.mesh.v)
         x = None if start is None else check_start(start, n)
         operators = self.operators if weights is None else replace(self.operators, A=_shares(weights, n))
-        recorder = Recorder(listener)
-        draft = map_in_metric(self.mesh, operators, x, recorder, tolerance=tolerance, max_iterations=max_iterations,
-                              gauge=gauge, polish=polish)
-        options = {"gauge": gauge, "tolerance": tolerance, "max_iterations": max_iterations, "polish": polish}
-        return finish(self.mesh, draft, recorder, "auto", options, began)
+        history = History(listener)
+        found = self.method.map(self.mesh, operators, x, history)
+        return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
 
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:

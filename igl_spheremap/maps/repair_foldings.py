@@ -1,4 +1,4 @@
-"""Mending the map of any program, moving as little of it as possible."""
+"""The repair of a map from any program, moving as little of it as possible."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..descent.iterate import Iterate, Listener, Round, Status, Step
-from ..descent.problem import harmonic_problem
+from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.iterate import Iterate, Listener, Round, Status
+from ..descent.recording import History
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_dots, unit_rows
 from ..untangle.mend import mend_locally
@@ -32,9 +33,9 @@ def repair_foldings(
     polish: Polish | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
-    """Mend every folding of a map to the sphere, from whatever program it comes.
+    """Repair every folding of a map to the sphere, from whatever program it comes.
 
-    Thin faces are set upright by small moves; vertices around other foldings are removed and put back where no face
+    Thin faces are turned over by small moves; vertices around other foldings are removed and put back where no face
     folds. What moved is relaxed so that angles are kept as well as that allows. The rest of the map stays where
     it is, and a map without foldings stays bit for bit.
 
@@ -57,7 +58,7 @@ def repair_foldings(
     Returns
     -------
     SphereMap
-        With its certificate; ``rounds`` tells foldings before and after.
+        With its certificate; ``rounds`` has the foldings before and after.
 
     Raises
     ------
@@ -71,32 +72,36 @@ def repair_foldings(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.maps.repair_foldings import repair_foldings
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
     >>> x = ism.spherical_conformal_map(v, f).sphere.copy()
     >>> x[[10, 20]] = x[[20, 10]]
-    >>> ism.certify(x, f).folding_free, repair_foldings(v, f, x).certificate.folding_free
+    >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
     began = time.perf_counter()
     mesh = check_mesh(v, f)
     y = _checked_map(x, mesh)
-    recorder = _Recorder(mesh, listener)
+    history = History(listener)
+
+    def record(stage: str, x: FloatArray) -> None:
+        foldings = float((orientation_signs(x, mesh.f) <= 0).sum())
+        history(Iterate(stage, 0, len(history.steps), x.copy(), float("nan"), foldings))
+
     before = certify_checked(y, mesh.f)
-    recorder("map", y)
+    record("map", y)
     if not before.folding_free:
-        y = mend_locally(mesh, y, None if listener is None else lambda part: recorder("mending", part))
-        recorder("mended", y)
+        y = mend_locally(mesh, y, None if listener is None else lambda part: record("mending", part))
+        record("mended", y)
     if polish is not None:
         y = polish_map(mesh, y, polish)
-        recorder("polished", y)
+        record("polished", y)
     after = certify_checked(y, mesh.f)
     seconds = time.perf_counter() - began
-    energy = harmonic_problem(mesh).energy.evaluate(y)[0]
+    energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     round_ = Round(0, "map", before.foldings, after.foldings, 0, energy,
                    mean_angle_difference(mesh, y), Status.CONVERGED, seconds)
     return SphereMap(mesh.vertices, mesh.f, y, after, energy, Status.CONVERGED, 0, seconds, "repair",
-                     tuple(recorder.steps), (round_,), settings={} if polish is None else {"polish": polish})
+                     tuple(history.steps), (round_,), settings={} if polish is None else {"polish": polish})
 
 
 def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
@@ -104,18 +109,3 @@ def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
     rows = check_directions(x, len(mesh.v), "images")
     length = np.sqrt(row_dots(rows, rows))
     return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
-
-
-class _Recorder:
-    """Counts foldings for the history, and passes maps on."""
-
-    def __init__(self, mesh: Mesh, listener: Listener | None) -> None:
-        self.steps: list[Step] = []
-        self._mesh, self._listener = mesh, listener
-
-    def __call__(self, stage: str, x: FloatArray) -> None:
-        foldings = float((orientation_signs(x, self._mesh.f) <= 0).sum())
-        k = len(self.steps)
-        self.steps.append(Step(stage, 0, k, float("nan"), foldings, 0.0))
-        if self._listener is not None:
-            self._listener(Iterate(stage, 0, k, x.copy(), float("nan"), foldings))

@@ -84,7 +84,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     if not np.isfinite(x).all():
         raise MeshError("images are not finite: "
                         f"vertex {int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])}; correct them")
-    return project(mesh, stiffness(mesh), x)
+    return project(mesh, x)
 
 
 def stiffness(mesh: Mesh) -> sp.csr_matrix:
@@ -141,25 +141,10 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     return sp.csr_matrix((np.concatenate(values), index), shape=(n, n))
 
 
-def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
-    """`weighted_eigen_projection` with the stiffness matrix at hand.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    A : (n, n) sparse matrix
-        Stiffness matrix, eq. (26).
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-
-    Returns
-    -------
-    EigenProjection
-        Star map, eigenfunctions and eigenvalues.
-    """
+def project(mesh: Mesh, x: FloatArray) -> EigenProjection:
+    """`weighted_eigen_projection` of a checked mesh and map."""
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
-    values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
+    values, phi = _lowest_eigenpairs(stiffness(mesh), B)  # eq. (20)
     areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2

@@ -27,9 +27,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..descent.fast import fast_map
+from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
-from ..descent.problem import HarmonicEnergy
+from ..descent.preconditioned import harmonic_map
 from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
@@ -39,6 +39,7 @@ from ..sphere.gauge import fix_gauge
 from ..start.punctured import is_coarse, punctured_start
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_angle_difference, mean_difference
+from .candidate import Candidate
 from .depth import log_edges, middle_face, predicted_log_edges
 from .mend import mend_locally, relax_some, restore_gauge
 from .nested import solve_limbs
@@ -70,35 +71,9 @@ _MUCH = 0.15
 _SAMPLE = 1000
 
 
-@dataclass(frozen=True, eq=False)
-class Mended:
-    """A map after the ladder.
-
-    Attributes
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    certificate : Certificate
-        Of `x`.
-    rounds : tuple of Round
-        The rungs that were taken; none for a map that needed no repair.
-    stretch : float
-        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had
-        to.
-    at_poles : bool
-        Whether the gauge is `poles_gauge`.
-    """
-
-    x: FloatArray
-    certificate: Certificate
-    rounds: tuple[Round, ...] = ()
-    stretch: float = 1.0
-    at_poles: bool = False
-
-
-def untangle(mesh: Mesh, operators: Operators, x: FloatArray, listener: Listener | None = None, *,
-          poles: bool = False) -> Mended:
-    """Mend a map of the fast pipeline, by the cheapest rung that works.
+def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
+             poles: bool = False) -> Candidate:
+    """Repair a map that is in the gauge of the result, by the first rung that works.
 
     Parameters
     ----------
@@ -106,24 +81,19 @@ def untangle(mesh: Mesh, operators: Operators, x: FloatArray, listener: Listener
         The checked source.
     operators : Operators
         Its factorised Laplacian.
-    x : (n, 3) float64 array
-        The map, in the gauge that the result is to have.
+    first : Candidate
+        The map, certified; handed back with its positions if it is free of foldings and no worse than hardly conformal.
     listener : callable, optional
         Called with every rung's map.
     poles : bool
         Whether the gauge may be changed to `poles_gauge` for bodies beyond float64.
-
-    Returns
-    -------
-    Mended
-        With `x` itself if that is free of foldings and no worse than hardly conformal.
     """
-    certificate = certify_checked(x, mesh.f)
+    x, certificate = first.x, first.certificate or certify_checked(first.x, mesh.f)
     ladder = _Ladder(mesh, operators, listener)
     if certificate.folding_free:
         y = _nearer(mesh, x)
         if y is x and not poles:
-            return Mended(x, certificate)
+            return replace(first, certificate=certificate)
         ladder.add("map", x, certificate=certificate)
         if y is not x:
             ladder.add("angles", y)
@@ -140,10 +110,13 @@ def untangle(mesh: Mesh, operators: Operators, x: FloatArray, listener: Listener
     if poles:
         ladder.poles()
     best = ladder.best()
-    if best.name in ("map", "poles"):
-        return Mended(best.x, best.certificate, tuple(ladder.rounds), best.stretch, best.name == "poles")
-    x = restore_gauge(mesh, best.x, operators.A)
-    return Mended(x, certify_checked(x, mesh.f), tuple(ladder.rounds), best.stretch)
+    x, certificate = best.x, best.certificate
+    if best.name not in ("map", "poles"):
+        x = restore_gauge(mesh, x, operators.A)
+        certificate = certify_checked(x, mesh.f)
+    energy = first.energy if x is first.x else HarmonicEnergy(operators.L).evaluate(x)[0]
+    return replace(first, x=x, energy=energy, certificate=certificate, rounds=tuple(ladder.rounds),
+                   stretch=best.stretch, gauge="poles" if best.name == "poles" else "centred")
 
 
 def _nearer(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -196,7 +169,7 @@ class _Ladder:
     def delaunay(self) -> None:
         """The harmonic map of the intrinsic Delaunay weights."""
         if self._metric.weights != "delaunay":
-            x = fix_gauge(self.mesh, fast_map(self.mesh, self.operators).last.x, self.operators.A)
+            x = fix_gauge(self.mesh, harmonic_map(self.mesh, self.operators).last.x, self.operators.A)
             self.add("delaunay", self._settled(x))
 
     def limbs(self) -> None:
@@ -217,7 +190,7 @@ class _Ladder:
         """The map punctured halfway between the deepest tips, and its deep limbs solved again."""
         face = middle_face(self.mesh.v, self.mesh.f, self.operators.factor)
         start = punctured_start(self.mesh, self.operators, [face])
-        x = fix_gauge(self.mesh, fast_map(self.mesh, self.operators, start).last.x, self.operators.A)
+        x = fix_gauge(self.mesh, harmonic_map(self.mesh, self.operators, start).last.x, self.operators.A)
         self.add("middle", self._settled(x))
         if not self.nearly(_FEW):
             self.limbs()

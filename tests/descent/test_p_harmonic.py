@@ -5,8 +5,7 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.descent.p_harmonic import p_harmonic_problem
-from igl_spheremap.descent.problem import harmonic_problem
+from igl_spheremap.descent.problem import harmonic_problem, p_harmonic_problem
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import tangent, unit_rows
 

@@ -35,8 +35,8 @@ def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method
     for level in (2, 3, 4):
         p, f = icosphere(level)
         v = surface.embed(p)
-        options = {"tolerance": 1e-9} if method == "auto" else {"tolerance": 1e-6, "plateau": 0.0}
-        x = ism.spherical_conformal_map(v, f, method, **options).sphere
+        record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(tolerance=1e-6, plateau=0.0)
+        x = ism.spherical_conformal_map(v, f, record).sphere
         exact = surface.conformal_map(v)
         errors.append(distance(x @ best_rotation(x, exact, np.ones(len(x))), exact))
     rates = np.array(errors[:-1]) / errors[1:]
@@ -168,11 +168,33 @@ def test_a_listener_can_stop_with_what_there_is():
     assert result.sphere.shape == V.shape
 
 
+@pytest.mark.parametrize("method", [
+    "auto", ism.Lai2014(max_iterations=20), ism.GuYau(max_iterations=20), "stereographic"], ids=str)
+def test_a_listener_can_not_change_the_run_that_it_watches(method):
+    stages = set()
+
+    def meddle(iterate):
+        stages.add(iterate.stage)
+        for array in (iterate.x, *(iterate.details or {}).values()):
+            if isinstance(array, np.ndarray):
+                with pytest.raises(ValueError, match="read-only"):
+                    array[0] = 0
+
+    watched = ism.spherical_conformal_map(V, F, method, listener=meddle)
+    assert stages
+    assert np.array_equal(watched.sphere, ism.spherical_conformal_map(V, F, method).sphere)
+
+
 def test_unknown_methods_and_options_are_refused_with_what_there_is():
     with pytest.raises(ValueError, match=r"unknown method 'magic'.*auto.*lai2014"):
         ism.spherical_conformal_map(V, F, "magic")
-    with pytest.raises(TypeError, match=r"no option speed; it takes .*tolerance"):
+    with pytest.raises(TypeError, match=r"speed"):
         ism.spherical_conformal_map(V, F, speed=9)
+    with pytest.raises(TypeError, match=r"tolerance, polish: .*'auto' only.*record"):
+        ism.spherical_conformal_map(V, F, "lai2014", tolerance=1e-2, polish="mips")
+    for choice in ("gauge", "polish"):
+        with pytest.raises(ValueError, match=f"unknown {choice} 'left'"):
+            ism.spherical_conformal_map(V, F, **{choice: "left"})
 
 
 def test_noise_far_outside_the_surface_does_not_break_the_map():

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from triangulations import icosphere
 
 from igl_spheremap import samples, spherical_conformal_map
-from igl_spheremap.descent.fast import fast_map
+from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, vertex_areas
@@ -23,7 +23,7 @@ from igl_spheremap.verify.certificate import orientation_signs
 def _mapped(name, **parameters):
     mesh = check_mesh(*samples.make(name, **parameters))
     operators = build_operators(mesh, weights="delaunay")
-    x = fast_map(mesh, operators).last.x
+    x = harmonic_map(mesh, operators).last.x
     return mesh, operators, x, -predicted_log_edges(mesh.v, mesh.f, x, operators.factor, operators.A)
 
 

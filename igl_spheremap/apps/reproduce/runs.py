@@ -6,7 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +17,26 @@ from ..._version import __version__
 from ...descent.iterate import Iterate, Listener
 from ...errors import FactorisationFailed, FileError, MapError
 from ...io.replacing import replacing
+from ...maps.methods import Auto, GuYau, Lai2014, Method, Stereographic
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from .surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Name of a run: method of `spherical_conformal_map`, and its options.
-METHODS: dict[str, tuple[str, dict[str, Any]]] = {
-    "Algorithm 1": ("lai2014", {"rounds": 0}),
-    "Algorithm 2": ("lai2014", {}),
-    "Gu-Yau": ("gu-yau", {"tutte": False}),
-    "Gu-Yau after Tutte": ("gu-yau", {}),
-    "stereographic": ("stereographic", {}),
-    "conformal equivalence": ("stereographic", {"plane": "conformal-equivalence"}),
-    "fast": ("auto", {}),
+#: What is run, by the name that tables give it.
+METHODS: dict[str, Method] = {
+    "Algorithm 1": Lai2014(rounds=0),
+    "Algorithm 2": Lai2014(),
+    "Gu-Yau": GuYau(tutte=False),
+    "Gu-Yau after Tutte": GuYau(),
+    "stereographic": Stereographic(),
+    "conformal equivalence": Stereographic(plane="conformal-equivalence"),
+    "fast": Auto(),
 }
 
 #: Stages of iterates that only start a minimisation, whose own first iterate follows.
 _STARTS = ("gauss map", "star map")
-
-#: Those that take thousands of iterations.
-_ITERATIVE = ("lai2014", "gu-yau")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,15 +99,15 @@ class Runs:
 
     def get(self, surface: Surface, name: str) -> Outcome:
         """The outcome of a method of `METHODS` on a surface; of a failed run, the status is the error's message."""
-        method, options = METHODS[name]
-        if self._cap is not None and method in _ITERATIVE:
-            options = {**options, "max_iterations": self._cap}
-        key = json.dumps([surface.digest, method, options, __version__], sort_keys=True)
+        method = METHODS[name]
+        if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
+            method = replace(method, max_iterations=self._cap)
+        key = json.dumps([surface.digest, method.name, method.settings(), __version__], sort_keys=True)
         path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
         if path.is_file():
             return _load(path)
         self._report(f"{name} on {surface.name} ({surface.source}, {len(surface.v)} vertices) ...")
-        outcome = _run(surface, method, options, self._listen(surface.f))
+        outcome = run(surface, method, self._listen(surface.f))
         self._report(f"    {outcome.iterations} iterations, {outcome.seconds:.1f} s, {outcome.foldings} foldings")
         _save(path, outcome)
         return outcome
@@ -136,11 +134,12 @@ class _Watch:
             self._listener(iterate)
 
 
-def _run(surface: Surface, method: str, options: dict[str, Any], listener: Listener | None = None) -> Outcome:
+def run(surface: Surface, method: Method, listener: Listener | None = None) -> Outcome:
+    """Map a surface and watch; an error that the method raises is the outcome's status."""
     watch, began = _Watch(listener), time.process_time()
     n = len(surface.v)
     try:
-        result = spherical_conformal_map(surface.v, surface.f, method, listener=watch, **options)
+        result = spherical_conformal_map(surface.v, surface.f, method, listener=watch)
     except (MapError, FactorisationFailed) as error:
         nothing = np.empty(0)
         return Outcome(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...descent.iterate import Iterate
 from ...descent.recording import Recording
+from ...maps.methods import Method
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import Mesh, check_mesh
@@ -25,10 +25,8 @@ class Run:
     ----------
     load : callable
         Gives vertices and faces; called in the thread.
-    method : str
+    method : str or Method
         As of `spherical_conformal_map`.
-    **options
-        The method's.
 
     Attributes
     ----------
@@ -50,13 +48,13 @@ class Run:
     True
     """
 
-    def __init__(self, load: Callable[[], Source], method: str, **options: Any) -> None:
+    def __init__(self, load: Callable[[], Source], method: str | Method) -> None:
         self.mesh: Mesh | None = None
         self.recording: Recording | None = None
         self.result: SphereMap | None = None
         self.error: Exception | None = None
         self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._work, args=(load, method, options), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(load, method), daemon=True)
         self._thread.start()
 
     @property
@@ -72,7 +70,7 @@ class Run:
         """Until it is done."""
         self._thread.join()
 
-    def _work(self, load: Callable[[], Source], method: str, options: dict[str, Any]) -> None:
+    def _work(self, load: Callable[[], Source], method: str | Method) -> None:
         try:
             v, f = load()
             mesh = check_mesh(v, f)
@@ -85,6 +83,6 @@ class Run:
                 if self._stopped.is_set():
                     raise StopIteration
 
-            self.result = spherical_conformal_map(v, f, method, listener=listen, **options)
+            self.result = spherical_conformal_map(v, f, method, listener=listen)
         except Exception as error:  # shown in the window
             self.error = error

@@ -1,21 +1,14 @@
-"""The methods of `spherical_conformal_map`, one file each, by the name that users give."""
+"""The methods of `spherical_conformal_map`: each a record of its options, in a file of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from .auto import Auto
+from .gu_yau import GuYau
+from .lai2014 import Lai2014
+from .method import Method
+from .stereographic import Stereographic
 
-from .auto import auto
-from .draft import Draft
-from .gu_yau import gu_yau
-from .lai2014 import lai2014
-from .stereographic import stereographic
+#: By the name that users give.
+METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
 
-#: Each takes a checked mesh and a listener, then its own options by keyword.
-METHODS: dict[str, Callable[..., Draft]] = {
-    "auto": auto,
-    "lai2014": lai2014,
-    "gu-yau": gu_yau,
-    "stereographic": stereographic,
-}
-
-__all__ = ["METHODS", "Draft", "auto", "gu_yau", "lai2014", "stereographic"]
+__all__ = ["METHODS", "Auto", "GuYau", "Lai2014", "Method", "Stereographic"]

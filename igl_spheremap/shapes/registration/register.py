@@ -171,9 +171,9 @@ class _Notifier:
 
 def reflected(result: SphereMap) -> SphereMap:
     """The mirror image of a surface, mapped anew by the method and options that made its map."""
-    known = {"method": result.method, **result.settings} if result.method in METHODS else {}
+    method = METHODS[result.method](**result.settings) if result.method in METHODS else "auto"
     mirrored = result.vertices * [-1.0, 1.0, 1.0]
-    return spherical_conformal_map(mirrored, np.ascontiguousarray(result.faces[:, ::-1]), **known)
+    return spherical_conformal_map(mirrored, np.ascontiguousarray(result.faces[:, ::-1]), method)
 
 
 def unfolded(result: SphereMap, x: FloatArray) -> FloatArray:

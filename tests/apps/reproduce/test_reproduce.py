@@ -114,7 +114,7 @@ def test_a_method_that_fails_leaves_its_message(small, tmp_path, monkeypatch):
 
 def test_common_energy_is_reached_by_both_and_not_before():
     surface = Surface("S", *ism.samples.make("spheroid", n_vertices=300), "sample", "")
-    ours, theirs = (runs._run(surface, *runs.METHODS[name]) for name in ("Algorithm 1", "Gu-Yau"))
+    ours, theirs = (runs.run(surface, runs.METHODS[name]) for name in ("Algorithm 1", "Gu-Yau"))
     (a, _), (b, _) = measures.to_common_energy(ours, theirs)
     target = max(ours.energies.min(), theirs.energies.min()) * (1 + 1e-6)
     for k, energies in ((a, ours.energies), (b, theirs.energies)):

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....descent.problem import harmonic_energy
+from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius, check_writable, format_of, read_sphere, write_map
 from ....io.replacing import replacing
 from ....maps.methods import METHODS

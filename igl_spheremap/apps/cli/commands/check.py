@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from ....descent.problem import harmonic_energy
+from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius
 from ....verify.distortion import angle_differences
 from ....verify.figures import angle_figures

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import FileError
-from ....maps.variational import landmark_map
+from ....maps.landmarks import landmark_map
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_map_arguments, add_may_fold, map_by
@@ -36,10 +36,10 @@ def run(args: Namespace) -> Exit:
     if not 0 <= args.weight < float("inf"):
         raise UsageError(f"--weight {args.weight:g} is out of range: give a number from 0")
     vertices, targets, weights = read_points(args.points, args.weight)
-    confine = not args.may_fold
+    injective = not args.may_fold
     return map_by(
         args,
-        lambda v, f, **options: landmark_map(v, f, vertices, targets, weights, confine=confine, **options),
+        lambda v, f, **options: landmark_map(v, f, vertices, targets, weights, keep_injective=injective, **options),
     )
 
 

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import get_args
+from typing import Any, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ....descent.iterate import Listener
 from ....maps.methods import METHODS
 from ....maps.methods.auto import Gauge
+from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....untangle.relax import Polish
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_map_arguments, map_by
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -37,4 +45,8 @@ def run(args: Namespace) -> Exit:
     chosen = {name: getattr(args, name) for name in ("polish", "gauge") if getattr(args, name) is not None}
     if chosen and args.method != "auto":
         raise UsageError(f"--{' and --'.join(chosen)} go with --method auto only, not with {args.method}")
-    return map_by(args, lambda v, f, **options: spherical_conformal_map(v, f, args.method, **chosen, **options))
+
+    def solve(v: FloatArray, f: IntArray, listener: Listener, **limits: Any) -> SphereMap:
+        return spherical_conformal_map(v, f, METHODS[args.method](**chosen, **limits), listener=listener)
+
+    return map_by(args, solve)

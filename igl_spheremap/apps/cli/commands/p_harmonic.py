@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ....maps.variational import p_harmonic_map
+from ....maps.p_harmonic import p_harmonic_map
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_map_arguments, add_may_fold, map_by
@@ -23,4 +23,5 @@ def run(args: Namespace) -> Exit:
     """Map p-harmonically."""
     if not 1 < args.p < float("inf"):
         raise UsageError(f"-p {args.p:g} is out of range: give a number above 1")
-    return map_by(args, lambda v, f, **options: p_harmonic_map(v, f, args.p, confine=not args.may_fold, **options))
+    injective = not args.may_fold
+    return map_by(args, lambda v, f, **options: p_harmonic_map(v, f, args.p, keep_injective=injective, **options))

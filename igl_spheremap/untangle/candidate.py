@@ -1,4 +1,4 @@
-"""What a method hands back before it is put in the gauge and certified."""
+"""A map that may become the result."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...descent.iterate import Round, Status
-from ...verify.certificate import Certificate
-
-FloatArray = NDArray[np.float64]
+from ..descent.iterate import Round, Status
+from ..verify.certificate import Certificate
 
 
 @dataclass(frozen=True, eq=False)
-class Draft:
-    """A map as a method leaves it.
+class Candidate:
+    """A map, and what is known of it.
 
     Attributes
     ----------
@@ -24,27 +22,27 @@ class Draft:
     energy : float
         Harmonic energy.
     status : Status
-        How it ended.
+        How its minimisation ended.
     rounds : tuple of Round
         Foldings before and after each round, where there were rounds.
-    backend : str
-        Factorisation that was used.
-    notes : tuple of str
-        What was done beyond the ordinary.
     certificate : Certificate, optional
         Of `x`, which is in its final gauge then and may not be moved any more.
     gauge : str
-        Which gauge the result is in: "centred", or "poles".
+        "centred", or "poles".
     stretch : float
-        How far limbs beyond the reach of float64 had to be drawn out; 1 if none had to.
+        By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was.
+    backend : str
+        The factorisation that was used, if one was.
+    notes : tuple of str
+        What was done beyond the ordinary.
     """
 
-    x: FloatArray
+    x: NDArray[np.float64]
     energy: float
     status: Status
     rounds: tuple[Round, ...] = ()
-    backend: str = ""
-    notes: tuple[str, ...] = ()
     certificate: Certificate | None = None
     gauge: str = "centred"
     stretch: float = 1.0
+    backend: str = ""
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,117 @@
+"""Preconditioned Cayley steps of length one: the paper's update with H replaced by P^-1 H."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..mesh.measure import face_areas
+from ..operators.operators import Operators
+from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
+from ..start.punctured import is_coarse, punctured_start
+from ..verify.certificate import certify_checked
+from ..verify.distortion import mean_angle_difference
+from .energies.harmonic import HarmonicEnergy
+from .iterate import Iterate, Listener, Status
+from .line_search import NonmonotoneSearch
+from .metrics import SobolevH1
+from .minimize import Minimum, minimize
+from .problem import Problem
+
+FloatArray = NDArray[np.float64]
+
+#: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
+TOLERANCE = 1e-3
+#: Steps at the most; on most meshes two or three reach the tolerance.
+MAX_ITERATIONS = 30
+#: The weighted mean of the map may be this far from the origin before the Moebius gauge is restored.
+_OFF_CENTRE = 1e-4
+#: Rise of the energy, as a share of it, that is rounding.
+_ROUNDING = 1e-13
+#: With contraction 1/3 for the lowest mode, l = 2, the energy left after a step is g.D / 12; measured, it is less.
+_LEFT = 18.0
+#: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
+_LEAST_GAP = 1e-9
+#: A start with more foldings than the end is preferred if its angle differences are below this share of the end's.
+_FAR_LESS = 0.5
+
+
+@dataclass(frozen=True)
+class PreconditionedCayley:
+    """Steps in the metric P = L + tiny M, in which the harmonic map's Hessian has condition number 1.5.
+
+    Beyond the Moebius gauge its eigenvalues on the sphere are (l (l + 1) - 2) / (l (l + 1)) for l >= 2, between 2/3
+    and 1, so that a step of length one gains a factor of three at the least. The search of Algorithm 1 shortens it only
+    where bad triangles make the energy rise.
+    """
+
+    def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
+        """Yield the start and every iterate after it.
+
+        Their residual is the energy that is estimated to be left above the minimum, in units of the gap between
+        energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
+        """
+        x = problem.centred(x, _OFF_CENTRE)
+        energy, H = problem.energy.evaluate(x)
+        yield Iterate("sobolev", 0, 0, x, energy, np.inf)
+        for k in count(1):
+            density = row_dots(x, H)  # lambda of eq. (9): twice the image area around each vertex
+            g = H - density[:, None] * x  # eq. (9)
+            e = _boost(x, g, density)
+            g += density[:, None] * (along(x, e)[:, None] * x - e)
+            D = problem.metric.solve(g)
+            D -= weighted_sum(problem.A, D) / problem.A.sum()
+            left = inner(g, D) / _LEFT
+            trial = problem.cayley_path(x, D, _OFF_CENTRE)  # Theorem 1, with P^-1 H for H
+            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
+            step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
+            if step is None:
+                return
+            (x, H), energy = step.trial, step.energy
+            gap = energy - float(face_areas(x, problem.f).sum())
+            yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), step.tau)
+
+
+def _boost(x: FloatArray, g: FloatArray, density: FloatArray) -> FloatArray:
+    """Boost to take out of the covector `g` in proportion to the density, so that it sums to zero.
+
+    A uniform shift would load the vertices of limbs, whose image is tiny, as much as all others, and spoil them.
+    """
+    gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
+    return np.linalg.solve(gram, g.sum(axis=0))
+
+
+def harmonic_map(
+    mesh: Mesh,
+    operators: Operators,
+    x: FloatArray | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = MAX_ITERATIONS,
+    listener: Listener | None = None,
+) -> Minimum:
+    """Harmonic map of a mesh whose Laplacian is factorised, from the punctured harmonic map by default.
+
+    On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
+    last iterate is the start, if that keeps angles better.
+    """
+    problem = Problem(HarmonicEnergy(operators.L), SobolevH1(operators.P, operators.factor), operators.A, mesh.f)
+    iterates = PreconditionedCayley().iterates(problem, punctured_start(mesh, operators) if x is None else x)
+    first = next(iterates)
+    minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+    last, stopped = minimum.last, minimum.status is Status.STOPPED
+    if not stopped and is_coarse(mesh, last.x) and _start_is_better(mesh, first.x, last.x):
+        return replace(minimum, last=first)
+    return minimum
+
+
+def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:
+    """True if the start beats the end in angles without adding foldings, or beats it by half."""
+    before, after = (mean_angle_difference(mesh, x) for x in (start, end))
+    fewer = certify_checked(start, mesh.f).foldings <= certify_checked(end, mesh.f).foldings
+    return before < (after if fewer else _FAR_LESS * after)

@@ -1,0 +1,44 @@
+"""What all maps have in common: the check of a start, and the way from a candidate to the result."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..descent.recording import History
+from ..mesh.check import Mesh, check_directions
+from ..operators.laplacian import positive_areas
+from ..sphere.gauge import fix_gauge
+from ..sphere.rows import unit_rows
+from ..untangle.candidate import Candidate
+from ..untangle.mend import mend_locally
+from ..verify.certificate import certify_checked
+from .sphere_map import SphereMap
+
+FloatArray = NDArray[np.float64]
+
+
+def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:
+    """Rows scaled to unit length; a MeshError if one of `n` is missing, zero or not finite."""
+    return unit_rows(check_directions(x, n, name))  # eq. (4)
+
+
+def finish(
+    mesh: Mesh, found: Candidate, history: History, method: str, settings: dict[str, Any], began: float
+) -> SphereMap:
+    """Put a candidate into the gauge unless it is there, and certify the very numbers that are returned."""
+    x, certificate, notes = found.x, found.certificate, found.notes
+    if certificate is None:
+        x = fix_gauge(mesh, found.x, positive_areas(mesh))
+        certificate = certify_checked(x, mesh.f)
+        if not certificate.folding_free and certify_checked(found.x, mesh.f).folding_free:
+            x = mend_locally(mesh, x)
+            certificate = certify_checked(x, mesh.f)
+            notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
+    moves = sum(step.iteration > 0 for step in history.steps)
+    return SphereMap(mesh.vertices, mesh.f, x, certificate, found.energy, found.status, moves,
+                     time.perf_counter() - began, method, tuple(history.steps), found.rounds, found.backend,
+                     notes, settings, found.gauge, found.stretch)

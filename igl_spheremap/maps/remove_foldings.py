@@ -1,0 +1,129 @@
+"""The paper's Algorithms 1 and 2 by name, from any start."""
+
+from __future__ import annotations
+
+import time
+
+from numpy.typing import ArrayLike
+
+from ..descent.algorithm_1 import BarzilaiBorwein
+from ..descent.iterate import Listener
+from ..descent.recording import History
+from ..mesh.check import check_mesh
+from .finish import check_start, finish
+from .methods.lai2014 import Lai2014
+from .sphere_map import SphereMap
+
+
+def minimize_harmonic_energy(
+    v: ArrayLike,
+    f: ArrayLike,
+    x0: ArrayLike | None = None,
+    *,
+    tolerance: float = 1e-3,
+    max_iterations: int = 5000,
+    plateau: float = 5e-7,
+    rho: float = 1e-4,
+    delta: float = 0.1,
+    xi: float = 0.85,
+    bb: BarzilaiBorwein = "alternating",
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Algorithm 1: minimise the harmonic energy by Cayley updates, from any start.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x0 : (n, 3) array_like, optional
+        Start; rows are scaled to unit length. The Gauss map by default.
+    tolerance, max_iterations, plateau, rho, delta, xi, bb
+        The options of `Lai2014`, with its defaults.
+    listener : callable, optional
+        Called with every `Iterate`; may raise StopIteration to end with what there is.
+
+    Returns
+    -------
+    SphereMap
+        With or without foldings, as its certificate says.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid or `x0` has not one finite, nonzero row per vertex.
+
+    References
+    ----------
+    Lai et al., Algorithm 1.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> ism.minimize_harmonic_energy(v, f).certificate.folding_free
+    True
+    """
+    return remove_foldings(v, f, x0, rounds=0, tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
+                           rho=rho, delta=delta, xi=xi, bb=bb, listener=listener)
+
+
+def remove_foldings(
+    v: ArrayLike,
+    f: ArrayLike,
+    x0: ArrayLike | None = None,
+    *,
+    rounds: int = 3,
+    tolerance: float = 1e-3,
+    max_iterations: int = 5000,
+    plateau: float = 5e-7,
+    rho: float = 1e-4,
+    delta: float = 0.1,
+    xi: float = 0.85,
+    bb: BarzilaiBorwein = "alternating",
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Algorithm 2: alternate Algorithm 1 and weighted eigen-projection until no folding is left.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x0 : (n, 3) array_like, optional
+        Start; rows are scaled to unit length. The Gauss map by default.
+    rounds, tolerance, max_iterations, plateau, rho, delta, xi, bb
+        The options of `Lai2014`, with its defaults.
+    listener : callable, optional
+        Called with every `Iterate`, star maps included; may raise StopIteration to end with what there is.
+
+    Returns
+    -------
+    SphereMap
+        The map of the round with the fewest foldings; ``rounds`` has the foldings before and after each.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid or `x0` has not one finite, nonzero row per vertex.
+
+    References
+    ----------
+    Lai et al., Algorithm 2.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
+    [('gauss map', 0)]
+    """
+    began = time.perf_counter()
+    method = Lai2014(tolerance, max_iterations, plateau, rounds, rho, delta, xi, bb)
+    mesh = check_mesh(v, f)
+    start = None if x0 is None else check_start(x0, len(mesh.v))
+    history = History(listener)
+    found = method.run(mesh, history, start)
+    return finish(mesh, found, history, method.name, method.settings(), began)
