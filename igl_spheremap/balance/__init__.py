@@ -1,0 +1,1 @@
+"""Maps between conformal and area-preserving: the energies, and certified Newton steps."""

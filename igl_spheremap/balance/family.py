@@ -1,0 +1,62 @@
+"""The family of maps from conformal (balance 0) to area-preserving (balance 1)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent.iterate import Listener, Status
+from ..descent.minimize import Minimum, minimize
+from .energy import Energy, project
+from .newton import newton
+from .newton_system import NewtonSystem
+from .source import Source
+
+FloatArray = NDArray[np.float64]
+
+#: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
+_MOST_WEIGHT = 0.97
+#: A map is opened first where barriers make the energy this many times that of the squares of logarithms.
+_FAR = 1.05
+#: While it opens, areas count no more than angles; and it need not be exact, since the next stage starts afresh.
+_OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.05
+#: Share of the energy that the last step may gain at the end.
+TOLERANCE = 0.005
+#: Steps of each stage: what converges took at most 32.
+_STEPS = 40
+#: Averages over neighbours that take the noise of single faces out of the conformal factor.
+_SMOOTHINGS = 2
+
+
+def log_factor(source: Source, x: FloatArray) -> FloatArray:
+    """Logarithm of image area over source area by face, averaged over neighbours, docs/balance.md (9)."""
+    value = np.log(np.maximum(project(source, x)[0], np.finfo(float).tiny) / source.area)
+    corners, share = source.f.ravel(), np.repeat(source.area, 3)
+    around = np.bincount(corners, share, source.n)
+    for _ in range(_SMOOTHINGS):
+        at_vertices = np.bincount(corners, share * np.repeat(value, 3), source.n) / around
+        value = at_vertices[source.f].mean(axis=1)
+    return value
+
+
+def balanced_energy(source: Source, factor: FloatArray, balance: float) -> Energy:
+    """The energy of a balance, for the conformal map's `log_factor`, docs/balance.md (3) and (10)."""
+    target = (1 - balance) * factor
+    area = source.area
+    target = target - np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
+    return Energy(source, min(balance, _MOST_WEIGHT), 1, target)
+
+
+def balanced_map(energy: Energy, system: NewtonSystem, x: FloatArray, listener: Listener | None = None) -> Minimum:
+    """Minimise from a map free of foldings: where areas are far off, open it by squares of logarithms first."""
+    opening = replace(energy, weight=min(energy.weight, _OPENING_WEIGHT), power=0)
+    if energy.by_face(x).sum() > _FAR * replace(energy, power=0).by_face(x).sum():
+        opened = minimize(newton(opening, system, x, "opening"), tolerance=_OPENING_TOLERANCE, max_iterations=_STEPS,
+                          listener=listener)
+        if opened.status is Status.STOPPED:
+            return opened
+        x = opened.last.x
+    return minimize(newton(energy, system, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
+                    listener=listener)

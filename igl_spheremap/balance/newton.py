@@ -1,0 +1,56 @@
+"""Projected Newton steps for a balanced energy; every iterate is free of foldings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent.iterate import Iterate
+from ..errors import FactorisationFailed
+from ..sphere.charts import tangent_axes
+from .derivatives import derivatives
+from .energy import Energy
+from .newton_system import NewtonSystem
+from .step import certified_step
+
+FloatArray = NDArray[np.float64]
+
+#: Share of the predicted decrease that a step must bring (Armijo).
+_DECREASE = 1e-4
+#: Steps shorter than this share of Newton's lead nowhere.
+_SHORTEST = 1e-3
+#: Where steps are shortened, so many of them must gain little before the energy counts as low.
+_PATIENCE = 3
+
+
+def newton(energy: Energy, system: NewtonSystem, x: FloatArray, stage: str) -> Iterator[Iterate]:
+    """Iterates from a map free of foldings; the residual is the share of the energy that the next step may gain.
+
+    A full step predicts that from how fast gains fall, a shortened one from the largest of the last gains.
+    """
+    by_face = energy.by_face(x)
+    value, length, gains = float(by_face.sum()), 1.0, [1.0] * _PATIENCE
+    at_zero = value < np.finfo(float).eps * energy.source.area.sum()
+    yield Iterate(stage, 0, 0, x, value, 0.0 if at_zero else np.inf)
+    while True:
+        axes = np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1))  # axis, coordinate, vertex
+        slope = derivatives(energy, x, axes)
+        try:
+            step = system.step(slope)
+        except FactorisationFailed:
+            return
+        decrease = -_DECREASE * float((slope.gradient * step).sum())
+        move = np.einsum("an,ain->ni", step, axes)
+        length = min(1.0, 2 * length)
+        while (trial := certified_step(energy, x, length * move, by_face)) is None \
+                or not trial[1].sum() < value - length * decrease:
+            length /= 2
+            if length < _SHORTEST:
+                return
+        x, by_face = trial
+        previous, value = value, float(by_face.sum())
+        gains.append((previous - value) / value)
+        residual = gains[-1] * min(1.0, gains[-1] / gains[-2]) if length == 1 else max(gains[-_PATIENCE:])
+        yield Iterate(stage, 0, len(gains) - _PATIENCE, x, value, residual, length)

@@ -1,0 +1,49 @@
+"""Steps that keep every face's exact sign: a map free of foldings stays so."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sphere.rows import unit_rows
+from ..verify.certificate import orientation_signs
+from .energy import Energy
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: A face is refused where its energy exceeds this many times its old one and this many times the mean.
+_GROWTH, _OF_MEAN = 3.0, 10.0
+#: Vertices of refused faces halve their moves so often at most; then the whole step is too long.
+_HALVINGS = 8
+
+
+def certified_step(energy: Energy, x: FloatArray, move: FloatArray,
+                   before: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """The map x + move and its energy by face; None if no face may stay refused and some does.
+
+    Single faces would hold the whole step, so that the vertices of a refused face shorten their own moves.
+    """
+    f, area = energy.source.f, energy.source.area
+    limit = _GROWTH * before + _OF_MEAN * area * (before.sum() / area.sum())
+    y = unit_rows(x + move)
+    after = energy.by_face(y)
+    refused = _refused(y, f, after, limit)
+    share = np.ones(len(x))
+    for _ in range(_HALVINGS):
+        if not refused.any():
+            return y, after
+        moved = np.zeros(len(x), dtype=bool)
+        moved[f[refused]] = True
+        share[moved] /= 2
+        y[moved] = unit_rows(x[moved] + share[moved, None] * move[moved])
+        near = np.flatnonzero(moved[f].any(axis=1))
+        after[near] = energy.by_face(y, near)
+        refused[near] = _refused(y, f[near], after[near], limit[near])
+    return None if refused.any() else (y, after)
+
+
+def _refused(y: FloatArray, f: IntArray, after: FloatArray, limit: FloatArray) -> BoolArray:
+    """Faces that are folded, by exact arithmetic, or grow beyond their limit."""
+    return ~(after < limit) | (orientation_signs(y, f) <= 0)
