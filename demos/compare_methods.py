@@ -27,7 +27,8 @@ from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, SUBJECTS, colouri
 from igl_spheremap.apps.viewer.panel import subject_combo
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import draw_legend
-from igl_spheremap.apps.viewer.style import LINES
+from igl_spheremap.draw.histogram import angle_histogram
+from igl_spheremap.draw.palette import LINES
 from igl_spheremap.maps.methods import METHODS
 from igl_spheremap.mesh.normals import mesh_gauss_map
 from igl_spheremap.verify.distortion import mesh_angle_differences
@@ -36,25 +37,25 @@ HEAD, FOOT = 54, 150
 #: Degrees at the end of the colours and of the histograms: the same for all methods, to be compared.
 REACH = 20.0
 _GAP = 12
-_BINS = np.linspace(-REACH, REACH, 81)
 
 
 @dataclass(frozen=True, eq=False)
 class Contender:
-    """A map and what it is judged by."""
+    """A map and its figures."""
 
     name: str
     x: np.ndarray
     foldings: int
     mean: float
-    density: np.ndarray
+    edges: np.ndarray
+    share: np.ndarray
 
     @classmethod
     def of(cls, mesh: ism.Mesh, name: str, x: np.ndarray) -> Contender:
-        """Judge a map."""
+        """Measure a map."""
         differences = mesh_angle_differences(mesh, x)
-        density = np.histogram(differences, _BINS)[0] / differences.size / (_BINS[1] - _BINS[0])
-        return cls(name, x, len(folded_faces(mesh, x)), float(np.abs(differences).mean()), density)
+        edges, share = angle_histogram(differences, REACH)
+        return cls(name, x, len(folded_faces(mesh, x)), float(np.abs(differences).mean()), edges, share)
 
 
 def contenders(mesh: ism.Mesh, methods: list[str]) -> list[Contender]:
@@ -112,8 +113,7 @@ class CompareMethods(App):
 
     def histograms(self) -> None:
         """Angle differences of each method under its column, on the same axes."""
-        top = max(float(c.density.max()) for c in self.contenders)
-        middles = (_BINS[1:] + _BINS[:-1]) / 2
+        top = max(float(c.share.max()) for c in self.contenders)
         implot.StyleColorsLight()
         imgui.StyleColorsLight()
         for k, contender in enumerate(self.contenders):
@@ -131,7 +131,8 @@ class CompareMethods(App):
                 implot.SetupAxes("angle differences", "", 0, implot.ImPlotAxisFlags_NoDecorations)
                 implot.SetupAxesLimits(-REACH, REACH, 0, 1.05 * top, implot.ImPlotCond_Always)
                 implot.SetNextFillStyle((*LINES[0], 1.0))
-                implot.PlotShaded(contender.name, middles, contender.density)
+                middles = (contender.edges[1:] + contender.edges[:-1]) / 2
+                implot.PlotShaded(contender.name, middles, contender.share)
                 implot.EndPlot()
             imgui.End()
 

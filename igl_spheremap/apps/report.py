@@ -19,6 +19,7 @@ from ..descent.recording import Recording
 from ..draw.markup import page, picture, table
 from ..draw.plot import plot_run
 from ..errors import DisplayError, import_optional
+from ..io.replacing import replacing
 from ..maps.sphere_map import SphereMap, result_rows
 from ..mesh.check import Mesh, check_mesh
 from .viewer import SUBJECTS, picture_of
@@ -46,37 +47,11 @@ _CAPTIONS = {
 def write_report(
     folder: Path, result: SphereMap, recording: Recording, *, source: str, command: Sequence[str] = (), up: str = "z"
 ) -> Path:
-    """Write the page of a run.
+    """Write `report.html` into a folder, made if it is missing, and return its path.
 
-    Parameters
-    ----------
-    folder : Path
-        Where to; it is made if need be.
-    result : SphereMap
-        The map.
-    recording : Recording
-        What the run went through.
-    source : str
-        Name of the surface.
-    command : sequence of str
-        Command line that made it.
-    up : str
-        Which way is up in the pictures.
+    `source` names the surface, `command` is the command line that made the map, `up` says which way is up in
+    the pictures. Needs matplotlib; without OpenGL the page says why it has no pictures.
 
-    Returns
-    -------
-    Path
-        Of ``report.html``.
-
-    Raises
-    ------
-    FileError
-        If matplotlib is not installed.
-    OSError
-        If the file can't be written.
-
-    Examples
-    --------
     >>> import tempfile
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=300)
@@ -102,7 +77,9 @@ def write_report(
     ]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "report.html"
-    path.write_text(page(f"{source} on the sphere", _STYLE, "\n".join(filter(None, body))), encoding="utf-8")
+    html = page(f"{source} on the sphere", _STYLE, "\n".join(filter(None, body)))
+    with replacing(path, force=True) as partial:
+        partial.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
 
 

@@ -1,4 +1,4 @@
-"""HTML, as much of it as notebooks and reports need."""
+"""HTML for notebooks and reports."""
 
 from __future__ import annotations
 
@@ -8,22 +8,8 @@ from html import escape
 
 
 def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
-    """A table of texts.
+    """A table of texts, which are escaped; without a header the first cell of each row is its label.
 
-    Parameters
-    ----------
-    rows : iterable of sequence of str
-        Its cells; without a header the first of each row is a label.
-    header : sequence of str
-        Over the columns.
-
-    Returns
-    -------
-    str
-        HTML; all texts are escaped.
-
-    Examples
-    --------
     >>> table([("a", "x < y")])
     '<table><tr><th scope="row">a</th><td>x &lt; y</td></tr></table>'
     """
@@ -38,42 +24,14 @@ def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
 
 
 def picture(png: bytes, caption: str) -> str:
-    """A picture that is part of the page.
-
-    Parameters
-    ----------
-    png : bytes
-        A PNG file.
-    caption : str
-        Under it, and in its place where it can't be seen.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """A PNG as part of the page, with a caption."""
     data = base64.b64encode(png).decode("ascii")
     text = escape(caption)
     return f'<figure><img alt="{text}" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>'
 
 
 def page(title: str, style: str, body: str) -> str:
-    """A whole page.
-
-    Parameters
-    ----------
-    title : str
-        Of the window.
-    style : str
-        CSS.
-    body : str
-        HTML.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file and no network.
-    """
+    """A whole page around a body, with CSS; it needs no other file and no network."""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

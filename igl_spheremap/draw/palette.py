@@ -1,19 +1,103 @@
-"""Colours for numbers."""
+"""The colours of every picture: of surfaces, folded faces and curves, and scales for numbers.
+
+Folded faces are vermilion everywhere. Scalars take viridis. The conformal factor u takes purple (shrunk) over
+white (0) to green (magnified): red-green blindness leaves both apart from each other and from vermilion.
+"""
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Colour = tuple[float, float, float]
+
+INK: Colour = (0.13, 0.15, 0.18)
+SURFACE: Colour = (0.82, 0.85, 0.88)
+FOLDED: Colour = (0.84, 0.24, 0.0)
+GUIDE: Colour = (0.60, 0.64, 0.67)  # lines that only guide the eye
+#: Okabe and Ito's palette without the colours taken above, for curves that colour alone tells apart.
+LINES: tuple[Colour, ...] = (
+    (0.0, 0.45, 0.70),
+    (0.0, 0.62, 0.45),
+    (0.80, 0.47, 0.65),
+    (0.34, 0.71, 0.91),
+    (0.35, 0.35, 0.35),
+    (0.90, 0.62, 0.0),
+)
+
+_VIRIDIS = (
+    (68, 1, 84),
+    (71, 44, 122),
+    (59, 81, 139),
+    (44, 113, 142),
+    (33, 144, 141),
+    (39, 173, 129),
+    (92, 200, 99),
+    (170, 220, 50),
+    (253, 231, 37),
+)
+_PURPLE_GREEN = (
+    (118, 42, 131),
+    (153, 112, 171),
+    (194, 165, 207),
+    (231, 212, 232),
+    (247, 247, 247),
+    (217, 240, 211),
+    (166, 219, 160),
+    (90, 174, 97),
+    (27, 120, 55),
+)
 
 
-# Dark blue to yellow through green, nearly even in lightness: five colours of matplotlib's viridis.
-_COLOURS = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]], dtype=float)
+@dataclass(frozen=True, eq=False)
+class Ramp:
+    """A colour scale from `low` to `high`: evenly spaced colours (k, 3) between 0 and 1, and a label with the unit."""
+
+    label: str
+    low: float
+    high: float
+    stops: FloatArray
+
+    def colours(self, values: FloatArray) -> FloatArray:
+        """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""
+        span = self.high - self.low
+        t = np.clip((np.nan_to_num(values, nan=self.low) - self.low) / (span if span > 0 else 1), 0, 1)
+        places = np.linspace(0, 1, len(self.stops))
+        return np.column_stack([np.interp(t, places, self.stops[:, k]) for k in range(3)])
+
+
+def sequential(label: str, low: float, high: float) -> Ramp:
+    """Viridis, dark to light."""
+    return Ramp(label, low, high, np.array(_VIRIDIS) / 255)
+
+
+def diverging(label: str, reach: float) -> Ramp:
+    """Purple over white to green from `-reach` to `reach`.
+
+    >>> diverging("u", 2.0).colours(np.array([0.0])).round(2)
+    array([[0.97, 0.97, 0.97]])
+    """
+    return Ramp(label, -reach, reach, np.array(_PURPLE_GREEN) / 255)
+
+
+def round_up(value: float) -> float:
+    """The least of 1, 2, 5 times a power of ten that is not below `value`, for the end of a scale.
+
+    >>> round_up(3.2), round_up(0.2), round_up(7.0), round_up(float("nan"))
+    (5.0, 0.2, 10.0, 1.0)
+    """
+    if not (value > 0 and math.isfinite(value)):
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(next(k * power for k in (1, 2, 5, 10) if k * power >= value * (1 - 1e-9)))
 
 
 def colours(values: FloatArray) -> dict[str, NDArray[np.uint8]]:
-    """Colours for a scalar map, from its 1st to its 99th percentile.
+    """Vertex colours of a scalar map, on viridis from its 1st to its 99th percentile.
 
     Parameters
     ----------
@@ -32,10 +116,5 @@ def colours(values: FloatArray) -> dict[str, NDArray[np.uint8]]:
     """
     finite = values[np.isfinite(values)]
     low, high = np.percentile(finite, [1, 99]) if len(finite) else (0.0, 1.0)
-    place = np.nan_to_num((values - low) / (high - low if high > low else 1.0), posinf=1.0, neginf=0.0)
-    knots = np.linspace(0, 1, len(_COLOURS))
-    return {
-        name: np.interp(place, knots, _COLOURS[:, k]).astype(np.uint8)
-        for k, name in enumerate(("red", "green", "blue"))
-    }
-
+    rgb = np.rint(255 * sequential("", low, high).colours(values)).astype(np.uint8)
+    return dict(zip(("red", "green", "blue"), rgb.T, strict=True))

@@ -1,4 +1,4 @@
-"""Empty matplotlib figures, and pictures of maps on them."""
+"""Pictures of a surface and its maps on matplotlib axes."""
 
 from __future__ import annotations
 
@@ -9,112 +9,47 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ...errors import import_optional
+from ...draw.palette import FOLDED, SURFACE, diverging
 from ...verify.certificate import orientation_signs
-from .drawing import FOLDED, PLAIN, draw, painted, shading, view_of
+from .drawing import draw, shading, view_of
 from .surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def new_figure(rows: int, columns: int, title: str, size: float = 3.2) -> tuple[Any, Any]:
-    """A figure with a grid of axes.
-
-    Parameters
-    ----------
-    rows, columns : int
-        Of the grid.
-    title : str
-        Over all.
-    size : float
-        Width and height of a panel in inches.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Known to no window system.
-    (rows, columns) array of axes
-
-    Raises
-    ------
-    FileError
-        If matplotlib is not installed.
-    """
-    figure_module = import_optional("matplotlib.figure", "a figure", "plot")
-    figure = figure_module.Figure(figsize=(size * columns, size * rows + 0.4), layout="constrained", dpi=150)
-    figure.suptitle(title, fontsize=10)
-    return figure, figure.subplots(rows, columns, squeeze=False)
+def show_source(ax: Any, surface: Surface, x: FloatArray | None = None, *, title: str = "") -> None:
+    """The source, and in vermilion the faces that a map folds."""
+    _show(ax, surface, surface.v, _marked(surface, x), title)
 
 
-def show_source(ax: Any, surface: Surface, x: FloatArray | None = None) -> None:
-    """The source, and in vermilion what a map folds.
-
-    Parameters
-    ----------
-    ax : matplotlib axes
-        Where to.
-    surface : Surface
-        The source.
-    x : (n, 3) float64 array, optional
-        The map.
-    """
-    view = view_of(surface.v)
-    draw(ax, surface.v, surface.f, _marked(surface, x) * shading(surface.v, surface.f, view)[:, None], view)
+def show_map(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
+    """A map, lit like the source, whose shape it so shows, and in vermilion the faces that it folds."""
+    _show(ax, surface, x, _marked(surface, x), title)
 
 
-def show_sphere(ax: Any, surface: Surface, x: FloatArray) -> None:
-    """The map, lit as the source is, so that its shape can be made out; and in vermilion what it folds.
-
-    Parameters
-    ----------
-    ax : matplotlib axes
-        Where to.
-    surface : Surface
-        The source.
-    x : (n, 3) float64 array
-        The map.
-    """
-    view = view_of(surface.v)
-    draw(ax, x, surface.f, _marked(surface, x) * shading(surface.v, surface.f, view)[:, None], view)
-
-
-def show_function(ax: Any, surface: Surface, values: FloatArray, x: FloatArray | None = None) -> None:
-    """A function of the vertices in colours, on the source or on a map.
-
-    Parameters
-    ----------
-    ax : matplotlib axes
-        Where to.
-    surface : Surface
-        The source.
-    values : (n,) float64 array
-        The function; white is its median.
-    x : (n, 3) float64 array, optional
-        The map to draw it on.
-    """
-    view, where = view_of(surface.v), surface.v if x is None else x
-    values = values - np.median(values)
-    reach = float(np.percentile(np.abs(values), 99)) or 1.0
+def show_function(ax: Any, surface: Surface, values: FloatArray, *, title: str = "") -> None:
+    """A function of the vertices (n,) in colours on the source; white is its median, the title ends with the scale."""
+    middle = float(np.median(values))
+    values = values - middle
+    ramp = diverging("", float(np.percentile(np.abs(values), 99)) or 1.0)
+    title = f"{title}: {middle + ramp.low:.2g} (purple) to {middle + ramp.high:.2g} (green)"
     # Soft shades, for dark ones would be taken for strong colours.
-    colours = painted(values, surface.f, reach) * shading(where, surface.f, view, ambient=0.75)[:, None]
-    draw(ax, where, surface.f, colours, view)
+    _show(ax, surface, surface.v, ramp.colours(values[surface.f].mean(axis=1)), title, ambient=0.75)
+
+
+def _show(
+    ax: Any, surface: Surface, where: FloatArray, colours: FloatArray, title: str, ambient: float = 0.35
+) -> None:
+    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and seen as the source is."""
+    view = view_of(surface.v)
+    light = shading(surface.v, surface.f, view, ambient)
+    draw(ax, where, surface.f, colours * light[:, None], view)
+    ax.set_title(title, fontsize=8)
 
 
 def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None:
-    """The map around some of its faces, so close that folds show which are a millionth of the sphere.
-
-    Parameters
-    ----------
-    ax : matplotlib axes
-        Where to.
-    surface : Surface
-        The source.
-    x : (n, 3) float64 array
-        The map.
-    faces : (k,) int64 array
-        Faces to be in the middle.
-    """
+    """A map around some of its faces, so close that folds of a millionth of the sphere are visible."""
     corners = x[surface.f[faces]].reshape(-1, 3)
     middle = corners.mean(axis=0)
     middle /= np.linalg.norm(middle)
@@ -128,20 +63,7 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
 
 
 def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
-    """Folded faces, those that share a vertex together, the largest patch first.
-
-    Parameters
-    ----------
-    surface : Surface
-        The source.
-    x : (n, 3) float64 array
-        The map.
-
-    Returns
-    -------
-    list of (k,) int64 array
-        Face indices.
-    """
+    """Indices of folded faces, those that share a vertex together, the largest patch first."""
     folded = np.flatnonzero(orientation_signs(x, surface.f) <= 0)
     n, k = len(surface.v), len(folded)
     corners = surface.f[folded].ravel()
@@ -152,7 +74,8 @@ def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
 
 
 def _marked(surface: Surface, x: FloatArray | None) -> FloatArray:
-    colours = np.tile(PLAIN, (len(surface.f), 1))
+    """Face colours (m, 3) that mark folded faces."""
+    colours = np.tile(SURFACE, (len(surface.f), 1))
     if x is not None:
         colours[orientation_signs(x, surface.f) <= 0] = FOLDED
     return colours

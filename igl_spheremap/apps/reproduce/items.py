@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,28 +11,12 @@ from numpy.typing import NDArray
 from ...descent.iterate import Listener
 from ...errors import FileError, import_optional
 from ...io.replacing import replacing
-from .curves import figure_4
-from .pictures import figure_3, figure_5, figure_6, figure_9, figure_10
+from .figures import FIGURES
 from .runs import Runs
-from .surfaces import check_folder
-from .tables import table_1, table_2, table_3
-
-_TABLES: dict[str, Callable[[Runs, Path | None], Any]] = {
-    "table1": table_1,
-    "table2": table_2,
-    "table3": table_3,
-}
-_FIGURES: dict[str, Callable[[Runs, Path | None], Any]] = {
-    "fig3": figure_3,
-    "fig4": figure_4,
-    "fig5": figure_5,
-    "fig6": figure_6,
-    "fig9": figure_9,
-    "fig10": figure_10,
-}
+from .tables import TABLES
 
 #: Names of all tables and figures.
-ITEMS = (*_TABLES, *_FIGURES)
+ITEMS = (*TABLES, *FIGURES)
 
 
 def reproduce(
@@ -54,23 +37,29 @@ def reproduce(
     unknown = sorted(set(names) - set(ITEMS))
     if unknown:
         raise ValueError(f"nothing is called {', '.join(unknown)}: choose of {', '.join(ITEMS)}")
-    if set(names) & set(_FIGURES):
+    if set(names) & set(FIGURES):
         import_optional("matplotlib", "a figure", "plot")
-    check_folder(meshes)
+    if meshes is not None and not meshes.is_dir():
+        raise FileError(f"{meshes} is no folder of meshes")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"can't write {out}: {error.strerror or error}") from error
-    runs = Runs(out / "runs", max_iterations, report, listen)
+    runs = Runs(out / "runs", meshes, max_iterations, report, listen)
     written = []
     for name in names:
-        path = out / f"{name}.{'md' if name in _TABLES else 'png'}"
-        made = (_TABLES if name in _TABLES else _FIGURES)[name](runs, meshes)
-        with replacing(path, force=True) as partial:
-            if name in _TABLES:
-                partial.write_text(made, encoding="utf-8")
-            else:
-                made.savefig(partial, format="png")
-        report(f"wrote {path}")
-        written.append(path)
+        written.append(_write(name, out, runs))
+        report(f"wrote {written[-1]}")
     return written
+
+
+def _write(name: str, out: Path, runs: Runs) -> Path:
+    if name in TABLES:
+        path, page = out / f"{name}.md", TABLES[name].page(runs)
+        with replacing(path, force=True) as partial:
+            partial.write_text(page, encoding="utf-8")
+    else:
+        path, figure = out / f"{name}.png", FIGURES[name](runs)
+        with replacing(path, force=True) as partial:
+            figure.savefig(partial, format="png")
+    return path

@@ -13,42 +13,17 @@ _REACHED = 1e-6
 
 
 def mean_angle(surface: Surface, outcome: Outcome) -> float:
-    """Mean size of the angle differences of a run's result.
-
-    Parameters
-    ----------
-    surface : Surface
-        The source.
-    outcome : Outcome
-        The run.
-
-    Returns
-    -------
-    float
-        Degrees; NaN if there is no map.
-    """
+    """Mean size of the angle differences of a run's result in degrees; NaN if there is no map."""
     if outcome.foldings < 0:
         return float("nan")
     return float(np.abs(angle_differences(surface.v, surface.f, outcome.sphere)).mean())
 
 
 def to_common_energy(first: Outcome, second: Outcome) -> tuple[tuple[int, float], tuple[int, float]] | None:
-    """Iterations and seconds of both runs down to the lowest energy that both reach.
+    """Iterations and CPU seconds of both runs down to the lowest energy that both reach; None if one has no map.
 
     Their own stopping rules end them at different places: only this compares work for work.
 
-    Parameters
-    ----------
-    first, second : Outcome
-        Runs on one surface.
-
-    Returns
-    -------
-    ((int, float), (int, float)) or None
-        Iterations and CPU seconds of each; None if one of them has no map.
-
-    Examples
-    --------
     >>> def course(*energies):
     ...     e = np.array(energies, dtype=float)
     ...     return Outcome([], len(e), 0.0, e[-1], 0, "", e, np.arange(len(e)) / 10, e, e, e)

@@ -1,4 +1,4 @@
-"""What the paper's Tables 1 to 3 say."""
+"""The numbers of the paper's Tables 1 to 3."""
 
 from __future__ import annotations
 
@@ -7,22 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PaperRow:
-    """One row of a table of Lai et al.
+    """One row of a table of Lai et al.; None where the text has no number.
 
-    Attributes
-    ----------
-    surface : str
-        The paper's name for it.
-    vertices : int
-        Its number of vertices.
-    iterations : tuple of int
-        Of Algorithm 1; in Table 3 those of each step of Algorithm 2.
-    seconds : float or None
-        Of the proposed algorithm; None where the text at hand has no number.
-    their_iterations : int or None
-        Of the algorithm in [1].
-    their_seconds : float or None
-        Of the algorithm in [1].
+    In Table 3, `iterations` are those of each step of Algorithm 2. "Their" algorithm is that of [1], Gu and Yau.
     """
 
     surface: str
@@ -34,7 +21,7 @@ class PaperRow:
 
     @property
     def ratio(self) -> float | None:
-        """How many times as long the algorithm in [1] takes."""
+        """Seconds of the algorithm in [1] over those of the proposed one."""
         if self.seconds is None or self.their_seconds is None:
             return None
         return self.their_seconds / self.seconds

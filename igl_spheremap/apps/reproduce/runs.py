@@ -19,7 +19,7 @@ from ...errors import FactorisationFailed, FileError, MapError
 from ...io.replacing import replacing
 from ...maps.methods import Auto, GuYau, Lai2014, Method, Stereographic
 from ...maps.spherical_conformal_map import spherical_conformal_map
-from .surfaces import Surface
+from .surfaces import Surface, load_surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,32 +41,11 @@ _STARTS = ("gauss map", "star map")
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What came of a run.
+    """The outcome of a run.
 
-    Attributes
-    ----------
-    rounds : list of dict
-        The fields of each `Round`; its status by name.
-    iterations : int
-        In all.
-    seconds : float
-        CPU time of this process.
-    energy : float
-        Harmonic energy.
-    foldings : int
-        Faces flipped or degenerate; -1 if there is no map.
-    status : str
-        How it ended, by name, or the error's message.
-    energies : (k,) float64 array
-        Of every iterate of the minimisations.
-    clock : (k,) float64 array
-        CPU seconds at each.
-    of_round : (k,) int64 array
-        Round that each belongs to.
-    maps : (r, n, 3) float64 array
-        The last iterate of each round.
-    sphere : (n, 3) float64 array
-        The result.
+    `rounds` holds the fields of each `Round`, its status by name; `seconds` is CPU time; `foldings` is -1 where
+    there is no map, and `status` then the error's message. `energies` and `clock`, CPU seconds, are (k,) over all
+    iterates of minimisations, which belong to the rounds `of_round`. `maps` (r, n, 3) are the rounds' last iterates.
     """
 
     rounds: list[dict[str, Any]]
@@ -85,17 +64,24 @@ class Outcome:
 class Runs:
     """All runs, computed at first use and kept in a folder: a file for each mesh, method, cap and version.
 
-    `report` takes a line on each run, `listen` gives a listener for a run on a mesh with these faces.
+    `meshes` is a folder of real counterparts of the paper's surfaces. `report` takes a line on each run, `listen`
+    gives a listener for a run on a mesh with these faces.
     """
 
     def __init__(
         self,
         folder: Path,
+        meshes: Path | None = None,
         max_iterations: int | None = None,
         report: Callable[[str], None] = lambda line: None,
         listen: Callable[[IntArray], Listener | None] = lambda f: None,
     ) -> None:
-        self._folder, self._cap, self._report, self._listen = folder, max_iterations, report, listen
+        self._folder, self._meshes, self._cap = folder, meshes, max_iterations
+        self._report, self._listen = report, listen
+
+    def surface(self, name: str, sample: bool = False) -> Surface:
+        """The surface that stands for one of the paper's; a sample if asked, or where the meshes lack it."""
+        return load_surface(name, None if sample else self._meshes)
 
     def get(self, surface: Surface, name: str) -> Outcome:
         """The outcome of a method of `METHODS` on a surface; of a failed run, the status is the error's message."""

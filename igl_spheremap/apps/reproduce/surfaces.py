@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import samples
-from ...errors import FileError
 from ...io import read_mesh
 from ...mesh.check import check_mesh
 
@@ -22,21 +21,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Counterpart:
-    """How a surface of the paper can be stood for.
-
-    Attributes
-    ----------
-    file : str
-        Path in the folder of meshes; empty if only samples come close.
-    relation : str
-        How the file's surface relates to the paper's.
-    simplify_to : int
-        Vertices to which the file's mesh is simplified; 0 leaves it as it is.
-    sample : str
-        Shape that stands in without the folder.
-    sample_relation : str
-        How that relates to the paper's.
-    """
+    """What stands for a surface of the paper: a file of the folder, simplified to so many vertices, or a sample."""
 
     file: str
     relation: str
@@ -47,21 +32,7 @@ class Counterpart:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface, ready to map.
-
-    Attributes
-    ----------
-    name : str
-        The paper's name for what it stands for.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    source : str
-        File or sample that it is.
-    relation : str
-        How it relates to the paper's.
-    """
+    """A checked mesh under the paper's name, where it is from, and how it relates to the paper's."""
 
     name: str
     v: FloatArray
@@ -71,7 +42,7 @@ class Surface:
 
     @property
     def digest(self) -> str:
-        """A name for exactly this mesh."""
+        """A hash of the mesh."""
         return hashlib.sha256(self.v.tobytes() + self.f.tobytes()).hexdigest()[:16]
 
 
@@ -146,27 +117,8 @@ COUNTERPARTS = {
 
 
 def load_surface(name: str, folder: Path | None) -> Surface:
-    """The surface that stands for one of the paper's.
+    """The surface that stands for one of `COUNTERPARTS`: from the folder, from nilearn, or a sample.
 
-    Parameters
-    ----------
-    name : str
-        The paper's name, a key of `COUNTERPARTS`.
-    folder : Path, optional
-        Folder of meshes; without it, or where it lacks the file, fsaverage5 as nilearn ships it, or a sample.
-
-    Returns
-    -------
-    Surface
-        Checked.
-
-    Raises
-    ------
-    MeshError
-        If a file of the folder holds no closed genus-0 mesh.
-
-    Examples
-    --------
     >>> load_surface("Bird 1", None).source
     'sample:bird:n_vertices=890'
     """
@@ -207,24 +159,3 @@ def _nilearn_fsaverage() -> Path | None:
         if path.is_file():
             return path
     return None
-
-
-def check_folder(folder: Path | None) -> None:
-    """Say so if a folder of meshes was named that is not there.
-
-    Parameters
-    ----------
-    folder : Path, optional
-        The folder.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    FileError
-        If it is no folder.
-    """
-    if folder is not None and not folder.is_dir():
-        raise FileError(f"{folder} is no folder of meshes")

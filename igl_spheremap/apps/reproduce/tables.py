@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from .measures import mean_angle, to_common_energy
-from .paper import TABLE_1, TABLE_2, TABLE_3
+from .paper import TABLE_1, TABLE_2, TABLE_3, PaperRow
 from .runs import Outcome, Runs
-from .surfaces import Surface, load_surface
+from .surfaces import Surface
 
 _NOTE = """\
 Seconds are CPU time, everything included. "paper" columns are quoted from the paper, measured on its machine
@@ -20,170 +20,142 @@ that both reach. A dagger marks a run that met its cap of iterations.
 """
 
 
-def table_1(runs: Runs, folder: Path | None) -> str:
-    """Table 1: Algorithm 1 from the Gauss map.
+@dataclass(frozen=True)
+class Line:
+    """What a line of a table is made of: the paper's row, the surface that stands for its own, and the runs."""
 
-    Parameters
-    ----------
-    runs : Runs
-        Computes or recalls.
-    folder : Path, optional
-        Folder of meshes.
+    paper: PaperRow
+    surface: Surface
+    runs: Runs
 
-    Returns
-    -------
-    str
-        Markdown.
-    """
-    lines = []
-    for row in TABLE_1:
-        surface = load_surface(row.surface, folder)
-        ours, fast = runs.get(surface, "Algorithm 1"), runs.get(surface, "fast")
-        lines.append(
-            [
-                *_what(row.surface, row.vertices, surface),
-                f"{_iterations(ours)} ({row.iterations[0]})",
-                f"{_seconds(ours.seconds)} ({row.seconds})",
-                f"{ours.energy:.5f}",
-                f"{mean_angle(surface, ours):.2f}",
-                str(ours.foldings),
-                *_fast(surface, fast),
-            ]
-        )
-    head = [
-        "surface",
-        "what it is here",
-        "vertices (paper)",
-        "iterations (paper)",
-        "seconds (paper)",
-        "energy",
-        "mean angle difference",
-        "foldings",
-        "fast: seconds, foldings",
-        "fast: mean angle",
-    ]
-    return _page("Table 1. Algorithm 1 from the Gauss map", head, lines)
+    def outcome(self, method: str) -> Outcome:
+        """The run of a method on the surface."""
+        return self.runs.get(self.surface, method)
+
+    def both(self, method: str, figure: Callable[[Outcome], str]) -> str:
+        """A figure of a method, and that of Gu-Yau."""
+        return f"{figure(self.outcome(method))} / {figure(self.outcome('Gu-Yau'))}"
+
+    def angle(self, outcome: Outcome) -> str:
+        """Mean size of the angle differences."""
+        return f"{mean_angle(self.surface, outcome):.2f}"
 
 
-def table_2(runs: Runs, folder: Path | None) -> str:
-    """Table 2: Algorithm 1 and the algorithm of Gu and Yau.
+#: A title, and what stands under it.
+Column = tuple[str, Callable[[Line], str]]
 
-    Parameters
-    ----------
-    runs : Runs
-        Computes or recalls.
-    folder : Path, optional
-        Folder of meshes.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
-    lines = []
-    for row in TABLE_2:
-        surface = load_surface(row.surface, folder)
-        ours, theirs = runs.get(surface, "Algorithm 1"), runs.get(surface, "Gu-Yau")
-        fast = runs.get(surface, "fast")
-        lines.append(
-            [
-                *_what(row.surface, row.vertices, surface),
-                f"{_iterations(ours)} ({row.iterations[0]})",
-                f"{_seconds(ours.seconds)} ({row.seconds})",
-                f"{_iterations(theirs)} ({row.their_iterations})",
-                f"{_seconds(theirs.seconds)} ({row.their_seconds})",
-                f"{_ratio(theirs.seconds, ours.seconds)} ({_number(row.ratio)})",
-                _common(ours, theirs),
-                f"{ours.foldings} / {theirs.foldings}",
-                f"{mean_angle(surface, ours):.2f} / {mean_angle(surface, theirs):.2f}",
-                *_fast(surface, fast),
-            ]
-        )
-    head = [
-        "surface",
-        "what it is here",
-        "vertices (paper)",
-        "Algorithm 1: iterations (paper)",
-        "seconds (paper)",
-        "Gu-Yau: iterations (paper)",
-        "seconds (paper)",
-        "ratio of seconds (paper)",
-        "to one energy: iterations, seconds, ratio",
-        "foldings: Algorithm 1 / Gu-Yau",
-        "mean angle: Algorithm 1 / Gu-Yau",
-        "fast: seconds, foldings",
-        "fast: mean angle",
-    ]
-    return _page("Table 2. Algorithm 1 and the algorithm of Gu and Yau", head, lines)
+_SURFACE: tuple[Column, ...] = (
+    ("surface", lambda line: line.paper.surface),
+    ("what it is here", lambda line: f"{line.surface.source}: {line.surface.relation}"),
+    ("vertices (paper)", lambda line: f"{len(line.surface.v)} ({line.paper.vertices})"),
+)
+_FAST: tuple[Column, ...] = (
+    ("fast: seconds, foldings", lambda line: _verdict(line.outcome("fast"))),
+    ("fast: mean angle", lambda line: line.angle(line.outcome("fast"))),
+)
 
 
-def table_3(runs: Runs, folder: Path | None) -> str:
-    """Table 3: Algorithm 2, step by step, and the algorithm of Gu and Yau.
-
-    Parameters
-    ----------
-    runs : Runs
-        Computes or recalls.
-    folder : Path, optional
-        Folder of meshes.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
-    lines = []
-    for row in TABLE_3:
-        surface = load_surface(row.surface, folder)
-        ours, theirs = runs.get(surface, "Algorithm 2"), runs.get(surface, "Gu-Yau")
-        fast = runs.get(surface, "fast")
-        lines.append(
-            [
-                *_what(row.surface, row.vertices, surface),
-                f"{_steps(ours)} ({', '.join(map(str, row.iterations))})",
-                ", ".join(f"{entry['foldings_before']} -> {entry['foldings_after']}" for entry in ours.rounds),
-                f"{_seconds(ours.seconds)} ({_number(row.seconds)})",
-                f"{_iterations(theirs)} ({_number(row.their_iterations)})",
-                f"{_seconds(theirs.seconds)} ({_number(row.their_seconds)})",
-                f"{_ratio(theirs.seconds, ours.seconds)} ({_number(row.ratio)})",
-                f"{ours.foldings} / {theirs.foldings}",
-                f"{mean_angle(surface, ours):.2f} / {mean_angle(surface, theirs):.2f}",
-                *_fast(surface, fast),
-            ]
-        )
-    head = [
-        "surface",
-        "what it is here",
-        "vertices (paper)",
-        "Algorithm 2: iterations by step (paper)",
-        "foldings before -> after each step",
-        "seconds (paper)",
-        "Gu-Yau: iterations (paper)",
-        "seconds (paper)",
-        "ratio of seconds (paper)",
-        "foldings left: Algorithm 2 / Gu-Yau",
-        "mean angle: Algorithm 2 / Gu-Yau",
-        "fast: seconds, foldings",
-        "fast: mean angle",
-    ]
-    return _page("Table 3. Algorithm 2 and the algorithm of Gu and Yau", head, lines)
+def _iterations(name: str, method: str) -> Column:
+    return name, lambda line: f"{_steps(line.outcome(method))} ({', '.join(map(str, line.paper.iterations))})"
 
 
-def _page(title: str, head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    table = "\n".join(f"| {' | '.join(line)} |" for line in [head, ["---"] * len(head), *lines])
-    return f"# {title}\n\n{_NOTE}\n{table}\n"
+def _time(method: str) -> Column:
+    return "seconds (paper)", lambda line: f"{_seconds(line.outcome(method).seconds)} ({_number(line.paper.seconds)})"
 
 
-def _iterations(outcome: Outcome) -> str:
-    return f"{outcome.iterations}{_dagger(outcome.status)}"
+def _against_gu_yau(method: str) -> tuple[Column, ...]:
+    return (
+        (
+            "Gu-Yau: iterations (paper)",
+            lambda line: f"{_total(line.outcome('Gu-Yau'))} ({_number(line.paper.their_iterations)})",
+        ),
+        (
+            "seconds (paper)",
+            lambda line: f"{_seconds(line.outcome('Gu-Yau').seconds)} ({_number(line.paper.their_seconds)})",
+        ),
+        (
+            "ratio of seconds (paper)",
+            lambda line: f"{_ratio(line.outcome('Gu-Yau').seconds, line.outcome(method).seconds)} "
+            f"({_number(line.paper.ratio)})",
+        ),
+        (f"foldings: {method} / Gu-Yau", lambda line: line.both(method, lambda outcome: str(outcome.foldings))),
+        (f"mean angle: {method} / Gu-Yau", lambda line: line.both(method, line.angle)),
+    )
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the paper: its title, its rows, and the columns between the surface's and the fast method's."""
+
+    title: str
+    rows: Sequence[PaperRow]
+    columns: Sequence[Column]
+
+    def page(self, runs: Runs) -> str:
+        """The table as Markdown."""
+        columns = (*_SURFACE, *self.columns, *_FAST)
+        lines = [Line(row, runs.surface(row.surface), runs) for row in self.rows]
+        cells = [[cell(line) for _, cell in columns] for line in lines]
+        head = [name for name, _ in columns]
+        table = "\n".join(f"| {' | '.join(each)} |" for each in [head, ["---"] * len(head), *cells])
+        return f"# {self.title}\n\n{_NOTE}\n{table}\n"
+
+
+#: The tables by the names of their pages.
+TABLES = {
+    "table1": Table(
+        "Table 1. Algorithm 1 from the Gauss map",
+        TABLE_1,
+        (
+            _iterations("iterations (paper)", "Algorithm 1"),
+            _time("Algorithm 1"),
+            ("energy", lambda line: f"{line.outcome('Algorithm 1').energy:.5f}"),
+            ("mean angle difference", lambda line: line.angle(line.outcome("Algorithm 1"))),
+            ("foldings", lambda line: str(line.outcome("Algorithm 1").foldings)),
+        ),
+    ),
+    "table2": Table(
+        "Table 2. Algorithm 1 and the algorithm of Gu and Yau",
+        TABLE_2,
+        (
+            _iterations("Algorithm 1: iterations (paper)", "Algorithm 1"),
+            _time("Algorithm 1"),
+            *_against_gu_yau("Algorithm 1"),
+            (
+                "to one energy: iterations, seconds, ratio",
+                lambda line: _common(line.outcome("Algorithm 1"), line.outcome("Gu-Yau")),
+            ),
+        ),
+    ),
+    "table3": Table(
+        "Table 3. Algorithm 2 and the algorithm of Gu and Yau",
+        TABLE_3,
+        (
+            _iterations("Algorithm 2: iterations by step (paper)", "Algorithm 2"),
+            ("foldings before -> after each step", lambda line: _course(line.outcome("Algorithm 2"))),
+            _time("Algorithm 2"),
+            *_against_gu_yau("Algorithm 2"),
+        ),
+    ),
+}
 
 
 def _steps(outcome: Outcome) -> str:
-    return ", ".join(f"{entry['iterations']}{_dagger(entry['status'])}" for entry in outcome.rounds)
+    """Iterations of each round, or of a run without rounds."""
+    rounds = outcome.rounds or [{"iterations": outcome.iterations, "status": outcome.status}]
+    return ", ".join(f"{entry['iterations']}{_dagger(entry['status'])}" for entry in rounds)
+
+
+def _total(outcome: Outcome) -> str:
+    return f"{outcome.iterations}{_dagger(outcome.status)}"
 
 
 def _dagger(status: str) -> str:
     return "†" if status == "MAX_ITERATIONS" else ""
+
+
+def _course(outcome: Outcome) -> str:
+    return ", ".join(f"{entry['foldings_before']} -> {entry['foldings_after']}" for entry in outcome.rounds)
 
 
 def _common(ours: Outcome, theirs: Outcome) -> str:
@@ -194,15 +166,8 @@ def _common(ours: Outcome, theirs: Outcome) -> str:
     return f"{a} / {b}, {_seconds(s)} / {_seconds(t)}, {_ratio(t, s)}"
 
 
-def _what(name: str, vertices: int, surface: Surface) -> list[str]:
-    """The first cells of a line: the paper's surface, what stands for it, and the vertices of both."""
-    return [name, f"{surface.source}: {surface.relation}", f"{len(surface.v)} ({vertices})"]
-
-
-def _fast(surface: Surface, outcome: Outcome) -> list[str]:
-    """The last cells of a line: what the fast method makes of the surface."""
-    told = outcome.status if outcome.foldings < 0 else f"{_seconds(outcome.seconds)}, {outcome.foldings}"
-    return [told, f"{mean_angle(surface, outcome):.2f}"]
+def _verdict(outcome: Outcome) -> str:
+    return outcome.status if outcome.foldings < 0 else f"{_seconds(outcome.seconds)}, {outcome.foldings}"
 
 
 def _seconds(seconds: float) -> str:
