@@ -55,12 +55,12 @@ class DisplayError(RuntimeError):
     """Nothing can be drawn here; the message is one line that says what is missing."""
 
 
-def import_optional(module: str, user: str, extra: str) -> Any:
-    """Import a module of an extra; if it is not installed, raise a FileError that says how to install it."""
+def import_optional(module: str, user: str, extra: str = "") -> Any:
+    """Import a module that `user` needs; if it is not installed, raise a FileError that says how to install it."""
     try:
         return import_module(module)
     except ImportError:
         name = module.partition(".")[0]
         package = _PACKAGES.get(name, name)
-        raise FileError(f"{user} needs {package}, which is not installed: pip install {package} "
-                        f"(the extra {extra!r} of igl_spheremap includes it)") from None
+        hint = f" (the extra {extra!r} of igl_spheremap includes it)" if extra else ""
+        raise FileError(f"{user} needs {package}, which is not installed: pip install {package}{hint}") from None

@@ -3,6 +3,7 @@
 from .coefficients import read_coefficients, write_coefficients
 from .files import read_mesh, read_sphere, write_mesh
 from .formats import FORMATS, format_of
+from .marks import make_mark, read_mark
 from .picture import write_picture
 from .records import Format, LoadedMesh
 from .replacing import check_writable
@@ -18,8 +19,10 @@ __all__ = [
     "certify_radius",
     "check_writable",
     "format_of",
+    "make_mark",
     "read_coefficients",
     "read_map",
+    "read_mark",
     "read_mesh",
     "read_scalars",
     "read_sphere",

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from ..errors import FileError, MeshError
 from ..shapes.harmonics.basis import degree_of
 from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
+from ..shapes.values import check_values
 from . import npz
+from .reading import reading
 from .replacing import replacing
 
 FloatArray = NDArray[np.float64]
@@ -87,18 +89,14 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     MeshError
         If it is damaged.
     """
-    try:
+    path = Path(path)
+    with reading(path):
         if _kind(path) == ".coef":
-            return SphericalHarmonics(_from_pdm(_parse(Path(path).read_text(encoding="ascii"))))
-        with np.load(path, allow_pickle=False) as archive:
-            source = Expanded(*(archive[name] for name in ("x", "values", "areas"))) if "x" in archive else None
-            return SphericalHarmonics(archive["coefficients"], source)
-    except FileError:
-        raise
-    except OSError as error:
-        raise FileError(f"can't read {path}: {error.strerror or error}") from error
-    except (ValueError, KeyError) as error:
-        raise MeshError(f"{path}: damaged, or no coefficients ({error}); write it anew") from error
+            return SphericalHarmonics(_from_pdm(_parse(path.read_text(encoding="ascii"))))
+        arrays = npz.read_arrays(path)
+        c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
+        source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
+        return SphericalHarmonics(c, source)
 
 
 def _kind(path: PathLike) -> str:

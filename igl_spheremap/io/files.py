@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FileError, MeshError
-from ..mesh.check import check_rows
+from ..mesh.check import check_rows, check_triangles
 from . import npz
 from .formats import format_of
-from .records import LoadedMesh, Metadata, RawMesh
+from .reading import reading
+from .records import LoadedMesh, Metadata
 from .replacing import replacing
 
 PathLike = str | os.PathLike[str]
 
 
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
-    """Read a triangle mesh; the end of the file's name, or else its first bytes, tell the format.
+    """Read a triangle mesh; the end of the file's name, or else its first bytes, decide the format.
 
     Parameters
     ----------
@@ -36,9 +36,10 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Raises
     ------
     FileError
-        If the file can't be opened, its format is unknown, or the package that reads it is not installed.
+        If the file can't be opened or is no regular file, its format is unknown, or the package that reads it is not
+        installed.
     MeshError
-        If it is damaged, empty or no triangle mesh.
+        If it is damaged, empty or no triangle mesh, or would expand to far more memory than its size.
 
     Examples
     --------
@@ -52,13 +53,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     >>> np.array_equal(v, w), np.array_equal(f, g)
     (True, True)
     """
-    raw = _read_raw(Path(path))
-    try:
-        return LoadedMesh(
-            raw.v, raw.faces.triangles(triangulate), raw.metadata, int(np.count_nonzero(raw.faces.sizes > 3))
-        )
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
+    return _read(Path(path), triangulate=triangulate)
 
 
 def read_sphere(path: PathLike) -> LoadedMesh:
@@ -79,21 +74,25 @@ def read_sphere(path: PathLike) -> LoadedMesh:
     FileError, MeshError
         As from `read_mesh`.
     """
-    mesh = read_mesh(path)
-    if format_of(path) is npz.FORMAT:
-        with np.load(path, allow_pickle=False) as archive:
-            if "sphere" in archive:
-                return LoadedMesh(archive["sphere"], mesh.f, mesh.metadata)
-    return mesh
+    return _read(Path(path), "sphere")
+
+
+def _read(path: Path, *names: str, triangulate: bool = False) -> LoadedMesh:
+    """The mesh of a file; of an archive the positions by the first of these names that it holds."""
+    with reading(path):
+        kind = format_of(path)
+        raw = npz.read(path, *names) if kind is npz.FORMAT else kind.read(path)
+        v, f = check_rows(raw.v, name="vertices"), raw.faces.triangles(triangulate)
+        return LoadedMesh(v, f, raw.metadata, int(np.count_nonzero(raw.faces.sizes > 3)))
 
 
 def write_mesh(
     path: PathLike, v: ArrayLike, f: ArrayLike, *, force: bool = False, metadata: Metadata | None = None
 ) -> None:
-    """Write a triangle mesh; the end of the file's name tells the format.
+    """Write a triangle mesh; the end of the file's name decides the format.
 
     The file is written under a temporary name and renamed. OBJ, OFF, PLY and NPZ are exact; STL, glTF, GIFTI
-    and FreeSurfer files hold float32.
+    and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
 
     Parameters
     ----------
@@ -108,10 +107,6 @@ def write_mesh(
     metadata : dict, optional
         As `read_mesh` gave it; nothing by default.
 
-    Returns
-    -------
-    None
-
     Raises
     ------
     FileError
@@ -119,33 +114,7 @@ def write_mesh(
     MeshError
         If the arrays are not of that shape.
     """
-    x = check_rows(v, name="vertices")
-    faces = np.ascontiguousarray(np.asarray(f, dtype=np.int64).reshape(-1, 3))
+    x, faces = check_rows(v, name="vertices"), check_triangles(f)
     kind = format_of(path)
     with replacing(path, force) as partial:
         kind.write(partial, x, faces, metadata or {})
-
-
-def _read_raw(path: Path) -> RawMesh:
-    """The file's content, with every way in which a reader may fail turned into one line."""
-    try:
-        if path.is_dir():
-            raise FileError(f"can't read {path}: it is a directory")
-        if path.stat().st_size == 0 and path.is_file():
-            raise MeshError("the file is empty (0 bytes); give a closed triangle mesh")
-        return format_of(path).read(path)
-    except FileError:
-        raise
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
-    except OSError as error:
-        if error.strerror is None:  # a parser's complaint, not the system's
-            raise _damaged(path, error) from error
-        raise FileError(f"can't read {path}: {error.strerror}") from error
-    except Exception as error:  # third-party parsers raise anything on damaged files
-        raise _damaged(path, error) from error
-
-
-def _damaged(path: Path, error: Exception) -> MeshError:
-    reason = " ".join(str(error).split())[:120] or type(error).__name__
-    return MeshError(f"{path}: damaged, or no {format_of(path).name} file ({reason}); write it anew")

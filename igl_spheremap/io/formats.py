@@ -18,21 +18,6 @@ FORMATS: tuple[Format, ...] = tuple(
 def format_of(path: str | os.PathLike[str]) -> Format:
     """The format that a file's name stands for, or where the name says nothing, its first bytes.
 
-    Parameters
-    ----------
-    path : str or path-like
-        An existing file, or a new one.
-
-    Returns
-    -------
-    Format
-        A row of the table.
-
-    Raises
-    ------
-    FileError
-        If neither tells; the message lists the formats.
-
     Examples
     --------
     >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.pial").name, format_of("lh.pial.surf.gii").name

@@ -2,113 +2,73 @@
 
 from __future__ import annotations
 
-import warnings
+import errno
+import os
+import struct
 from pathlib import Path
+from typing import Any, BinaryIO
 
-import numpy as np
+from numpy.typing import NDArray
 
-from ..errors import import_optional
+from ..errors import MeshError, import_optional
 from .polygons import of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
-#: Kinds of surfaces, as FreeSurfer names them: lh.pial, rh.white, ...
-_KINDS = (
-    "pial",
-    "white",
-    "sphere",
-    "inflated",
-    "smoothwm",
-    "orig",
-    "midthickness",
-    "graymid",
-    "qsphere",
-    "reg",
-    "surf",
-)
+_TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
+#: Kinds of surfaces: FreeSurfer's own, and the last two of this package, which never take the name of one of those.
+_KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg",
+          "surf", "conformal", "balanced")
 
 
 def read(path: Path) -> RawMesh:
-    """Read a FreeSurfer surface, with the geometry of its volume.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions in surface coordinates, and faces.
-
-    Raises
-    ------
-    FileError
-        If nibabel is not installed.
-    """
+    """A surface in its own coordinates, with the geometry of its volume."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # files without the volume's geometry are in order
-        v, f, volume = freesurfer.read_geometry(path, read_metadata=True)
-    metadata = {"volume": dict(volume)} if volume and "volume" in volume else {}
-    return RawMesh(np.array(v, dtype=np.float64), of_triangles(f), metadata)
+    with path.open("rb") as file:
+        if file.read(3) == _TRIANGLES:
+            file.readline()
+            file.readline()
+            _check_size(file, 12, *struct.unpack(">ii", file.read(8)))
+    v, f, volume = freesurfer.read_geometry(path, read_metadata=True)
+    return RawMesh(v, of_triangles(f), {"volume": dict(volume)} if volume and "volume" in volume else {})
+
+
+def _check_size(file: BinaryIO, size: int, *announced: int) -> None:
+    """Refuse counts of rows that a file can't hold: nibabel takes memory for as many as are announced."""
+    rest = os.fstat(file.fileno()).st_size - file.tell()
+    if min(announced) < 0 or size * sum(announced) > rest:
+        raise MeshError(f"damaged: {rest} bytes follow where {' and '.join(map(str, announced))} rows are announced; "
+                        "the file seems cut off, write it anew")
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write a FreeSurfer surface in float32.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        ``volume`` is kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write a surface in float32, with the mark as its comment; ``volume`` is kept."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
-    freesurfer.write_geometry(
-        path, v, f, create_stamp="created by igl_spheremap", volume_info=metadata.get("volume")
-    )
+    comment = metadata.get("mark", "created by igl_spheremap")
+    freesurfer.write_geometry(path, v, f, create_stamp=comment, volume_info=metadata.get("volume"))
+    _check_whole(path, 13 + len(comment) + 12 * (len(v) + len(f)))
 
 
-def read_scalars(path: Path) -> dict[str, FloatArray]:
+def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """A curvature file's map, by the end of the file's name."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
-    return {path.name.rpartition(".")[2]: np.array(freesurfer.read_morph_data(path), dtype=np.float64)}
+    with path.open("rb") as file:
+        if file.read(3) == _QUADS:  # as files of quads begin
+            _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
+    return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
-    """Write one scalar map as FreeSurfer's curvature files are, in float32.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    maps : dict of one (n,) float64 array
-        Values at the vertices.
-    metadata : dict
-        Nothing of it can be kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write one scalar map as FreeSurfer's curvature files are, in float32; no metadata can be kept."""
     (values,) = maps.values()
     import_optional("nibabel.freesurfer", "FreeSurfer data", "io").write_morph_data(path, values)
+    _check_whole(path, 15 + 4 * len(values))
 
 
-FORMAT = Format(
-    "FreeSurfer",
-    tuple(f".{kind}" for kind in _KINDS),
-    read,
-    write,
-    magic=(b"\xff\xff\xfe", b"\xff\xff\xff"),
-    radius=100.0,
-    single=True,
-)
+def _check_whole(path: Path, size: int) -> None:
+    """numpy.ndarray.tofile, which nibabel writes by, reports no full disk where its buffer took the last rows."""
+    if path.stat().st_size < size:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+FORMAT = Format("FreeSurfer", tuple(f".{kind}" for kind in _KINDS), read, write, magic=(_TRIANGLES, _QUADS),
+                radius=100.0, single=True)

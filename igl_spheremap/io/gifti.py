@@ -2,43 +2,30 @@
 
 from __future__ import annotations
 
+import binascii
 import gzip
+import zlib
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
 from .polygons import of_triangles
+from .reading import check_expansion, expansion_limit
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
+_MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
 
 
 def read(path: Path) -> RawMesh:
-    """Read a GIFTI surface, with its structure and coordinate system.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions as stored, in their own coordinate system, and faces.
-
-    Raises
-    ------
-    MeshError
-        If it holds no surface.
-    FileError
-        If nibabel is not installed.
-    """
-    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    content = path.read_bytes()
-    image = gifti.GiftiImage.from_bytes(gzip.decompress(content) if content.startswith(_GZIP) else content)
+    """A surface as stored, with its structure and coordinate system."""
+    image = _load(path)
     points = image.get_arrays_from_intent("NIFTI_INTENT_POINTSET")
     triangles = image.get_arrays_from_intent("NIFTI_INTENT_TRIANGLE")
     if not points or not triangles:
@@ -52,91 +39,65 @@ def read(path: Path) -> RawMesh:
         metadata["structure"] = structure
     if points[0].coordsys is not None:
         metadata["coordinate_system"] = points[0].coordsys
-    return RawMesh(np.array(points[0].data, dtype=np.float64), of_triangles(triangles[0].data), metadata)
+    return RawMesh(points[0].data, of_triangles(triangles[0].data), metadata)
+
+
+def _load(path: Path) -> Any:
+    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
+    content = path.read_bytes()
+    stored = len(content)
+    if content.startswith(_GZIP):
+        with gzip.open(BytesIO(content)) as file:
+            content = file.read(expansion_limit(stored) + 1)
+        check_expansion(len(content), stored)
+    _check_blocks(content, stored)
+    return gifti.GiftiImage.from_bytes(content)
+
+
+def _check_blocks(content: bytes, stored: int) -> None:
+    """nibabel expands each block of data, and counts its dimensions, to whatever they come to."""
+    expanded = 0
+    for element in ElementTree.fromstring(content).iter():
+        if len(element.get("Dimensionality", "1")) > 1:
+            raise MeshError("damaged: an array of more than 9 dimensions; write the file anew")
+        try:
+            block = binascii.a2b_base64(element.text or "")
+            expanded += len(zlib.decompressobj().decompress(block, expansion_limit(stored) + 1))
+        except (ValueError, zlib.error):  # text, or not compressed
+            continue
+        check_expansion(expanded, stored)
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write a GIFTI surface in float32.
+    """Write a surface in float32; ``structure``, ``coordinate_system`` and the mark are kept.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        ``structure`` and ``coordinate_system`` are kept; ``geometric_type`` (``"Spherical"``) is stated.
-
-    Returns
-    -------
-    None
+    ``geometric_type`` is "Anatomical" if none is given.
     """
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     meta = _meta(gifti, metadata, GeometricType=metadata.get("geometric_type", "Anatomical"))
-    arrays = [
-        gifti.GiftiDataArray(
-            v.astype(np.float32),
-            "NIFTI_INTENT_POINTSET",
-            "NIFTI_TYPE_FLOAT32",
-            meta=meta,
-            coordsys=metadata.get("coordinate_system"),
-        ),
-        gifti.GiftiDataArray(
-            f.astype(np.int32),
-            "NIFTI_INTENT_TRIANGLE",
-            "NIFTI_TYPE_INT32",
-            meta=gifti.GiftiMetaData(TopologicalType="Closed"),
-        ),
-    ]
-    _save(gifti, path, arrays, metadata)
+    points = gifti.GiftiDataArray(v.astype(np.float32), "NIFTI_INTENT_POINTSET", "NIFTI_TYPE_FLOAT32", meta=meta,
+                                  coordsys=metadata.get("coordinate_system"))
+    triangles = gifti.GiftiDataArray(f.astype(np.int32), "NIFTI_INTENT_TRIANGLE", "NIFTI_TYPE_INT32",
+                                     meta=gifti.GiftiMetaData(TopologicalType="Closed"))
+    _save(gifti, path, [points, triangles], metadata)
 
 
-def read_scalars(path: Path) -> dict[str, FloatArray]:
-    """The data arrays that hold one number a vertex, by their names, or else their places."""
-    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    content = path.read_bytes()
-    image = gifti.GiftiImage.from_bytes(gzip.decompress(content) if content.startswith(_GZIP) else content)
-    return {
-        dict(array.meta).get("Name") or str(k): np.array(array.data, dtype=np.float64)
-        for k, array in enumerate(image.darrays)
-        if array.data.ndim == 1
-    }
+def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+    """The data arrays by their names, or else their places."""
+    return {dict(array.meta).get("Name") or str(k): array.data for k, array in enumerate(_load(path).darrays)}
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
-    """Write scalar maps, one data array each, in float32.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    maps : dict of (n,) float64 arrays
-        Values at the vertices, by name.
-    metadata : dict
-        ``structure`` is kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write scalar maps, one data array each, in float32; ``structure`` is kept."""
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    arrays = [
-        gifti.GiftiDataArray(
-            values.astype(np.float32),
-            "NIFTI_INTENT_SHAPE",
-            "NIFTI_TYPE_FLOAT32",
-            meta=gifti.GiftiMetaData(Name=name),
-        )
-        for name, values in maps.items()
-    ]
+    arrays = [gifti.GiftiDataArray(values.astype(np.float32), "NIFTI_INTENT_SHAPE", "NIFTI_TYPE_FLOAT32",
+                                   meta=gifti.GiftiMetaData(Name=name)) for name, values in maps.items()]
     _save(gifti, path, arrays, metadata)
 
 
 def _save(gifti: Any, path: Path, arrays: list[Any], metadata: Metadata) -> None:
-    image = gifti.GiftiImage(meta=_meta(gifti, metadata), darrays=arrays)
-    content = image.to_xml()
+    mark = {_MARK: metadata["mark"]} if "mark" in metadata else {}
+    content = gifti.GiftiImage(meta=_meta(gifti, metadata, **mark), darrays=arrays).to_xml()
     path.write_bytes(gzip.compress(content, mtime=0) if path.suffix.lower() == ".gz" else content)
 
 

@@ -2,76 +2,72 @@
 
 from __future__ import annotations
 
+import json
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import MeshError, import_optional
 from .polygons import of_triangles
+from .reading import check_expansion, check_regular
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+
+_MAGIC = b"glTF"
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
 def read(path: Path) -> RawMesh:
-    """Read all meshes of a glTF scene as one, in the scene's coordinates.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions as stored: files with texture coordinates hold the vertices along seams twice.
-
-    Raises
-    ------
-    MeshError
-        If it holds no triangles.
-    FileError
-        If trimesh is not installed.
-    """
+    """All meshes of a scene as one, in the scene's coordinates; seams of textures hold their vertices twice."""
     trimesh = import_optional("trimesh", "glTF", "io")
-    scene = trimesh.load_scene(path, process=False)
+    data = path.read_bytes()
+    binary = data.startswith(_MAGIC)
+    _check_tree(json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data), path, len(data))
+    scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False, skip_materials=True,
+                               resolver=trimesh.resolvers.FilePathResolver(str(path)))
     meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
     if not meshes:
         raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
     offset = np.cumsum([0] + [len(part.vertices) for part in meshes])
-    v = np.concatenate([np.asarray(part.vertices, dtype=np.float64) for part in meshes])
-    f = np.concatenate(
-        [
-            np.asarray(part.faces, dtype=np.int64) + start
-            for part, start in zip(meshes, offset[:-1], strict=True)
-        ]
-    )
+    v = np.concatenate([part.vertices for part in meshes])
+    f = np.concatenate([part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)])
     return RawMesh(v, of_triangles(f))
 
 
+def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:
+    """Refuse scenes that ask for far more memory or time than their files are large."""
+    for buffer in tree.get("buffers", []):
+        if not buffer.get("uri", "data:").startswith("data:"):
+            check_regular(path.parent / buffer["uri"])
+            stored += (path.parent / buffer["uri"]).stat().st_size
+    sizes = [8 * abs(entry["count"]) * _WIDTHS[entry["type"]] for entry in tree.get("accessors", [])]
+    views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
+    nodes = tree.get("nodes", [])
+    parts = [part for node in nodes if "mesh" in node for part in tree["meshes"][node["mesh"]]["primitives"]]
+    drawn = [sizes[k] for part in parts for k in (part["attributes"]["POSITION"], part.get("indices", 0))]
+    check_expansion(sum(sizes) + sum(views) + sum(drawn), stored)
+    level = set(range(len(nodes)))
+    for _ in range(_DEEPEST):
+        level = {child for k in level for child in nodes[k].get("children", [])}
+    if level:
+        raise MeshError(f"its nodes lie more than {_DEEPEST} deep, or in a circle; write the mesh as one node")
+
+
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write one mesh in float32.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its suffix tells which of the two kinds.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        Nothing of it can be kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write one mesh in float32, with the mark as the generator; the suffix decides which of the two kinds."""
     trimesh = import_optional("trimesh", "glTF", "io")
     scene = trimesh.Scene(trimesh.Trimesh(v, f, process=False, validate=False))
+
+    def sign(tree: dict[str, Any]) -> None:
+        tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])
+
     if path.suffix.lower() == ".glb":
-        path.write_bytes(trimesh.exchange.gltf.export_glb(scene))
+        path.write_bytes(trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=sign))
     else:
-        files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True)
+        files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True, tree_postprocessor=sign)
         path.write_bytes(files["model.gltf"])
 
 
-FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(b"glTF",), single=True)
+FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(_MAGIC,), single=True)

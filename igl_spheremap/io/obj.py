@@ -17,23 +17,7 @@ from .text import indices, numbers, read_rows, write_rows
 
 
 def read(path: Path) -> RawMesh:
-    """Read an OBJ file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions and faces, 0-based.
-
-    Raises
-    ------
-    MeshError
-        If a vertex or face can't be made sense of.
-    """
+    """The positions and faces of an OBJ file."""
     data = path.read_bytes()
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
@@ -47,24 +31,10 @@ def read(path: Path) -> RawMesh:
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write an OBJ file with all digits.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        Nothing of it can be kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write all digits, and the mark as a comment."""
     with path.open("wb") as file:
+        if "mark" in metadata:
+            file.write(f"# {metadata['mark']}\n".encode())
         write_rows(file, "v %r %r %r\n", v)
         write_rows(file, "f %r %r %r\n", f + 1)
 

@@ -12,23 +12,7 @@ _NAMES = (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"
 
 
 def read(path: Path) -> RawMesh:
-    """Read an OFF file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions and faces.
-
-    Raises
-    ------
-    MeshError
-        If it is no OFF file, or ends early, or a row can't be made sense of.
-    """
+    """The positions and faces of an OFF file."""
     data = path.read_bytes()
     n, m, body = _header(data)
     rows = read_rows(data[body:])
@@ -58,25 +42,12 @@ def _header(data: bytes) -> tuple[int, int, int]:
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write an OFF file with all digits.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        Nothing of it can be kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write all digits, and the mark as a comment."""
     with path.open("wb") as file:
-        file.write(f"OFF\n{len(v)} {len(f)} 0\n".encode())
+        file.write(b"OFF\n")
+        if "mark" in metadata:
+            file.write(f"# {metadata['mark']}\n".encode())
+        file.write(f"{len(v)} {len(f)} 0\n".encode())
         write_rows(file, "%r %r %r\n", v)
         write_rows(file, "3 %r %r %r\n", f)
 

@@ -1,213 +1,102 @@
-"""PLY, text and binary of either byte order; written as binary doubles, which are exact.
+"""PLY, text and binary of either byte order, by plyfile; written as binary doubles, which are exact.
 
-libigl's reader aborts the process on polygons in a text file, returns memory that it never filled for a file
-that is cut off, and hangs on a large vertex count: here sizes are checked against the file before it is read.
+plyfile handles one line at a time, in Python. So numbers in text are read as those of OFF files are, where nothing but
+lists behind the corners is to be left out, and the writer takes from plyfile only the header.
 """
 
 from __future__ import annotations
 
+import re
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..errors import MeshError
-from .ply_header import Element, Header, parse_header
-from .polygons import Polygons
+from ..errors import MeshError, import_optional
+from .polygons import Polygons, of_triangles
 from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 from .text import counted_indices, numbers, read_rows
 
+_HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)
+_COUNT = re.compile(rb"^(element[ \t]+\S+)[ \t]+(-?\d+)$", re.MULTILINE)
+_LONGEST = 1 << 16  # bytes of a header, which plyfile reads one by one
 _CORNERS = ("vertex_indices", "vertex_index")
 
 
 def read(path: Path) -> RawMesh:
-    """Read a PLY file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions and faces.
-
-    Raises
-    ------
-    MeshError
-        If the header makes no sense or the file ends early.
-    """
+    """The positions and faces of a PLY file, whatever else it holds."""
+    plyfile = import_optional("plyfile", "PLY")
     data = path.read_bytes()
-    header = parse_header(data)
-    vertex, face = _element(header, "vertex"), _element(header, "face")
-    names = [p.name for p in vertex.properties]
-    if not {"x", "y", "z"} <= set(names):
+    found = _HEADER.match(data[:_LONGEST])
+    if found is None:
+        raise MeshError("damaged: no PLY header; check that the file is what its name says")
+    header = b"\n".join(line.strip() for line in found[0].split(found[1])).decode("ascii", "ignore").encode()
+    layout = plyfile.PlyData.read(BytesIO(_COUNT.sub(rb"\1 0", header)))  # elements without rows
+    sizes = [int(size) for _, size in _COUNT.findall(header)]
+    for element, size in zip(layout, sizes, strict=True):
+        if not 0 <= size * max(1, len(element.properties)) <= len(data) - found.end():  # a byte for each at least
+            raise MeshError(f"damaged: {len(data) - found.end()} bytes follow where {size} rows of {element.name} are "
+                            "announced; the file seems cut off, write it anew")
+    corners = _corners(layout)
+    lists = {element.name: [p.name for p in element.properties if hasattr(p, "list_dtype")] for element in layout}
+    if layout.text and not lists["vertex"] and lists["face"][0] == corners:
+        return _read_text(data[found.end() :], layout, sizes, corners)
+    source = str(path) if header == found[0] else BytesIO(header + data[found.end() :])
+    try:
+        body = plyfile.PlyData.read(source, known_list_len={"face": {corners: 3}})
+    except plyfile.PlyElementParseError:  # polygons, or damage
+        body = plyfile.PlyData.read(source)
+    v, faces = np.column_stack([body["vertex"][axis] for axis in "xyz"]), body["face"][corners]
+    if faces.dtype != object or not len(faces):
+        return RawMesh(v, of_triangles(faces))
+    return RawMesh(v, Polygons(np.concatenate(faces).astype(np.int64), np.array([len(face) for face in faces])))
+
+
+def _corners(layout: Any) -> str:
+    """The name of the list that holds the corners of faces; files without one, or without positions, are refused."""
+    for name in ("vertex", "face"):
+        if name not in layout:
+            raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a "
+                            "closed triangle mesh")
+    if not all(axis in layout["vertex"] for axis in "xyz"):
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
-    if not any(p.count is not None and p.name in _CORNERS for p in face.properties):
-        raise MeshError(
-            f"damaged: the PLY header announces no list {_CORNERS[0]} for faces; write the file anew"
-        )
-    return _read_ascii(data, header) if header.ascii else _read_binary(data, header)
+    for name in _CORNERS:
+        if name in layout["face"]:
+            corners = layout["face"].ply_property(name)
+            if hasattr(corners, "list_dtype") and "f" not in corners.val_dtype:
+                return name
+    raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file anew")
 
 
-def _element(header: Header, name: str) -> Element:
-    for element in header.elements:
-        if element.name == name:
-            return element
-    raise MeshError(
-        f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
-        "triangle mesh"
-    )
-
-
-def _read_ascii(data: bytes, header: Header) -> RawMesh:
-    rows = read_rows(data[header.end :])
-    announced = sum(element.size for element in header.elements)
-    if len(rows) < announced:
-        raise _cut_off(f"{len(rows)} lines follow where {announced} are announced")
-    v, faces, at = np.empty((0, 3)), Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), 0
-    for element in header.elements:
-        own, at = rows[at : at + element.size], at + element.size
-        names = [p.name for p in element.properties]
-        if element.name == "vertex":
-            v = np.ascontiguousarray(
-                numbers(own, len(names), "vertex")[:, [names.index(axis) for axis in "xyz"]]
-            )
-        elif element.name == "face":
-            lead = next(
-                i for i, p in enumerate(element.properties) if p.count is not None and p.name in _CORNERS
-            )
-            if any(p.count is not None for p in element.properties[:lead]):
-                raise MeshError(
-                    f"the PLY file has lists before {_CORNERS[0]}, which are not read; write it anew"
-                )
-            faces = counted_indices(own, lead)
-    return RawMesh(v, faces)
-
-
-def _read_binary(data: bytes, header: Header) -> RawMesh:
-    v, faces, at = (
-        np.empty((0, 3)),
-        Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)),
-        header.end,
-    )
-    for element in header.elements:
-        if element.name == "face":
-            faces, at = _binary_faces(data, at, element)
-            continue
-        table, at = _records(data, at, element, {})
-        if element.name == "vertex":
-            v = np.column_stack([table[axis].astype(np.float64) for axis in "xyz"])
-    return RawMesh(v, faces)
-
-
-def _records(data: bytes, at: int, element: Element, lengths: dict[str, int]) -> tuple[NDArray[Any], int]:
-    """The rows of an element whose lists have these lengths, and where they end."""
-    fields: list[Any] = []
-    for p in element.properties:
-        if p.count is None:
-            fields.append((p.name, p.type))
-        elif p.name in lengths:
-            fields += [(f"{p.name} length", p.count), (p.name, p.type, (lengths[p.name],))]
-        else:
-            raise MeshError(
-                f"the PLY file has lists for element {element.name}, which are not read; write it anew"
-            )
-    dtype = np.dtype(fields)
-    end = at + element.size * dtype.itemsize
-    if end > len(data):
-        raise _cut_off(
-            f"{len(data) - at} bytes are left where {element.size} rows of {element.name} are announced"
-        )
-    return np.frombuffer(data, dtype, element.size, at), end
-
-
-def _binary_faces(data: bytes, at: int, element: Element) -> tuple[Polygons, int]:
-    """Faces at once where all rows have the lengths of the first one, else row by row."""
-    name = next(p.name for p in element.properties if p.count is not None and p.name in _CORNERS)
-    if element.size == 0:
-        return Polygons(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), at
-    _, lengths, _ = _row(data, at, element)
-    try:
-        table, end = _records(data, at, element, lengths)
-    except MeshError:
-        table = None  # later rows may be shorter
-    if table is not None and all((table[f"{key} length"] == k).all() for key, k in lengths.items()):
-        corners = np.asarray(table[name], dtype=np.int64)
-        return Polygons(corners.ravel(), np.full(len(corners), lengths[name])), end
-    faces = []
-    for _ in range(element.size):
-        lists, _, at = _row(data, at, element)
-        faces.append(lists[name])
-    return Polygons(np.concatenate(faces), np.array([len(face) for face in faces])), at
-
-
-def _row(data: bytes, at: int, element: Element) -> tuple[dict[str, IntArray], dict[str, int], int]:
-    """The lists of the row at a place in the file, their lengths, and where the row ends."""
-    lists, lengths = dict[str, IntArray](), dict[str, int]()
-    try:
-        for p in element.properties:
-            if p.count is None:
-                at += p.type.itemsize
-                continue
-            lengths[p.name] = int(np.frombuffer(data, p.count, 1, at)[0])
-            at += p.count.itemsize
-            lists[p.name] = np.frombuffer(data, p.type, lengths[p.name], at).astype(np.int64)
-            at += p.type.itemsize * lengths[p.name]
-    except ValueError:
-        raise _cut_off(f"the file ends within the {element.size} rows of {element.name}") from None
-    return lists, lengths, at
-
-
-def _cut_off(what: str) -> MeshError:
-    return MeshError(f"damaged: {what}; the file seems cut off, write it anew")
+def _read_text(text: bytes, layout: Any, sizes: list[int], corners: str) -> RawMesh:
+    rows, end = read_rows(text), np.cumsum(sizes)
+    if len(rows) < end[-1]:
+        raise MeshError(f"damaged: {len(rows)} lines follow where {end[-1]} are announced; the file seems cut off, "
+                        "write it anew")
+    own = {element.name: rows[stop - size : stop] for element, size, stop in zip(layout, sizes, end, strict=True)}
+    columns, lead = ([p.name for p in layout[name].properties] for name in ("vertex", "face"))
+    v = numbers(own["vertex"], len(columns), "vertex")[:, [columns.index(axis) for axis in "xyz"]]
+    return RawMesh(v, counted_indices(own["face"], lead.index(corners)))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write a binary PLY file in double precision.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        ``vertex_properties``: further columns by name, (n,) arrays of uint8, float32 or float64, such as
-        ``red``, ``green``, ``blue`` and ``quality``.
-
-    Returns
-    -------
-    None
-    """
+    """Write binary doubles, the mark as a comment, and the (n,) arrays of ``vertex_properties`` by name, as ``red``."""
+    plyfile = import_optional("plyfile", "PLY")
     columns = {"x": v[:, 0], "y": v[:, 1], "z": v[:, 2]} | dict(metadata.get("vertex_properties", {}))
-    kinds = {key: column.dtype.newbyteorder("<") for key, column in columns.items()}
-    vertices = np.empty(len(v), dtype=list(kinds.items()))
-    for key, column in columns.items():
-        vertices[key] = column
-    faces = np.empty(len(f), dtype=[("size", "u1"), ("corners", "<i4", (3,))])
-    faces["size"], faces["corners"] = 3, f
-    words = {"u1": "uchar", "f4": "float", "f8": "double"}
+    vertices = np.empty(len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()])
+    for name, column in columns.items():
+        vertices[name] = column
+    corners = ("vertex_indices", "<i4", (3,))
+    faces = np.empty(len(f), dtype=[("size", "u1"), corners])
+    faces["size"], faces["vertex_indices"] = 3, f
+    elements = [plyfile.PlyElement.describe(vertices, "vertex"),
+                plyfile.PlyElement.describe(np.empty(len(f), dtype=[corners]), "face")]
+    comments = [metadata["mark"]] if "mark" in metadata else []
     with path.open("wb") as file:
-        file.write(
-            "\n".join(
-                [
-                    "ply",
-                    "format binary_little_endian 1.0",
-                    f"element vertex {len(v)}",
-                    *(f"property {words[kind.str[1:]]} {key}" for key, kind in kinds.items()),
-                    f"element face {len(f)}",
-                    "property list uchar int vertex_indices",
-                    "end_header\n",
-                ]
-            ).encode()
-        )
+        file.write(f"{plyfile.PlyData(elements, byte_order='<', comments=comments).header}\n".encode())
         file.write(vertices.tobytes())
         file.write(faces.tobytes())
 
 
-FORMAT = Format("PLY", (".ply",), read, write, magic=(b"ply\n", b"ply\r\n"))
+FORMAT = Format("PLY", (".ply",), read, write, magic=(b"ply\n", b"ply\r"))

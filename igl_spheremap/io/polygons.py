@@ -5,45 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
+from ..mesh.check import check_triangles
 
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Faces with any number of corners.
-
-    Attributes
-    ----------
-    corners : (k,) int64 array
-        0-based vertex indices of all faces, one face after the other.
-    sizes : (m,) int64 array
-        Number of corners of each face.
-    """
+    """Faces with any number of corners: all corners in one row, (k,) int64, and the number of each face's, (m,)."""
 
     corners: IntArray
     sizes: IntArray
 
     def triangles(self, triangulate: bool = False) -> IntArray:
-        """The faces as triangles.
-
-        Parameters
-        ----------
-        triangulate : bool
-            Cut polygons into fans about their first corner; by default they are refused.
-
-        Returns
-        -------
-        (m, 3) int64 array
-            Triangles, in the order of the faces.
-
-        Raises
-        ------
-        MeshError
-            If a face has fewer than three corners, or more and `triangulate` is not set.
+        """The faces as (m, 3) triangles; polygons are refused, or cut into fans about their first corner.
 
         Examples
         --------
@@ -51,38 +29,23 @@ class Polygons:
         [[0, 1, 2], [0, 2, 3]]
         """
         if (self.sizes == 3).all():
-            return np.ascontiguousarray(self.corners.reshape(-1, 3), dtype=np.int64)
+            return np.ascontiguousarray(self.corners.reshape(-1, 3))
         self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
         if not triangulate:
             self._refuse(np.flatnonzero(self.sizes > 3), "triangulate them (read_mesh(path, triangulate=True) does)")
         fans = self.sizes - 2
         first = np.repeat(np.cumsum(self.sizes) - self.sizes, fans)
         step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
-        return np.column_stack(
-            [self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]]
-        )
+        return np.column_stack([self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]])
 
-    def _refuse(self, bad: IntArray, mend: str) -> None:
+    def _refuse(self, bad: IntArray, remedy: str) -> None:
         if len(bad):
             which = ", ".join(map(str, bad[:3].tolist()))
-            raise MeshError(
-                f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
-                f"e.g. face {which} with {self.sizes[bad[0]]}; {mend}"
-            )
+            raise MeshError(f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
+                            f"e.g. face {which} with {self.sizes[bad[0]]}; {remedy}")
 
 
-def of_triangles(f: IntArray) -> Polygons:
-    """Triangles as polygons.
-
-    Parameters
-    ----------
-    f : (m, 3) int array
-        Faces.
-
-    Returns
-    -------
-    Polygons
-        The same faces.
-    """
-    f = np.asarray(f, dtype=np.int64).reshape(-1, 3)
+def of_triangles(f: ArrayLike) -> Polygons:
+    """Triangles as polygons, checked to be (m, 3) whole numbers."""
+    f = check_triangles(f)
     return Polygons(f.ravel(), np.full(len(f), 3))

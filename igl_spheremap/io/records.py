@@ -19,19 +19,9 @@ Metadata = Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """A file's content as a format's reader gives it, polygons and all.
+    """What the reader of a format finds: positions of any dtype, polygons, and metadata that the writer can keep."""
 
-    Attributes
-    ----------
-    v : (n, 3) float64 array
-        Vertex positions, not checked.
-    faces : Polygons
-        Faces, not checked.
-    metadata : dict
-        What the writers of the format can keep.
-    """
-
-    v: FloatArray
+    v: NDArray[Any]
     faces: Polygons
     metadata: Metadata = field(default_factory=dict)
 
@@ -43,12 +33,12 @@ class LoadedMesh:
     Attributes
     ----------
     v : (n, 3) float64 array
-        Vertex positions, not checked.
+        Vertex positions; whether they are finite is not checked.
     f : (m, 3) int64 array
-        0-based faces, not checked.
+        0-based faces; whether they form a closed surface is not checked.
     metadata : dict
-        What the file says beyond that and the writers keep: ``structure``, ``coordinate_system`` (GIFTI),
-        ``volume`` (FreeSurfer).
+        What the writers of the format can keep: ``structure`` and ``coordinate_system`` (GIFTI), ``volume``
+        (FreeSurfer).
     triangulated : int
         Number of polygons of the file that were cut into triangles.
     """
@@ -64,30 +54,13 @@ class LoadedMesh:
 
 @dataclass(frozen=True)
 class Format:
-    """A file format.
-
-    Attributes
-    ----------
-    name : str
-        What people call it.
-    suffixes : tuple of str
-        Ends of file names, lower case with the dot; the first is the usual one.
-    read : callable
-        Takes a path.
-    write : callable
-        Takes a path, vertices, faces and metadata.
-    magic : tuple of bytes
-        How files begin, for those whose name does not tell.
-    radius : float
-        Of spheres, by the custom of the format's users.
-    single : bool
-        Positions are held in float32.
-    """
+    """A row of the table of formats."""
 
     name: str
-    suffixes: tuple[str, ...]
+    suffixes: tuple[str, ...]  # ends of file names, lower case; the first is the usual one
     read: Callable[[Path], RawMesh]
-    write: Callable[[Path, FloatArray, IntArray, Metadata], None]
-    magic: tuple[bytes, ...] = ()
-    radius: float = 1.0
-    single: bool = False
+    write: Callable[[Path, FloatArray, IntArray, Metadata], None]  # positions, faces, what to keep beside them
+    magic: tuple[bytes, ...] = ()  # how files begin, for those whose name does not decide
+    radius: float = 1.0  # of spheres, by the custom of the format's users
+    single: bool = False  # positions are held in float32
+    ordered: bool = True  # vertices keep their order

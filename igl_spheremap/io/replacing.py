@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,32 +11,19 @@ from pathlib import Path
 from ..errors import FileError
 
 PathLike = str | os.PathLike[str]
+_COUNT = itertools.count()  # next() is atomic: no two threads of a process get the same number
+_TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
 
 
 @contextlib.contextmanager
 def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
-    """A temporary path beside `path`, renamed to it when the block ends, and removed when it fails.
+    """A temporary path in the same folder, with the same suffixes, renamed to `path` when the block ends.
 
-    Parameters
-    ----------
-    path : str or path-like
-        Where the file shall be. A symbolic link is followed.
-    force : bool
-        Replace an existing file.
-
-    Yields
-    ------
-    Path
-        A name in the same folder, with the same suffixes.
-
-    Raises
-    ------
-    FileError
-        If a file is there and `force` is not set, or the folder is missing, or writing fails.
+    It is removed where the block fails. A symbolic link at `path` is followed.
     """
     check_writable(path, force)
     final = Path(os.path.realpath(path))
-    partial = final.with_name(f".part-{os.getpid()}-{final.name}")
+    partial = final.with_name(f".part-{os.getpid()}-{next(_COUNT)}-{final.name[-_TAIL:]}")
     try:
         yield partial
         if final.exists():
@@ -52,24 +40,7 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
 
 
 def check_writable(path: PathLike, force: bool = False) -> None:
-    """Say early why a file could not be written.
-
-    Parameters
-    ----------
-    path : str or path-like
-        Where the file shall be.
-    force : bool
-        Replace an existing file.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    FileError
-        If a file is there and `force` is not set, or something else than a file, or there is no such folder.
-    """
+    """Raise a FileError before the work starts if a file could not be written, or replaced without `force`."""
     final = Path(os.path.realpath(path))
     if final.is_dir():
         raise FileError(f"can't write {path}: it is a directory")

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
 from . import freesurfer, gifti, npz
+from .reading import reading
 from .records import Metadata
 from .replacing import replacing
 
@@ -39,24 +41,19 @@ def read_scalars(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
         If it holds no scalar map.
     """
     source = Path(path)
-    name = source.name.lower()
-    try:
-        if name.endswith(gifti.FORMAT.suffixes):
-            maps = gifti.read_scalars(source)
-        elif name.endswith(".npz"):
-            with np.load(source, allow_pickle=False) as archive:
-                maps = {key: archive[key].astype(np.float64) for key in archive if archive[key].ndim == 1}
-        else:
-            maps = freesurfer.read_scalars(source)
-    except FileError:
-        raise
-    except OSError as error:
-        raise FileError(f"can't read {path}: {error.strerror or error}") from error
-    except Exception as error:  # third-party parsers raise anything on damaged files
-        raise MeshError(f"{path}: damaged, or no scalar map ({' '.join(str(error).split())[:120]})") from error
-    if not maps:
-        raise MeshError(f"{path} holds no scalar map: no array has one number a vertex")
-    return maps
+    with reading(source):
+        arrays = _reader(source.name.lower())(source)
+        maps = {name: values.astype(np.float64) for name, values in arrays.items()
+                if values.ndim == 1 and values.dtype.kind in "fiu"}
+        if not maps:
+            raise MeshError("the file holds no scalar map: no array has one number a vertex")
+        return maps
+
+
+def _reader(name: str) -> Callable[[Path], dict[str, NDArray[Any]]]:
+    if name.endswith(gifti.FORMAT.suffixes):
+        return gifti.read_scalars
+    return npz.read_arrays if name.endswith(".npz") else freesurfer.read_scalars
 
 
 def write_scalars(
@@ -80,25 +77,21 @@ def write_scalars(
     metadata : dict, optional
         As `read_mesh` gave it for the surface; nothing by default.
 
-    Returns
-    -------
-    None
-
     Raises
     ------
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
-    target, told = Path(path), metadata or {}
+    target, known = Path(path), metadata or {}
     name = target.name.lower()
     if not name.endswith((*gifti.FORMAT.suffixes, ".npz")) and not name.startswith(_HEMISPHERES):
         raise FileError(f"{path}: scalar maps are written to .gii, .npz, and lh.NAME or rh.NAME files")
     with replacing(path, force) as partial:
         if name.endswith(gifti.FORMAT.suffixes):
-            gifti.write_scalars(partial, dict(maps), told)
+            gifti.write_scalars(partial, dict(maps), known)
         elif name.endswith(".npz"):
-            npz.write_arrays(partial, dict(maps))
+            npz.write_arrays(partial, dict(maps), known)
         elif len(maps) == 1:
-            freesurfer.write_scalars(partial, dict(maps), told)
+            freesurfer.write_scalars(partial, dict(maps), known)
         else:
             raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")

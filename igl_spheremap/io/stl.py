@@ -19,28 +19,10 @@ _HEADER = 84
 
 
 def read(path: Path) -> RawMesh:
-    """Read an STL file and weld it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    RawMesh
-        Positions, each once, in the order of their first appearance, and faces.
-
-    Raises
-    ------
-    MeshError
-        If it is no STL file or ends early.
-    """
+    """Each position once, in the order of its first appearance, and the faces."""
     data = path.read_bytes()
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
-    if (
-        count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize
-    ):  # binary ones may say "solid" too
+    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too
         soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
     elif re.match(rb"\s*solid\b", data):
         rows = read_rows(data).starting_with(b"vertex")
@@ -56,36 +38,21 @@ def read(path: Path) -> RawMesh:
             f"{_TRIANGLE.itemsize} for each triangle; the file seems cut off, write it anew"
         )
     v, index = weld(soup)
-    return RawMesh(v, of_triangles(index))
+    return RawMesh(v, of_triangles(index.reshape(-1, 3)))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write a binary STL file: float32, the order of the vertices is lost.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    v : (n, 3) float64 array
-        Positions.
-    f : (m, 3) int64 array
-        Faces.
-    metadata : dict
-        Nothing of it can be kept.
-
-    Returns
-    -------
-    None
-    """
+    """Write binary STL: float32, with the mark as its header; the order of the vertices is lost."""
     triangles = np.zeros(len(f), dtype=_TRIANGLE)
     triangles["corners"] = v[f]
     a, b, c = (v[f[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     triangles["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    header = metadata.get("mark", "binary STL").encode()
     with path.open("wb") as file:
-        file.write(b"binary STL".ljust(_HEADER - 4) + struct.pack("<I", len(f)))
+        file.write(header.ljust(_HEADER - 4)[: _HEADER - 4] + struct.pack("<I", len(f)))
         file.write(triangles.tobytes())
 
 
-FORMAT = Format("STL", (".stl",), read, write, single=True)
+FORMAT = Format("STL", (".stl",), read, write, single=True, ordered=False)

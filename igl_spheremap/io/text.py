@@ -26,22 +26,12 @@ _SPACE, _NEWLINE = 32, 10
 
 @dataclass(frozen=True, eq=False)
 class TextRows:
-    """Lines that hold something, with their tokens counted.
+    """Lines that hold something, with their tokens counted."""
 
-    Attributes
-    ----------
-    text : (k,) uint8 array
-        The whole text; each line ends with a newline.
-    begin, end : (n,) int64 arrays
-        Where the first token of each line starts, and where the line's newline is.
-    counts : (n,) int64 array
-        Number of tokens in each line.
-    """
-
-    text: NDArray[np.uint8]
-    begin: IntArray
-    end: IntArray
-    counts: IntArray
+    text: NDArray[np.uint8]  # all of it; each line ends with a newline
+    begin: IntArray  # where the first token of each line starts
+    end: IntArray  # where the newline of each line is
+    counts: IntArray  # tokens of each line
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -74,22 +64,7 @@ class TextRows:
 
 
 def read_rows(data: bytes) -> TextRows:
-    """Split text into lines with something in them.
-
-    Parameters
-    ----------
-    data : bytes
-        Text; what follows a ``#`` in a line is a comment.
-
-    Returns
-    -------
-    TextRows
-        The lines.
-
-    Raises
-    ------
-    MeshError
-        If it is no text but binary data.
+    """Split text into the lines that hold something; what follows a ``#`` in a line is a comment.
 
     Examples
     --------
@@ -117,27 +92,7 @@ def read_rows(data: bytes) -> TextRows:
 
 
 def numbers(rows: TextRows, width: int, what: str) -> NDArray[np.float64]:
-    """The first tokens of each line as floats.
-
-    Parameters
-    ----------
-    rows : TextRows
-        The lines.
-    width : int
-        How many tokens of each are wanted.
-    what : str
-        What a line is, for messages.
-
-    Returns
-    -------
-    (n, width) float64 array
-        ``nan`` and ``inf`` are kept for the gate to name.
-
-    Raises
-    ------
-    MeshError
-        If a line is short or holds no number; it says which.
-    """
+    """The first `width` tokens of each line as floats; `what` names a line in messages."""
     message = f"{what} {{}} reads {{!r}} where {width} numbers are expected"
     short = np.flatnonzero(rows.counts < width)
     if len(short):
@@ -147,47 +102,13 @@ def numbers(rows: TextRows, width: int, what: str) -> NDArray[np.float64]:
 
 
 def indices(rows: TextRows) -> Polygons:
-    """Lines of whole numbers as polygons; what follows a ``/`` in a token is left out.
-
-    Parameters
-    ----------
-    rows : TextRows
-        One face each.
-
-    Returns
-    -------
-    Polygons
-        As the file counts, 0-based or 1-based.
-
-    Raises
-    ------
-    MeshError
-        If a line holds anything else; it says which.
-    """
+    """Lines of whole numbers as polygons that count as the file does; what follows a ``/`` in a token is left out."""
     message = "face {} reads {!r} where whole numbers are expected"
     return Polygons(_convert(rows, np.zeros_like(rows.counts), rows.counts, int, message), rows.counts)
 
 
 def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
-    """Lines that state their number of indices first, as polygons; what comes after the indices is ignored.
-
-    Parameters
-    ----------
-    rows : TextRows
-        One face each.
-    lead : int
-        How many tokens come before the number of indices.
-
-    Returns
-    -------
-    Polygons
-        The faces.
-
-    Raises
-    ------
-    MeshError
-        If a line is short or holds anything else; it says which.
-    """
+    """Lines that state their number of indices, behind `lead` other tokens, as polygons; the rest is left out."""
     message = "face {} reads {!r} where a number of corners and as many whole numbers are expected"
     start = np.full(len(rows), lead)
     short = np.flatnonzero(rows.counts <= lead)
@@ -201,21 +122,7 @@ def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
 
 
 def write_rows(file: BinaryIO, template: str, rows: NDArray[Any]) -> None:
-    """Write one line per row.
-
-    Parameters
-    ----------
-    file : binary file
-        Where to.
-    template : str
-        A line with one ``%r`` per column: the shortest decimals that read back as the same numbers.
-    rows : (n, k) array
-        The numbers.
-
-    Returns
-    -------
-    None
-    """
+    """Write a line for each row; `template` has a ``%r`` for each column: the shortest digits that read back."""
     for start in range(0, len(rows), _BLOCK):
         block = rows[start : start + _BLOCK]
         file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
@@ -235,6 +142,8 @@ def _convert(
         tokens = list(compress(tokens, ((place >= 0) & (place < np.repeat(lengths, rows.counts))).tolist()))
     dtype = np.int64 if kind is int else np.float64
     try:
+        if b"_" in text:  # Python takes it for a mark between digits
+            raise ValueError
         return np.fromiter(map(kind, tokens), dtype=dtype, count=len(tokens))
     except (ValueError, OverflowError):
         bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
@@ -245,7 +154,7 @@ def _convert(
 def _is(kind: Callable[[bytes], Any], token: bytes) -> bool:
     """Whether a token is a number of that kind, and a whole one within 64 bits."""
     try:
-        return abs(kind(token)) < 2**63 or kind is float
+        return b"_" not in token and (abs(kind(token)) < 2**63 or kind is float)
     except ValueError:
         return False
 

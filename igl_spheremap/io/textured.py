@@ -39,10 +39,6 @@ def write_textured(
     force : bool
         Replace existing files.
 
-    Returns
-    -------
-    None
-
     Raises
     ------
     FileError

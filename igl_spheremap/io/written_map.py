@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
 from ..maps.sphere_map import SphereMap
-from ..mesh.check import check_faces
+from ..mesh.check import check_faces, check_rows
 from ..untangle.rounding import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import read_sphere
 from .formats import format_of
+from .marks import mark_of
+from .reading import reading
 from .records import Metadata
 from .replacing import replacing
 
@@ -47,23 +49,6 @@ class SphereCheck:
 def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     """Certify a map to a sphere of any radius about the origin, on its numbers as they are.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Images of the vertices.
-    f : (m, 3) int array
-        Faces: a closed, oriented, connected genus-0 mesh.
-
-    Returns
-    -------
-    SphereCheck
-        The certificate and the radius.
-
-    Raises
-    ------
-    MeshError
-        If `f` is no closed genus-0 mesh.
-
     Examples
     --------
     >>> import igl_spheremap as ism
@@ -72,6 +57,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     >>> check.certificate.folding_free, round(check.radius, 9)
     (True, 100.0)
     """
+    x = check_rows(x)
     certificate = certify_checked(x, check_faces(f, len(x)))
     distance = np.sqrt(np.einsum("ij,ij->i", x, x))
     radius = float(np.median(distance))
@@ -91,10 +77,13 @@ def write_map(
 ) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
 
+    The file carries a mark of what made it from what, see `igl_spheremap.io.read_mark`. STL files lose the order of the
+    vertices.
+
     Parameters
     ----------
     path : str or path-like
-        The new file; the end of its name tells the format.
+        The new file; the end of its name decides the format.
     result : SphereMap
         The map.
     force : bool
@@ -108,19 +97,20 @@ def write_map(
     Returns
     -------
     SphereCheck
-        The certificate of the file. Where rounding to float32 folds the map, vertices are moved to mend
-        it; what can't be mended is written all the same.
+        The certificate of the file. Where rounding to float32 folds the map, vertices are moved to repair it; what
+        can't be repaired is written all the same.
 
     Raises
     ------
     FileError
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
     """
+    known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path) is not npz.FORMAT:
         return write_sphere(path, result.sphere, result.faces, result.vertices, force=force, radius=radius,
-                            metadata=metadata)
+                            metadata=known)
     with replacing(path, force) as partial:
-        npz.write_map(partial, result)
+        npz.write_map(partial, result, known)
         return _check_written(partial, path)
 
 
@@ -134,40 +124,16 @@ def write_sphere(
     radius: float | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write a map's image, read it back, and certify what is in the file.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The new file; the end of its name tells the format.
-    x : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces: a closed, oriented, connected genus-0 mesh.
-    v : (n, 3) float64 array, optional
-        The map's source. With it, limbs too narrow for a float32 format are drawn out as conformally as that goes.
-    force, radius, metadata
-        As for `write_map`.
-
-    Returns
-    -------
-    SphereCheck
-        The certificate of the file.
-
-    Raises
-    ------
-    FileError
-        As from `write_map`.
-    """
+    """Write unit rows as `write_map` does, without a result; `v`, the source, keeps float32 limbs conformal."""
     kind = format_of(path)
-    told = {"geometric_type": "Spherical"} | dict(metadata or {})
+    known = {"geometric_type": "Spherical"} | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:
         rounded = certified_float32(x, f, size, v)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
-        kind.write(partial, positions, f, told)
+        kind.write(partial, positions, f, known)
         return replace(_check_written(partial, path), moved=moved)
 
 
@@ -189,16 +155,14 @@ def read_map(path: PathLike) -> SphereMap:
     FileError
         If the file can't be opened.
     MeshError
-        If it holds no map.
+        If it is damaged or holds no map. The certificate is that of the numbers in the file, whatever it says.
     """
-    try:
-        return npz.read_map(Path(path))
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
-    except OSError as error:
-        raise FileError(f"can't read {path}: {error.strerror or error}") from error
-    except (KeyError, ValueError, TypeError) as error:
-        raise MeshError(f"{path}: damaged, or of another version ({error}); write it anew") from error
+    path = Path(path)
+    with reading(path):
+        result = npz.read_map(path)
+        v, x = check_rows(result.vertices, name="vertices"), check_rows(result.sphere, len(result.vertices), "sphere")
+        f = check_faces(result.faces, len(v))
+        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f))
 
 
 def _check_written(partial: Path, path: PathLike) -> SphereCheck:

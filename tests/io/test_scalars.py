@@ -8,6 +8,7 @@ import pytest
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io import read_scalars, write_mesh, write_scalars
 from igl_spheremap.samples import sphere
+from igl_spheremap.verify.vertex_maps import vertex_maps
 
 VALUES = np.random.default_rng(0).normal(size=42)
 
@@ -37,3 +38,22 @@ def test_what_is_no_map_is_named(tmp_path):
     (tmp_path / "damaged.npz").write_bytes(b"nothing")
     with pytest.raises(MeshError, match="damaged"):
         read_scalars(tmp_path / "damaged.npz")
+
+
+def test_scalar_maps_in_other_programs(result, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    maps = vertex_maps(result.vertices, result.faces, result.sphere)
+    write_scalars(tmp_path / "a.shape.gii", maps, metadata={"structure": "CortexLeft"})
+    image = nibabel.load(tmp_path / "a.shape.gii")
+    assert [array.meta["Name"] for array in image.darrays] == list(maps)
+    assert image.meta["AnatomicalStructurePrimary"] == "CortexLeft"
+    assert np.allclose(image.darrays[1].data, maps["angles"])
+    write_scalars(tmp_path / "lh.angles", {"angles": maps["angles"]})
+    assert np.allclose(nibabel.freesurfer.read_morph_data(tmp_path / "lh.angles"), maps["angles"])
+    write_scalars(tmp_path / "a.npz", maps)
+    with np.load(tmp_path / "a.npz") as archive:
+        assert np.array_equal(archive["factor"], maps["factor"])
+    with pytest.raises(FileError, match="hold one map"):
+        write_scalars(tmp_path / "lh.both", maps)
+    with pytest.raises(FileError, match="scalar maps are written to"):
+        write_scalars(tmp_path / "a.txt", maps)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import struct
 
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
+from igl_spheremap import FileError
 from igl_spheremap.io import write_textured
-from igl_spheremap.shapes.texture import checker_image
+from igl_spheremap.shapes.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
 image = pytest.importorskip("PIL.Image")
@@ -100,3 +102,31 @@ def test_the_scene_shows_the_mesh_as_it_is(written):
     for node in tree["nodes"]:
         assert not {"rotation", "translation", "scale"} & node.keys()
         assert np.array_equal(node.get("matrix", np.eye(4).ravel()), np.eye(4).ravel())
+
+
+@pytest.mark.parametrize("name", ["body.obj", "body.glb"])
+@pytest.mark.parametrize("projection", ["equirectangular", "octahedral"])
+def test_textures_in_another_program(name, projection, result, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    atlas = texture_atlas(result.sphere, result.faces, projection)
+    image = checker_image(64, 4)
+    write_textured(tmp_path / name, result.vertices, result.faces, atlas, image)
+    body = trimesh.load(tmp_path / name, force="mesh", process=False)
+    f = np.asarray(body.faces)
+    assert np.allclose(np.asarray(body.vertices)[f], atlas.carry(result.vertices)[atlas.f], atol=1e-6)
+    assert np.allclose(np.asarray(body.visual.uv)[f], atlas.uv[atlas.f], atol=1e-6)
+    material = body.visual.material
+    picture = material.baseColorTexture if name.endswith("glb") else material.image
+    assert np.array_equal(np.asarray(picture.convert("RGB")), image)
+    outward = np.einsum("ij,ij->i", body.vertex_normals, np.asarray(body.vertices))
+    assert (outward > 0).all()
+
+
+def test_textures_are_not_overwritten(result, tmp_path):
+    atlas = texture_atlas(result.sphere, result.faces)
+    (tmp_path / "body.png").write_text("precious")
+    with pytest.raises(FileError, match=r"body.png exists already"):
+        write_textured(tmp_path / "body.obj", result.vertices, result.faces, atlas, checker_image(8, 2))
+    assert os.listdir(tmp_path) == ["body.png"]
+    with pytest.raises(FileError, match=r"\.obj and \.glb"):
+        write_textured(tmp_path / "body.off", result.vertices, result.faces, atlas, checker_image(8, 2))

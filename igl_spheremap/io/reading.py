@@ -1,0 +1,67 @@
+"""What every reader rests on: a regular file, memory bounded by the file's size, and one line for any failure."""
+
+from __future__ import annotations
+
+import contextlib
+import stat
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import FileError, MeshError
+
+#: A file may expand to so many times its size. Structured grids expand 8 times, repeated bytes 1,000 times.
+_EXPANSION = 64
+#: Any file may expand to so many bytes: the shortest ones are mostly header.
+_ALWAYS = 1 << 20
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn whatever a parser raises into a MeshError or FileError of one line that names the file."""
+    try:
+        check_regular(path)
+        if path.stat().st_size == 0:
+            raise MeshError("the file is empty (0 bytes); give a closed triangle mesh")
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    except FileError:
+        raise
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+    except MemoryError as error:
+        raise FileError(f"can't read {path}: out of memory") from error
+    except OSError as error:
+        if error.strerror is None:  # a parser's complaint, not the system's
+            raise _damaged(path, error) from error
+        raise FileError(f"can't read {error.filename or path}: {error.strerror}") from error
+    except Exception as error:  # other packages' parsers raise anything on damaged files
+        raise _damaged(path, error) from error
+
+
+def check_regular(path: Path) -> None:
+    """Refuse folders, and what has no size to bound memory by: devices, pipes and sockets."""
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise FileError(f"can't read {path}: it is a directory")
+    if not stat.S_ISREG(mode):
+        raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
+
+
+def expansion_limit(stored: int) -> int:
+    """Bytes that a file of that size may expand to."""
+    return max(_EXPANSION * stored, _ALWAYS)
+
+
+def check_expansion(expanded: int, stored: int) -> None:
+    """Refuse what would take far more memory than a mesh in a file of that size."""
+    if expanded > expansion_limit(stored):
+        raise MeshError(f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew")
+
+
+def _damaged(path: Path, error: Exception) -> MeshError:
+    reason = " ".join(str(error).split())[:120] or type(error).__name__
+    return MeshError(f"{path}: damaged, or of another format than its name says ({reason}); write it anew")

@@ -1,0 +1,14 @@
+"""Names of files, by what their formats keep."""
+
+import pytest
+
+EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz")
+ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal")
+ALL = (*EXACT, *ROUNDED, "ball.stl")
+
+
+def needs(name):
+    """Skip the test where the package that reads such a file is missing."""
+    for part, module in ((".gl", "trimesh"), (".gii", "nibabel"), ("lh.", "nibabel"), ("rh.", "nibabel")):
+        if part in name:
+            pytest.importorskip(module)

@@ -1,0 +1,124 @@
+"""Meshes: what is written reads back, here and in other programs; what is damaged is named in one line."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import numpy as np
+import pytest
+from file_names import ALL, EXACT, ROUNDED, needs
+
+from igl_spheremap import FileError, MeshError, check_mesh
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_exact_formats_keep_every_bit(name, ball, tmp_path):
+    v, f = ball
+    v = v * np.array([1e-300, 1.0, 1e300]) + np.array([0.0, 1 / 3, 0.0])
+    write_mesh(tmp_path / name, v, f)
+    mesh = read_mesh(tmp_path / name)
+    assert np.array_equal(mesh.v, v)
+    assert np.array_equal(mesh.f, f)
+    assert mesh.v.dtype == np.float64
+    assert mesh.f.dtype == np.int64
+
+
+@pytest.mark.parametrize("name", ROUNDED)
+def test_rounded_formats_keep_float32_and_the_order(name, ball, tmp_path):
+    needs(name)
+    v, f = ball
+    write_mesh(tmp_path / name, v, f)
+    mesh = read_mesh(tmp_path / name)
+    assert np.array_equal(mesh.v, v.astype(np.float32).astype(np.float64))
+    assert np.array_equal(mesh.f, f)
+    assert mesh.v.dtype.isnative
+    assert mesh.f.dtype == np.int64
+
+
+@pytest.mark.parametrize("name", [*EXACT[:3], "ball.stl", *ROUNDED[:2]])
+def test_other_programs_read_what_is_written(name, ball, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    v, f = ball
+    write_mesh(tmp_path / name, v, f)
+    other = trimesh.load(tmp_path / name, force="mesh", process=False)
+    assert np.allclose(np.asarray(other.vertices)[np.asarray(other.faces)], v[f], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["ball.obj", "ball.off", "ball.ply"])
+def test_meshio_reads_and_is_read(name, ball, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    v, f = ball
+    write_mesh(tmp_path / name, v, f)
+    other = meshio.read(tmp_path / name)
+    assert np.allclose(other.points, v, atol=1e-12)
+    assert np.array_equal(other.cells_dict["triangle"], f)
+    meshio.write(tmp_path / f"other-{name}", meshio.Mesh(v, [("triangle", f)]))
+    back = read_mesh(tmp_path / f"other-{name}")
+    assert np.allclose(back.v, v, atol=1e-6)
+    assert np.array_equal(back.f, f)
+
+
+def test_the_same_run_writes_the_same_bytes(ball, tmp_path):
+    for name in ALL:
+        needs(name)
+        write_mesh(tmp_path / name, *ball)
+        first = (tmp_path / name).read_bytes()
+        write_mesh(tmp_path / name, *ball, force=True)
+        assert (tmp_path / name).read_bytes() == first
+
+
+def mesh_bytes(name, tmp_path, ball):
+    needs(name)
+    write_mesh(tmp_path / name, *ball)
+    data = (tmp_path / name).read_bytes()
+    (tmp_path / name).unlink()
+    return data
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("damage", ["empty", "half", "noise", "tail"])
+def test_damaged_files_give_one_line(name, damage, ball, tmp_path, capfd):
+    data = mesh_bytes(name, tmp_path, ball)
+    noise = np.random.default_rng(1).integers(0, 256, 3000, dtype=np.uint8).tobytes()
+    broken = {"empty": b"", "half": data[: len(data) // 2], "noise": noise, "tail": data[:300] + noise}[
+        damage
+    ]
+    (tmp_path / name).write_bytes(broken)
+    with pytest.raises(MeshError) as caught:
+        check_mesh(*read_mesh(tmp_path / name))  # half a text file may be a mesh, but not a closed one
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_unknown_and_missing(tmp_path):
+    with pytest.raises(FileError, match="No such file"):
+        read_mesh(tmp_path / "none.obj")
+    with pytest.raises(FileError, match="directory"):
+        read_mesh(tmp_path)
+    (tmp_path / "mesh.xyz").write_text("hello")
+    with pytest.raises(FileError, match=r"unknown format.*OBJ \(.obj\)"):
+        read_mesh(tmp_path / "mesh.xyz")
+    with pytest.raises(FileError, match="unknown format"):
+        write_mesh(tmp_path / "out.xyz", np.zeros((3, 3)), [[0, 1, 2]])
+
+
+@pytest.mark.parametrize(
+    ("module", "name"), [("nibabel", "a.gii"), ("nibabel", "lh.pial"), ("trimesh", "a.glb")]
+)
+def test_a_missing_extra_is_named(module, name, ball, tmp_path, monkeypatch):
+    for known in [key for key in sys.modules if key.partition(".")[0] == module]:
+        monkeypatch.setitem(sys.modules, known, None)
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(FileError, match=rf"needs {module}, .*: pip install {module} \(the extra 'io' of igl_spheremap"):
+        write_mesh(tmp_path / name, *ball)
+    assert os.listdir(tmp_path) == []
+
+
+def test_faces_of_another_shape_are_refused_and_not_cut_anew(ball, tmp_path):
+    v, f = ball
+    for faces in (np.column_stack([f, f])[:3], f + 0.5, f.ravel()):
+        with pytest.raises(MeshError, match="faces"):
+            write_mesh(tmp_path / "ball.obj", v, faces)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,95 @@
+"""glTF scenes that would take too much memory or time."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+
+import numpy as np
+import pytest
+
+from igl_spheremap import FileError, MeshError, samples, spherical_conformal_map
+from igl_spheremap.io import read_mesh, write_mesh, write_textured
+from igl_spheremap.shapes.texture import checker_image, texture_atlas
+
+pytest.importorskip("trimesh")
+
+
+@pytest.fixture
+def tree(ball, tmp_path):
+    write_mesh(tmp_path / "ball.gltf", *ball)
+    return json.loads((tmp_path / "ball.gltf").read_text())
+
+
+def read(tree, tmp_path):
+    (tmp_path / "scene.gltf").write_text(json.dumps(tree))
+    return read_mesh(tmp_path / "scene.gltf")
+
+
+def only_mesh(tree):
+    """The node that holds the mesh."""
+    return next(node for node in tree["nodes"] if "mesh" in node)
+
+
+def test_nodes_move_their_meshes(tree, ball, tmp_path):
+    only_mesh(tree)["translation"] = [1, 2, 3]
+    assert np.allclose(read(tree, tmp_path).v, ball[0] + [1, 2, 3], atol=1e-6)
+
+
+@pytest.mark.parametrize("depth", [100, 30_000])
+def test_deep_scenes_are_refused(depth, tree, tmp_path):
+    first = len(tree["nodes"])
+    tree["nodes"] += [{"children": [first + k + 1]} for k in range(depth)] + [dict(only_mesh(tree))]
+    tree["scenes"][0]["nodes"] = [first]
+    with pytest.raises(MeshError, match="deep"):
+        read(tree, tmp_path)
+
+
+def test_circles_are_refused(tree, tmp_path):
+    only_mesh(tree)["children"] = [tree["nodes"].index(only_mesh(tree))]
+    with pytest.raises(MeshError, match="circle"):
+        read(tree, tmp_path)
+
+
+def test_deeply_nested_text_is_refused(tmp_path):
+    (tmp_path / "a.gltf").write_text("[" * 30_000 + "]" * 30_000)
+    with pytest.raises(MeshError, match="damaged"):
+        read_mesh(tmp_path / "a.gltf")
+
+
+def test_scenes_that_expand_are_refused(tmp_path):
+    """A mesh shown 100,000 times, an array of zeros that is stored nowhere, views of the same bytes."""
+    write_mesh(tmp_path / "ball.gltf", *samples.sphere(2562))
+    tree = json.loads((tmp_path / "ball.gltf").read_text())
+    node = dict(only_mesh(tree), name="")
+    many = tree | {"nodes": tree["nodes"] + [node] * 100_000}
+    many["scenes"] = [{"nodes": list(range(len(many["nodes"])))}]
+    zeros = tree | {"accessors": [*tree["accessors"], {"count": 10**10, "type": "VEC3", "componentType": 5126}]}
+    views = tree | {"bufferViews": tree["bufferViews"] * 5_000}
+    for scene in (many, zeros, views):
+        with pytest.raises(MeshError, match="expand to"):
+            read(scene, tmp_path)
+
+
+def test_buffers_in_files_of_their_own_count(tree, ball, tmp_path):
+    """And only regular files beside the scene are read."""
+    for k, buffer in enumerate(tree["buffers"]):
+        data = base64.b64decode(buffer["uri"].partition(",")[2])
+        (tmp_path / f"part{k}.bin").write_bytes(data)
+        buffer["uri"] = f"part{k}.bin"
+    assert np.array_equal(read(tree, tmp_path).f, ball[1])
+    (tmp_path / "part0.bin").unlink()
+    with pytest.raises(FileError, match=r"part0\.bin: No such file"):
+        read(tree, tmp_path)
+    os.mkfifo(tmp_path / "part0.bin")
+    with pytest.raises(FileError, match="device or a pipe"):
+        read(tree, tmp_path)
+
+
+def test_textured_scenes_are_read_without_their_pictures(tmp_path):
+    pytest.importorskip("PIL")
+    v, f = samples.make("spheroid", n_vertices=300)
+    atlas = texture_atlas(spherical_conformal_map(v, f).sphere, f)
+    write_textured(tmp_path / "a.glb", v, f, atlas, checker_image(16))
+    assert np.array_equal(read_mesh(tmp_path / "a.glb").f, atlas.f)

@@ -1,0 +1,107 @@
+"""Archives: whole maps come back, what holds none is named, arrays of any dtype are checked."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from igl_spheremap import FileError, MeshError, samples, spherical_conformal_map
+from igl_spheremap.io import certify_radius, read_map, read_mesh, read_sphere, write_map
+
+
+def same(a, b):
+    """Equal in every field, type and bit; NaN equals NaN."""
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    if type(a) is not type(b):
+        return False
+    if dataclasses.is_dataclass(a):
+        return all(same(getattr(a, field.name), getattr(b, field.name)) for field in dataclasses.fields(a))
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return a == b or (a != a and b != b)
+
+
+@pytest.mark.parametrize("method", ["auto", "lai2014"])
+def test_every_field_of_a_map_comes_back(method, tmp_path):
+    result = spherical_conformal_map(*samples.make("spheroid", n_vertices=300), method)
+    write_map(tmp_path / "map.npz", result)
+    back = read_map(tmp_path / "map.npz")
+    for field in dataclasses.fields(result):
+        assert same(getattr(result, field.name), getattr(back, field.name)), field.name
+
+
+def test_fields_that_differ_from_their_defaults_come_back(result, tmp_path):
+    settings = {"polish": "angles", "rounds": 2}
+    changed = dataclasses.replace(result, gauge="poles", stretch=3.25, notes=("one", "two"), settings=settings)
+    write_map(tmp_path / "map.npz", changed)
+    assert same(read_map(tmp_path / "map.npz"), changed)
+
+
+def test_source_and_sphere_are_found_in_a_map(result, tmp_path):
+    write_map(tmp_path / "map.npz", result)
+    assert np.array_equal(read_mesh(tmp_path / "map.npz").v, result.vertices)
+    assert np.array_equal(read_sphere(tmp_path / "map.npz").v, result.sphere)
+
+
+def test_the_certificate_is_that_of_the_numbers_in_the_file(result, tmp_path):
+    """Whatever the archive says of them."""
+    write_map(tmp_path / "map.npz", dataclasses.replace(result, sphere=-result.sphere))
+    assert not read_map(tmp_path / "map.npz").certificate.folding_free
+
+
+def test_archives_that_hold_no_map(tmp_path):
+    np.savez(tmp_path / "other.npz", a=np.arange(3))
+    with pytest.raises(MeshError, match="no map"):
+        read_map(tmp_path / "other.npz")
+    with pytest.raises(MeshError, match="'vertices' and 'faces' but: a"):
+        read_mesh(tmp_path / "other.npz")
+    with pytest.raises(FileError, match="No such file"):
+        read_map(tmp_path / "none.npz")
+
+
+@pytest.mark.parametrize("dtype", ["<f8", ">f8", "<f4", ">f4", "<f2", "g"])
+def test_arrays_of_any_real_dtype_become_float64_before_they_are_judged(dtype, result, tmp_path):
+    """In float16, rows that are off the sphere by 1.5e-4 would pass a test of 1e-6."""
+    stored = (result.sphere * (1 + 1.5e-4)).astype(dtype)
+    np.savez(tmp_path / "a.npz", vertices=stored, sphere=stored, faces=result.faces.astype(">i4"))
+    x, f = read_sphere(tmp_path / "a.npz")
+    assert x.dtype == np.float64
+    assert x.dtype.isnative
+    assert f.dtype == np.int64
+    assert np.array_equal(x, stored.astype(np.float64))
+    assert np.array_equal(f, result.faces)
+    off = np.abs(np.linalg.norm(stored.astype(np.float64), axis=1) / certify_radius(x, f).radius - 1) > 1e-6
+    assert len(certify_radius(x, f).certificate.off_sphere) == off.sum()
+    assert off.any() == (np.dtype(dtype).itemsize == 2)
+
+
+@pytest.mark.parametrize("name", ["vertices", "sphere", "faces"])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda a: a.astype(complex),
+        lambda a: a.astype(str),
+        lambda a: a.astype("S9"),
+        lambda a: a[0, 0],
+        lambda a: a[:, 0],
+        lambda a: a[None],
+        lambda a: a[:, :2],
+        lambda a: a.astype("datetime64[s]"),
+        lambda a: a + 0.5 if a.dtype.kind == "i" else a.astype("U3"),
+        lambda a: np.zeros(len(a), dtype=[("x", "f8")]),
+    ],
+)
+def test_arrays_that_hold_no_rows_of_numbers_are_named(name, spoil, result, tmp_path):
+    write_map(tmp_path / "map.npz", result)
+    with np.load(tmp_path / "map.npz") as archive:
+        arrays = dict(archive)
+    arrays[name] = spoil(arrays[name].astype(np.int64) if name == "faces" else np.round(arrays[name], 3))
+    np.savez(tmp_path / "bad.npz", **arrays)
+    for reader in (read_map, read_sphere if name == "sphere" else read_mesh):
+        with pytest.raises(MeshError, match=r"dtype|shape|whole|rows"):
+            reader(tmp_path / "bad.npz")

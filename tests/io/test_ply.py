@@ -1,0 +1,153 @@
+"""PLY in text and binary, of this and other programs, with more than a mesh in it, and damaged."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+
+from igl_spheremap import MeshError
+from igl_spheremap.draw.palette import colours
+from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.verify.vertex_maps import vertex_maps
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_ply_of_another_program_with_colours(binary, ball, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    v, f = ball
+    mesh = trimesh.Trimesh(v, f, process=False, vertex_colors=np.full((len(v), 4), 77, dtype=np.uint8))
+    mesh.export(tmp_path / "ball.ply", encoding="binary" if binary else "ascii")
+    back = read_mesh(tmp_path / "ball.ply")
+    assert np.allclose(back.v, v, atol=1e-6)
+    assert np.array_equal(back.f, f)
+
+
+def test_colours_in_a_ply(result, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    values = vertex_maps(result.vertices, result.faces, result.sphere)["factor"]
+    kept = {"vertex_properties": {**colours(values), "quality": values}}
+    write_mesh(tmp_path / "a.ply", result.vertices, result.faces, metadata=kept)
+    assert np.array_equal(read_mesh(tmp_path / "a.ply").v, result.vertices)
+    body = trimesh.load(tmp_path / "a.ply", process=False)
+    assert np.array_equal(body.visual.vertex_colors[:, 0], kept["vertex_properties"]["red"])
+    assert values[body.visual.vertex_colors[:, 1].argmax()] > values[body.visual.vertex_colors[:, 1].argmin()]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_ply_of_either_byte_order_with_more_than_a_mesh(order, tmp_path):
+    encoding = "binary_little_endian" if order == "<" else "binary_big_endian"
+    head = (
+        f"ply\nformat {encoding} 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty uchar red\n"
+        "property float y\nproperty float z\nelement face 3\nproperty uchar flag\n"
+        "property list uchar int vertex_index\nproperty list uchar float texcoord\nend_header\n"
+    )
+    v = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    body = b"".join(struct.pack(f"{order}fBff", p[0], 7, p[1], p[2]) for p in v)
+    for corners, texture in (((0, 1, 2), 2), ((0, 1, 2, 3), 0), ((3, 2, 1), 1)):
+        body += struct.pack(
+            f"{order}BB{len(corners)}iB{texture}f", 1, len(corners), *corners, texture, *[0.5] * texture
+        )
+    (tmp_path / "mesh.ply").write_bytes(head.encode() + body)
+    mesh = read_mesh(tmp_path / "mesh.ply", triangulate=True)
+    assert np.array_equal(mesh.v, v)
+    assert mesh.f.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [3, 2, 1]]
+    assert mesh.triangulated == 1
+
+
+HEAD = """ply
+format {}
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+"""
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)
+LITTLE = HEAD.format("binary_little_endian 1.0").encode()
+BINARY = LITTLE + CORNERS.astype("<f4").tobytes() + struct.pack("<B3i", 3, 0, 1, 2)
+TEXT = HEAD.format("ascii 1.0") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def read(tmp_path, data):
+    (tmp_path / "a.ply").write_bytes(data if isinstance(data, bytes) else data.encode())
+    return read_mesh(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        BINARY,
+        TEXT,
+        TEXT.replace("\n", "\r\n"),
+        TEXT.replace("\n", "\r"),
+        BINARY.replace(LITTLE, LITTLE.replace(b"\n", b"\r\n")),
+        TEXT.replace("element vertex", "comment créé à la main\nelement vertex"),
+        BINARY.replace(b"element vertex", "comment créé à la main\nelement vertex".encode()),
+        TEXT.replace("end_header", "element edge 1\nproperty int vertex1\nend_header") + "7\n",
+        BINARY.replace(b"end_header", b"element edge 1\nproperty int vertex1\nend_header") + b"\0\0\0\0",
+        TEXT.replace("0 1 0\n", "\n0 1 0\n# a remark\n"),
+        TEXT.replace("property float z\n", "property float z\nproperty uchar red\n").replace(
+            "0 0 0\n1 0 0\n0 1 0\n", "0 0 0 9\n1 0 0 9\n0 1 0 9\n"),
+    ],
+)
+def test_dialects(data, tmp_path):
+    mesh = read(tmp_path, data)
+    assert np.array_equal(mesh.v, CORNERS)
+    assert mesh.f.tolist() == [[0, 1, 2]]
+
+
+def test_lists_before_the_positions_are_passed_over(tmp_path):
+    lists = TEXT.replace("property float x", "property list uchar float weights\nproperty float x")
+    mesh = read(tmp_path, lists.replace("0 0 0\n1 0 0\n0 1 0\n", "2 7 8 0 0 0\n0 1 0 0\n1 9 0 1 0\n"))
+    assert np.array_equal(mesh.v, CORNERS)
+
+
+def test_lists_before_the_corners_are_passed_over(tmp_path):
+    lists = TEXT.replace("property list uchar int", "property list uchar float texcoord\nproperty list uchar int")
+    assert read(tmp_path, lists.replace("3 0 1 2", "2 0.5 0.5 3 0 1 2")).f.tolist() == [[0, 1, 2]]
+
+
+def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
+    assert read(tmp_path, TEXT.replace("1 0 0\n", "0.1234567890123 0 0\n")).v[1, 0] == 0.1234567890123
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (TEXT.replace("vertex 3", "vertex 999999999999"), "cut off"),
+        (TEXT.replace("vertex 3", "vertex 5"), "cut off"),
+        (BINARY.replace(b"vertex 3", b"vertex 999999999999"), "cut off"),
+        (BINARY.replace(b"face 1", b"face 2"), "early end-of-file"),
+        (BINARY.replace(b"face 1", b"face -1"), "-1 rows of face"),
+        (TEXT.replace("face 1", "face -1"), "-1 rows of face"),
+        (BINARY.replace(b"list uchar", b"list char").replace(b"\x03\0\0\0\0", b"\xff\0\0\0\0"), "vertex_indices"),
+        (TEXT.replace("3 0 1 2", "-1 0 1 2"), "reads '-1 0 1 2'"),
+        (TEXT.replace("3 0 1 2", "4 0 1 2"), "reads '4 0 1 2'"),
+        (TEXT.replace("list uchar int vertex_indices", "int red"), "no list vertex_indices"),
+        (TEXT.replace("list uchar int", "list uchar float"), "of whole numbers"),
+        (TEXT.replace("element face", "element cell"), "no face element"),
+        (TEXT.replace("property float z", "property float w"), "no x, y, z"),
+        (TEXT.replace("ascii 1.0", "morse 1.0"), "morse"),
+        (TEXT.replace("vertex 3", "vertex many"), "expected integer count"),
+        (TEXT.replace("property float x", "property complex x"), "complex"),
+        (TEXT.replace("end_header\n", ""), "no PLY header"),
+        ("ply\n" + "x" * 300000, "no PLY header"),
+    ],
+)
+def test_the_fault_is_named(data, words, tmp_path):
+    with pytest.raises(MeshError, match=words):
+        read(tmp_path, data)
+
+
+def test_polygons_are_read_face_by_face(tmp_path):
+    v, quads = np.random.default_rng(0).normal(size=(50, 3)), [[0, 1, 2, 3], [4, 5, 6], [7, 8, 9, 10, 11]]
+    head = LITTLE.replace(b"vertex 3", b"vertex 50").replace(b"face 1", b"face 3")
+    body = b"".join(struct.pack(f"<B{len(face)}i", len(face), *face) for face in quads)
+    (tmp_path / "a.ply").write_bytes(head + v.astype("<f4").tobytes() + body)
+    mesh = read_mesh(tmp_path / "a.ply", triangulate=True)
+    assert mesh.triangulated == 2
+    assert mesh.f.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6], [7, 8, 9], [7, 9, 10], [7, 10, 11]]

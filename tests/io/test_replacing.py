@@ -1,0 +1,100 @@
+"""Files appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from file_names import ALL, needs
+
+from igl_spheremap import FileError
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+def test_nothing_is_overwritten_without_force(ball, tmp_path):
+    path = tmp_path / "ball.obj"
+    path.write_text("precious")
+    with pytest.raises(FileError, match="exists already"):
+        write_mesh(path, *ball)
+    assert path.read_text() == "precious"
+    path.chmod(0o640)
+    write_mesh(path, *ball, force=True)
+    assert path.stat().st_mode & 0o777 == 0o640
+    assert os.listdir(tmp_path) == ["ball.obj"]
+
+
+def test_links_are_followed(ball, tmp_path):
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store" / "real.obj").write_text("old")
+    (tmp_path / "link.obj").symlink_to(tmp_path / "store" / "real.obj")
+    write_mesh(tmp_path / "link.obj", *ball, force=True)
+    assert (tmp_path / "link.obj").is_symlink()
+    assert np.array_equal(read_mesh(tmp_path / "store" / "real.obj").v, ball[0])
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_full_disk_leaves_nothing_behind(name, ball, tmp_path):
+    """No file may grow beyond 64 bytes, as if the disk were full."""
+    needs(name)
+    resource = pytest.importorskip("resource", reason="no limits of resources here")
+    write_mesh(tmp_path / name, *ball)  # packages are loaded, and their caches written, before the limit
+    before = (tmp_path / name).read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (64, limits[1]))
+    try:
+        with pytest.raises(FileError, match=r"File too large|No space left"):
+            write_mesh(tmp_path / name, *ball, force=True)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (tmp_path / name).read_bytes() == before
+    assert os.listdir(tmp_path) == [name]
+
+
+def test_a_failed_rename_leaves_nothing_behind(ball, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "replace", refuse)
+    with pytest.raises(FileError, match="Permission denied"):
+        write_mesh(tmp_path / "ball.obj", *ball)
+    assert os.listdir(tmp_path) == []
+
+
+def test_no_folder_and_no_file(ball, tmp_path):
+    with pytest.raises(FileError, match="no folder"):
+        write_mesh(tmp_path / "nowhere" / "ball.obj", *ball)
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(FileError, match="directory"):
+        write_mesh(tmp_path / "folder.obj", *ball, force=True)
+    if Path("/dev/full").exists():
+        (tmp_path / "full.obj").symlink_to("/dev/full")
+        with pytest.raises(FileError, match="no regular file"):
+            write_mesh(tmp_path / "full.obj", *ball, force=True)
+
+
+def test_a_name_may_take_all_its_bytes(ball, tmp_path):
+    name = "é" * ((255 - len(".ply")) // 2) + ".ply"
+    assert len(name.encode()) >= 254
+    write_mesh(tmp_path / name, *ball)
+    assert np.array_equal(read_mesh(tmp_path / name).v, ball[0])
+    assert len(os.listdir(tmp_path)) == 1
+
+
+def test_threads_that_write_one_target_do_not_share_a_temporary_file(ball, tmp_path):
+    """Eight threads at once: the file is one of theirs, whole."""
+    v, f = ball
+    start = threading.Barrier(8)
+
+    def write(k):
+        start.wait()
+        for _ in range(5):
+            write_mesh(tmp_path / "ball.ply", v * (k + 1), f, force=True)
+
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(write, range(8))) == [None] * 8
+    assert any(np.array_equal(read_mesh(tmp_path / "ball.ply").v, v * (k + 1)) for k in range(8))
+    assert os.listdir(tmp_path) == ["ball.ply"]

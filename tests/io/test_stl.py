@@ -1,0 +1,42 @@
+"""STL: triangles that are welded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from igl_spheremap import MeshError
+from igl_spheremap.io import read_mesh, write_mesh
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_stl_is_welded_in_order_of_appearance(binary, ball, tmp_path):
+    v, f = ball
+    path = tmp_path / "ball.stl"
+    if binary:
+        write_mesh(path, v, f)
+    else:
+        corners = "\n".join(
+            "outer loop\n"
+            + "\n".join("vertex {!r} {!r} {!r}".format(*v[i].tolist()) for i in face)
+            + "\nendloop"
+            for face in f
+        )
+        path.write_text(f"solid ball\n{corners}\nendsolid ball\n")
+    mesh = read_mesh(path)
+    assert mesh.v.shape == v.shape
+    assert np.allclose(mesh.v[mesh.f], v[f], atol=1e-7)
+    assert mesh.f[0].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("solid a\nvertex 0 0 0\nvertex 1 0 0\n", "cut off"),
+        ("no triangles here", "neither text STL nor binary"),
+    ],
+)
+def test_the_fault_is_named(text, words, tmp_path):
+    (tmp_path / "mesh.stl").write_text(text)
+    with pytest.raises(MeshError, match=words):
+        read_mesh(tmp_path / "mesh.stl")
