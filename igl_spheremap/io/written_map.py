@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..errors import FileError, MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_faces, check_rows
+from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
@@ -59,7 +60,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     """
     x = check_rows(x)
     certificate = certify_checked(x, check_faces(f, len(x)))
-    distance = np.sqrt(np.einsum("ij,ij->i", x, x))
+    distance = row_lengths(x)
     radius = float(np.median(distance))
     if abs(radius - 1) < UNIT_TOLERANCE:  # rounding: a unit sphere is written back digit for digit
         radius = 1.0

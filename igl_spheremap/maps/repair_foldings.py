@@ -11,7 +11,7 @@ from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.recording import History
 from ..mesh.check import Mesh, check_directions, check_mesh
-from ..sphere.rows import row_dots, unit_rows
+from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.mend import mend_locally
 from ..untangle.polish import polish_map
 from ..untangle.relax import Polish
@@ -107,5 +107,4 @@ def repair_foldings(
 def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
     """Unit rows of `x`, untouched where they are so already."""
     rows = check_directions(x, len(mesh.v), "images")
-    length = np.sqrt(row_dots(rows, rows))
-    return rows if np.abs(length - 1).max() < _UNIT else unit_rows(rows)
+    return rows.copy() if np.abs(row_lengths(rows) - 1).max() < _UNIT else unit_rows(rows)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import igl.predicates
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -14,6 +13,7 @@ from ..errors import FoldingsRemain
 from ..mesh.check import check_directions, check_faces, check_rows
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, certify_checked
+from ..verify.signs import determinant_signs
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -117,11 +117,10 @@ class SphereLocator:
     def _locate_block(self, q: FloatArray) -> IntArray:
         query, face = self._tree.candidates(q)
         corners = [self.x[self.f[face, k]] for k in range(3)]
-        points, origin = q[query], np.zeros((1, 3))
+        points = q[query]
         inside = np.ones(len(face), dtype=bool)
         for k in range(3):
-            sign = igl.predicates.orient3d(points, corners[k], corners[(k + 1) % 3], origin)
-            inside &= np.asarray(sign).ravel() >= 0
+            inside &= determinant_signs(points, corners[k], corners[k - 2]) >= 0
         found = np.full(len(q), len(self.f))
         np.minimum.at(found, query[inside], face[inside])
         return found

@@ -57,6 +57,28 @@ def along(x: FloatArray, direction: FloatArray) -> FloatArray:
     return np.einsum("ij,j->i", x, direction)
 
 
+def scale_rows(x: FloatArray) -> FloatArray:
+    """Rows times powers of two that bring their largest entries to between 1/2 and 1.
+
+    Exact but for entries that underflow beside one that is 2^1000 times larger.
+    """
+    return np.ldexp(x, -_exponents(x)[:, None])
+
+
+def row_lengths(x: FloatArray) -> FloatArray:
+    """Length of each row, of whatever size.
+
+    >>> (row_lengths(np.array([[3e-200, 0, 4e-200], [3e200, 0, 4e200]])) * [1e200, 1e-200]).round(9).tolist()
+    [5.0, 5.0]
+    """
+    y = scale_rows(x)
+    return np.ldexp(np.sqrt(row_dots(y, y)), _exponents(x))
+
+
+def _exponents(x: FloatArray) -> NDArray[np.int32]:
+    return np.frexp(np.abs(x).max(axis=1))[1]
+
+
 def unit_rows(x: FloatArray) -> FloatArray:
     """Rows divided by their lengths, of whatever size. Zero rows stay zero; and if all are unit rows, nothing changes.
 

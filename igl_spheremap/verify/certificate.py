@@ -1,22 +1,23 @@
-"""The witness: is a map from a closed surface to the unit sphere free of foldings? Exact signs and exact degree."""
+"""Whether a map from a closed surface to the unit sphere is free of foldings: exact signs and exact degree."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import igl.predicates
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mesh.check import check_faces, check_rows
-from ..sphere.rows import along, row_dots
+from ..sphere.rows import along, row_lengths, scale_rows
+from .signs import determinant_signs, orientation_signs
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Rows may leave the unit sphere by the rounding of a float32 file, no more.
 UNIT_TOLERANCE = 1e-6
-_ORIGIN = np.zeros((1, 3))
+#: Room for rounding in the choice of the faces that may hold a direction; each of them is then tested exactly.
+_ROOM = 64 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,69 +117,26 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
 
 
 def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
-    """Certificate of `x`, float64 rows, on faces that passed the gate already.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Images of the vertices.
-    f : (m, 3) int64 array
-        Faces that passed the gate.
-
-    Returns
-    -------
-    Certificate
-        As from `certify`.
-    """
+    """`certify` for float64 rows and faces that passed the gate already."""
     nothing = np.empty(0, dtype=np.int64)
-    square = row_dots(x, x)
-    if not np.isfinite(square).all():
-        bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
-        if len(bad):
-            return Certificate(nothing, nothing, 0, not_finite=bad)
-    off_sphere = np.flatnonzero(np.abs(np.sqrt(square) - 1) > UNIT_TOLERANCE)
+    bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
+    if len(bad):
+        return Certificate(nothing, nothing, 0, not_finite=bad)
     signs = orientation_signs(x, f)
     return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), _degree(x, f, signs),
-                       off_sphere=off_sphere)
-
-
-def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
-    """Exact orientation of each face as seen from the origin.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Finite positions.
-    f : (m, 3) int64 array
-        Faces.
-
-    Returns
-    -------
-    (m,) int64 array
-        +1 outward, -1 inward (a folding), 0 if the plane of the face holds the origin.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
-    array([ 1, -1])
-    """
-    if not len(f):  # libigl divides by the number of rows
-        return np.empty(0, dtype=np.int64)
-    corners = (x.take(f[:, k], axis=0) for k in range(3))
-    return np.asarray(igl.predicates.orient3d(*corners, _ORIGIN), dtype=np.int64)
+                       off_sphere=np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE))
 
 
 def _degree(x: FloatArray, f: IntArray, signs: IntArray) -> int:
     """Sum of the signs of the faces over one direction in general position, exactly."""
-    for q in _directions(x, f, signs):
-        over = _faces_near(x, f, q)
+    y = scale_rows(x)
+    for q in _directions(y, f, signs):
+        over = _faces_near(y, f, q)
         if not len(over):
             return 0
-        a, b, c = (x[f[over, k]] for k in range(3))
-        q_rows = np.broadcast_to(q, a.shape)
-        side = np.array([igl.predicates.orient3d(np.ascontiguousarray(q_rows), *pair, _ORIGIN)
-                         for pair in ((a, b), (b, c), (c, a))], dtype=np.int64).reshape(3, -1)
+        corners = [x[f[over, k]] for k in range(3)]
+        q_rows = np.broadcast_to(q, corners[0].shape)
+        side = np.stack([determinant_signs(q_rows, corners[k], corners[k - 2]) for k in range(3)])
         sign = signs[over]
         inside = (side * sign).min(axis=0, initial=1)
         on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
@@ -200,15 +158,14 @@ def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> list[FloatArray]
 
 
 def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
-    """Faces that may hold direction `q`: a necessary test in floating point, with room for its rounding.
+    """Faces of rows no longer than 2 that may hold direction `q`: a necessary test in floating point.
 
     Seen along q, a cone that holds q has the origin in the bounding box of its corners.
     """
     q = q / np.linalg.norm(q)
-    room = 1e-14 * float(np.abs(x).max())
     across = [along(x, axis) for axis in np.linalg.svd(q[None, :])[2][1:]]
     # One bit for each half-plane that a vertex is in: a box holds the origin if its corners have all four.
-    sides = [half for s in across for half in (s <= room, s >= -room)] + [along(x, q) > -room]
+    sides = [half for s in across for half in (s <= _ROOM, s >= -_ROOM)] + [along(x, q) > -_ROOM]
     bits = np.zeros(len(x), dtype=np.uint8)
     for k, side in enumerate(sides):
         bits |= side.astype(np.uint8) << np.uint8(k)

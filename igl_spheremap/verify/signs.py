@@ -1,0 +1,67 @@
+"""Exact signs of 3 x 3 determinants of finite floats: which way a face is oriented as seen from the origin."""
+
+from __future__ import annotations
+
+import igl.predicates
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sphere.rows import scale_rows
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
+#: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
+_SMALLEST, _LARGEST = 2.0**-300, 2.0**300
+_ORIGIN = np.zeros((1, 3))
+_BLOCK = 1 << 12  # faces whose integers, of up to 300 bytes each, are in memory at once
+
+
+def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
+    """Orientation of each face: +1 outward, -1 inward (a folding), 0 if its plane holds the origin or a corner is NaN.
+
+    >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
+    array([ 1, -1])
+    """
+    if _in_range(x).all():
+        return _predicate(x, f)
+    y = scale_rows(x)
+    plain = _in_range(y) & ((y == 0) == (x == 0)).all(axis=1)
+    signs = _predicate(y, f)
+    rest = np.flatnonzero(~plain[f].all(axis=1))
+    for block in np.array_split(rest, len(rest) // _BLOCK + 1):
+        signs[block] = _integer_signs(x[f[block]])
+    return signs
+
+
+def determinant_signs(a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
+    """Sign of the determinant of each three rows.
+
+    >>> determinant_signs(np.array([[5e-324, 0, 0]]), np.array([[0, 1e308, 0]]), np.array([[0, 0, -1.0]]))
+    array([-1])
+    """
+    return orientation_signs(np.concatenate((a, b, c)), np.arange(3 * len(a)).reshape(3, -1).T)
+
+
+def _in_range(x: FloatArray) -> NDArray[np.bool_]:
+    """Rows of numbers for which the predicates are exact."""
+    size = np.abs(x)
+    return np.asarray((((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)).all(axis=1))
+
+
+def _predicate(x: FloatArray, f: IntArray) -> IntArray:
+    if not len(f):  # libigl divides by the number of rows
+        return np.empty(0, dtype=np.int64)
+    return np.asarray(igl.predicates.orient3d(*(x.take(f[:, k], axis=0) for k in range(3)), _ORIGIN), dtype=np.int64)
+
+
+def _integer_signs(corners: FloatArray) -> IntArray:
+    """Signs of the determinants of (k, 3, 3) floats, by Python's integers: rows are scaled until they are whole."""
+    corners = np.where(np.isfinite(corners).all(axis=(1, 2), keepdims=True), corners, 0)
+    mantissa, exponent = np.frexp(corners)
+    whole = (mantissa * 2.0**53).astype(np.int64).astype(object)
+    shift = (exponent - exponent.min(axis=2, keepdims=True)).astype(object)
+    (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = (whole << shift).transpose(1, 2, 0)
+    det = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+    return (det > 0).astype(np.int64) - (det < 0)
