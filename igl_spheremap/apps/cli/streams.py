@@ -17,7 +17,7 @@ from .failures import UsageError
 STREAM = "-"
 _READ = tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS)
 _WRITTEN = ("obj", "off")  # text: nothing that would garble a terminal
-_INPUTS = ("source", "sphere", "points", "to", "data", "template")
+_INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "template")
 _OUTPUTS = ("target", "surface", "table", "json", "plot")
 _T = TypeVar("_T")
 

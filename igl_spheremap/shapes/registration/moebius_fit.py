@@ -25,7 +25,7 @@ _SMALLEST_GAIN = 1e-7
 
 def fit_moebius(
     x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Picture, notify: Notify
-) -> FloatArray:
+) -> None:
     """Lower the weighted square of features - fixed(x) by Gauss-Newton steps in the six directions of Moebius maps.
 
     The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
@@ -50,12 +50,11 @@ def fit_moebius(
                 break
             damping *= 4
             if damping > 1e6:
-                return x
+                return
         x, values, gradients, cost, damping = y, new_values, new_gradients, cost - gain, max(damping / 6, 1e-6)
         notify(x, cost)
         if gain < _SMALLEST_GAIN * features.shape[1]:
             break
-    return x
 
 
 def _cost(weights: FloatArray, off: FloatArray) -> float:

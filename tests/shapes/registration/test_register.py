@@ -50,7 +50,7 @@ def test_a_copy_that_is_meshed_anew_turns_back(dino):
 def test_a_planted_moebius_map_comes_back(ball):
     fixed, values = ball
     moving = moved(fixed, moebius(fixed.sphere, [0.1, -0.05, 0.1]) @ R.T)
-    result = ism.register(moving, fixed, (values, values))
+    result = ism.register(moving, fixed, (values, values), stages=["rotation", "moebius"])
     off = np.linalg.norm(result.map.sphere - fixed.sphere, axis=1)
     assert off.mean() < 0.01 < 0.05 < np.linalg.norm(
         moving.sphere @ result.rotation.T - fixed.sphere, axis=1).mean()
@@ -64,13 +64,61 @@ def test_stages_report_what_they_did(ball):
     fixed, values = ball
     seen = []
     result = ism.register(moved(fixed, fixed.sphere @ R.T), fixed, (values, values), listener=seen.append)
-    assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius"]
+    assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius", "elastic"]
     assert all(stage.strain < 1e-12 for stage in result.stages[:2])
     assert seen[0].stage == "rotation"
     assert all(ism.certify(iterate.x, fixed.faces).folding_free for iterate in seen)
     costs = [iterate.energy for iterate in seen if iterate.stage == "moebius"]
     assert costs == sorted(costs, reverse=True)
+    assert seen[-1].stage == "elastic"
     assert np.array_equal(seen[-1].x, result.map.sphere)
+
+
+def warp(x, size):
+    """A smooth bijection of the sphere that is no Moebius map, of degree 3."""
+    c = np.zeros((16, 1))
+    c[9:, 0] = [1, -1, 0.5, 1, -0.5, 1, -1]
+    for _ in range(10):
+        _, gradient = Picture(c)(x)
+        x = unit_rows(x + size / 10 * (gradient[:, 0] + np.cross(x, gradient[:, 0])))
+    return x
+
+
+def test_a_planted_warp_comes_back_through_bijections(ball):
+    fixed, values = ball
+    warped = moved(fixed, warp(fixed.sphere, 0.06) @ R.T)
+    seen = []
+    result = ism.register(warped, fixed, (values, values), listener=seen.append)
+    rigid = ism.register(warped, fixed, (values, values), stages=["rotation", "moebius"])
+    before, after = (np.degrees(np.linalg.norm(r.map.sphere - fixed.sphere, axis=1)).mean() for r in (rigid, result))
+    assert before > 4
+    assert after < before / 5
+    assert all(ism.certify(iterate.x, fixed.faces).folding_free for iterate in seen)
+    assert (result.stages[-1].correlation > 0.99).all()
+    assert 0 < result.stages[-1].strain < result.stages[-1].strain_95
+
+
+def test_stiffer_maps_are_strained_less(ball):
+    fixed, values = ball
+    warped = moved(fixed, warp(fixed.sphere, 0.06))
+    strains = [ism.register(warped, fixed, (values, values), stages=["elastic"], stiffness=s).stages[-1].strain
+               for s in (0.1, 1.0, 1e6)]
+    assert strains[0] > strains[1] > 0.01 > 1e-3 > strains[2]
+
+
+def test_a_listener_may_stop(ball):
+    fixed, values = ball
+    warped = moved(fixed, warp(fixed.sphere, 0.06))
+    seen = []
+
+    def stop_at_the_third(iterate):
+        seen.append(iterate.x)
+        if len(seen) == 3:
+            raise StopIteration
+
+    result = ism.register(warped, fixed, (values, values), listener=stop_at_the_third)
+    assert np.allclose(result.map.sphere, seen[-1], atol=1e-15)
+    assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius"]
 
 
 def test_a_mirror_image_is_reflected_first(dino):
@@ -82,8 +130,9 @@ def test_a_mirror_image_is_reflected_first(dino):
     assert np.abs(result.map.sphere - dino.sphere).max() < 1e-3
 
 
-def test_the_same_input_gives_the_same_bits(ball):
-    fixed, values = ball
+def test_the_same_input_gives_the_same_bits():
+    x, f = ism.samples.sphere(642)
+    fixed, values = ism.sphere_map(x, f, x), np.exp(x[:, :2])
     first, second = (ism.register(fixed, fixed, (values, values)).map.sphere for _ in range(2))
     assert np.array_equal(first, second)
 

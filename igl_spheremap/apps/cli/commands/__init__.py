@@ -92,6 +92,13 @@ igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss -
 igl-spheremap grid lh.pial lh.sphere lh_sulc.png --data lh.sulc""",
     ),
     Command(
+        "register",
+        "lay one mapped surface on another so that their features agree",
+        """\
+igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply
+igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect --feature sulc=rh.sulc,lh.sulc""",
+    ),
+    Command(
         "batch",
         "map many files with a pool of processes; run it again to continue",
         """\
