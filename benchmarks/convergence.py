@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.maps.methods import Method
+from igl_spheremap.maps.options import Method
 from igl_spheremap.mesh.measure import face_areas
 
 ROOT = Path(__file__).parents[1]

@@ -29,7 +29,7 @@ from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph, s
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.result_view import edge_width
 from igl_spheremap.apps.viewer.timeline import Slide, final_slide, slides
-from igl_spheremap.maps.methods import METHODS
+from igl_spheremap.maps.options import METHODS
 from igl_spheremap.mesh.check import Mesh
 
 SPEEDS = (1, 2, 5, 10, 25)

@@ -19,10 +19,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .maps.given_sphere import sphere_map
     from .maps.landmarks import landmark_map
     from .maps.mapper import SphereMapper
-    from .maps.methods.auto import Auto
-    from .maps.methods.gu_yau import GuYau
-    from .maps.methods.lai2014 import Lai2014
-    from .maps.methods.stereographic import Stereographic
+    from .maps.options import Auto, GuYau, Lai2014, Stereographic
     from .maps.p_harmonic import p_harmonic_map
     from .maps.remove_foldings import minimize_harmonic_energy, remove_foldings
     from .maps.repair_foldings import repair_foldings
@@ -69,10 +66,10 @@ _HOME = {
     "sphere_map": "maps.given_sphere",
     "landmark_map": "maps.landmarks",
     "SphereMapper": "maps.mapper",
-    "Auto": "maps.methods.auto",
-    "GuYau": "maps.methods.gu_yau",
-    "Lai2014": "maps.methods.lai2014",
-    "Stereographic": "maps.methods.stereographic",
+    "Auto": "maps.options",
+    "GuYau": "maps.options",
+    "Lai2014": "maps.options",
+    "Stereographic": "maps.options",
     "p_harmonic_map": "maps.p_harmonic",
     "repair_foldings": "maps.repair_foldings",
     "SphereMap": "maps.sphere_map",

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .iterate import Iterate
-from .line_search import NonmonotoneSearch
+from .line_search import BarzilaiBorwein, NonmonotoneSearch
 from .problem import Problem
 
 FloatArray = NDArray[np.float64]
-BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
 #: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; next to
 #: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.

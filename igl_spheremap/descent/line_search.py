@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, Literal, TypeVar
 
 T = TypeVar("T")
+#: Which quotient of eq. (12) is the first step tried.
+BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
 #: Reductions after which no step is taken to exist: with delta = 0.1 the step is below rounding long before.
 _MAX_REDUCTIONS = 40

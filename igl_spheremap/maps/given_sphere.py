@@ -11,7 +11,7 @@ from ..descent.iterate import Status
 from ..errors import FoldingsRemain, MeshError
 from ..mesh.check import check_mesh
 from ..verify.certificate import certify_checked
-from .finish import check_start
+from .run import check_start
 from .sphere_map import SphereMap
 
 

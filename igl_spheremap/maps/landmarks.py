@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
@@ -14,13 +12,13 @@ from ..descent.energies.sum import SumEnergy
 from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
-from ..descent.recording import History
 from ..errors import MeshError
-from ..mesh.check import check_mesh, check_rows
+from ..mesh.check import Mesh, check_rows
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows
-from .finish import finish
+from ..untangle.candidate import Candidate
+from .run import run
 from .sphere_map import SphereMap
 from .variational import descend, start_of
 
@@ -100,19 +98,19 @@ def landmark_map(
     >>> bool(np.abs(result.sphere[[0, 100, 200, 300]] - target).max() < 0.15), result.certificate.folding_free
     (True, True)
     """
-    began = time.perf_counter()
-    mesh = check_mesh(v, f)
-    penalty = check_landmarks(len(mesh.v), landmarks, targets, weights)
-    start, x = start_of(mesh, x0)
-    if x0 is None:
-        x = match_landmarks(x, penalty)
-    harmonic = HarmonicEnergy.of(mesh)
-    metric = SobolevH2.of(harmonic.L, mesh.f, x)
-    problem = Problem.of(mesh, SumEnergy((harmonic, penalty)), metric, gauge=False)  # landmarks fix the gauge
-    history = History(listener)
     limits = {"tolerance": tolerance, "max_iterations": max_iterations, "plateau": plateau}
-    found = descend(mesh, problem, start, x, keep_injective, history, limits)
-    return finish(mesh, found, history, "landmarks", {"keep_injective": keep_injective, **limits}, began)
+
+    def solve(mesh: Mesh, notify: Listener) -> Candidate:
+        penalty = check_landmarks(len(mesh.v), landmarks, targets, weights)
+        start, x = start_of(mesh, x0)
+        if x0 is None:
+            x = match_landmarks(x, penalty)
+        harmonic = HarmonicEnergy.of(mesh)
+        metric = SobolevH2.of(harmonic.L, mesh.f, x)
+        problem = Problem.of(mesh, SumEnergy((harmonic, penalty)), metric, gauge=False)  # landmarks fix the gauge
+        return descend(mesh, problem, start, x, keep_injective, notify, limits)
+
+    return run(v, f, solve, "landmarks", {"keep_injective": keep_injective, **limits}, listener)
 
 
 def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:

@@ -13,8 +13,9 @@ from ..descent.recording import History
 from ..errors import MeshError
 from ..mesh.check import check_mesh
 from ..operators.operators import build_operators
-from .finish import check_start, finish
-from .methods.auto import Auto
+from .methods.auto import map_factorised
+from .options import Auto
+from .run import check_start, finish
 from .sphere_map import SphereMap
 
 FloatArray = NDArray[np.float64]
@@ -99,7 +100,7 @@ class SphereMapper:
         x = None if start is None else check_start(start, n)
         operators = self.operators if weights is None else replace(self.operators, A=_shares(weights, n))
         history = History(listener)
-        found = self.method.map(self.mesh, operators, x, history)
+        found = map_factorised(self.mesh, operators, self.method, history, x)
         return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
 
 

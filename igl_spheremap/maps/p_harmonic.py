@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
-
 from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..descent.problem import p_harmonic_problem
-from ..descent.recording import History
-from ..mesh.check import check_mesh
-from .finish import finish
+from ..mesh.check import Mesh
+from ..untangle.candidate import Candidate
+from .run import run
 from .sphere_map import SphereMap
 from .variational import descend, start_of
 
@@ -77,11 +75,10 @@ def p_harmonic_map(
     >>> bool(result.conformal_factor().std() < ism.spherical_conformal_map(v, f).conformal_factor().std())
     True
     """
-    began = time.perf_counter()
-    mesh = check_mesh(v, f)
-    problem = p_harmonic_problem(mesh, p)
-    start, x = start_of(mesh, x0)
-    history = History(listener)
     limits = {"tolerance": tolerance, "max_iterations": max_iterations, "plateau": plateau}
-    found = descend(mesh, problem, start, x, keep_injective, history, limits)
-    return finish(mesh, found, history, "p-harmonic", {"p": p, "keep_injective": keep_injective, **limits}, began)
+
+    def solve(mesh: Mesh, notify: Listener) -> Candidate:
+        problem = p_harmonic_problem(mesh, p)
+        return descend(mesh, problem, *start_of(mesh, x0), keep_injective, notify, limits)
+
+    return run(v, f, solve, "p-harmonic", {"p": p, "keep_injective": keep_injective, **limits}, listener)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import time
-
 from numpy.typing import ArrayLike
 
-from ..descent.algorithm_1 import BarzilaiBorwein
 from ..descent.iterate import Listener
-from ..descent.recording import History
-from ..mesh.check import check_mesh
-from .finish import check_start, finish
-from .methods.lai2014 import Lai2014
+from ..descent.line_search import BarzilaiBorwein
+from ..mesh.check import Mesh
+from ..untangle.candidate import Candidate
+from .methods.lai2014 import lai2014
+from .options import Lai2014
+from .run import check_start, run
 from .sphere_map import SphereMap
 
 
@@ -120,10 +119,10 @@ def remove_foldings(
     >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
     [('gauss map', 0)]
     """
-    began = time.perf_counter()
-    method = Lai2014(tolerance, max_iterations, plateau, rounds, rho, delta, xi, bb)
-    mesh = check_mesh(v, f)
-    start = None if x0 is None else check_start(x0, len(mesh.v))
-    history = History(listener)
-    found = method.run(mesh, history, start)
-    return finish(mesh, found, history, method.name, method.settings(), began)
+    method = Lai2014(tolerance=tolerance, max_iterations=max_iterations, plateau=plateau, rounds=rounds, rho=rho,
+                     delta=delta, xi=xi, bb=bb)
+
+    def solve(mesh: Mesh, notify: Listener) -> Candidate:
+        return lai2014(mesh, method, notify, None if x0 is None else check_start(x0, len(mesh.v)))
+
+    return run(v, f, solve, method.name, method.settings(), listener)

@@ -14,9 +14,9 @@ from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.mend import mend_locally
 from ..untangle.polish import polish_map
-from ..untangle.relax import Polish
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_angle_difference
+from .options import Polish
 from .sphere_map import SphereMap
 
 FloatArray = NDArray[np.float64]

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import time
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
-from ..descent.preconditioned import MAX_ITERATIONS, TOLERANCE
-from ..descent.recording import History
-from ..mesh.check import check_mesh
-from ..untangle.relax import Polish
-from .finish import finish
-from .methods import METHODS, Auto, Method
-from .methods.auto import Gauge
-from .sphere_map import SphereMap
+from .options import METHODS, Auto, Gauge, Method, Polish
+
+if TYPE_CHECKING:
+    from .sphere_map import SphereMap
 
 
 def spherical_conformal_map(
@@ -22,8 +18,8 @@ def spherical_conformal_map(
     f: ArrayLike,
     method: str | Method = "auto",
     *,
-    tolerance: float = TOLERANCE,
-    max_iterations: int = MAX_ITERATIONS,
+    tolerance: float = 1e-3,
+    max_iterations: int = 30,
     backend: str = "auto",
     gauge: Gauge = "centred",
     polish: Polish | None = None,
@@ -76,12 +72,11 @@ def spherical_conformal_map(
     >>> result.certificate.folding_free, result.status.name, result.sphere.shape == v.shape
     (True, 'CONVERGED', True)
     """
-    began = time.perf_counter()
-    chosen = _chosen(method, Auto(tolerance, max_iterations, backend, gauge, polish))
-    mesh = check_mesh(v, f)
-    history = History(listener)
-    found = chosen.run(mesh, history)
-    return finish(mesh, found, history, chosen.name, chosen.settings(), began)
+    auto = Auto(tolerance=tolerance, max_iterations=max_iterations, backend=backend, gauge=gauge, polish=polish)
+    chosen = _chosen(method, auto)
+    from .methods import map_by_method  # at the first call: nobody waits for solvers who only imports the package
+
+    return map_by_method(v, f, chosen, listener)
 
 
 def _chosen(method: str | Method, auto: Auto) -> Method:

@@ -16,7 +16,7 @@ from ..descent.problem import Problem
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
-from .finish import check_start
+from .run import check_start
 from .spherical_conformal_map import spherical_conformal_map
 
 FloatArray = NDArray[np.float64]

@@ -191,8 +191,6 @@ def test_smallest_meshes(plane):
 
 
 def test_errors_name_the_option():
-    with pytest.raises(ValueError, match="laplace-beltrami, conformal-equivalence"):
-        through(V, F, "circle-packing")
     with pytest.raises(ValueError, match="faces 0 to 1279"):
         through(V, F, "laplace-beltrami", puncture=1280)
     with pytest.raises(ism.NotConverged, match="Newton steps; allow more"):

@@ -17,7 +17,7 @@ from ..._version import __version__
 from ...descent.iterate import Iterate, Listener
 from ...errors import FactorisationFailed, FileError, MapError
 from ...io.replacing import replacing
-from ...maps.methods import Auto, GuYau, Lai2014, Method, Stereographic
+from ...maps.options import Auto, GuYau, Lai2014, Method, Stereographic
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from .surfaces import Surface, load_surface
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...descent.iterate import Iterate
 from ...descent.recording import Recording
-from ...maps.methods import Method
+from ...maps.options import Method
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import Mesh, check_mesh

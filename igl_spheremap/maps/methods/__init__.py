@@ -1,14 +1,27 @@
-"""The methods of `spherical_conformal_map`: each a record of its options, in a file of its own."""
+"""The methods of `spherical_conformal_map`, one file each."""
 
 from __future__ import annotations
 
-from .auto import Auto
-from .gu_yau import GuYau
-from .lai2014 import Lai2014
-from .method import Method
-from .stereographic import Stereographic
+from collections.abc import Callable
 
-#: By the name that users give.
-METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
+from numpy.typing import ArrayLike
 
-__all__ = ["METHODS", "Auto", "GuYau", "Lai2014", "Method", "Stereographic"]
+from ...descent.iterate import Listener
+from ...untangle.candidate import Candidate
+from ..options import Auto, GuYau, Lai2014, Method, Stereographic
+from ..run import run
+from ..sphere_map import SphereMap
+from .auto import auto
+from .gu_yau import gu_yau
+from .lai2014 import lai2014
+from .stereographic import stereographic
+
+#: What maps a mesh, by the record of its options.
+_SOLVERS: dict[type[Method], Callable[..., Candidate]] = {
+    Auto: auto, Lai2014: lai2014, GuYau: gu_yau, Stereographic: stereographic}
+
+
+def map_by_method(v: ArrayLike, f: ArrayLike, method: Method, listener: Listener | None = None) -> SphereMap:
+    """Map a surface by a method and its options."""
+    solve = _SOLVERS[type(method)]
+    return run(v, f, lambda mesh, notify: solve(mesh, method, notify), method.name, method.settings(), listener)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...descent.iterate import Iterate, Listener
 from ...maps.given_sphere import sphere_map
-from ...maps.methods import METHODS
+from ...maps.options import METHODS
 from ...maps.repair_foldings import repair_foldings
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map

@@ -18,7 +18,7 @@ import numpy as np
 from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius, check_writable, format_of, read_sphere, write_map
 from ....io.replacing import replacing
-from ....maps.methods import METHODS
+from ....maps.options import METHODS
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....verify.distortion import angle_differences
 from ..exits import Exit

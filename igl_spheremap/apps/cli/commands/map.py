@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....descent.iterate import Listener
-from ....maps.methods import METHODS
-from ....maps.methods.auto import Gauge
+from ....maps.options import METHODS, Gauge, Polish
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
-from ....untangle.relax import Polish
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_map_arguments, map_by

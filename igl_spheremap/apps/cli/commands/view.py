@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ....errors import MeshError
 from ....io import read_map
-from ....maps.methods import METHODS
+from ....maps.options import METHODS
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.check import check_mesh
 from ....sphere.rows import unit_rows

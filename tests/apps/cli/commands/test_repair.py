@@ -30,4 +30,4 @@ def test_a_map_without_directions_cannot_be_mended(sphere, tmp_path, capsys):
     x[7] = 0
     write_mesh(tmp_path / "zero.ply", x, f)
     assert main(["repair", SAMPLE, str(tmp_path / "zero.ply"), str(tmp_path / "out.ply")]) == 2
-    assert "[7]" in one_line(capsys)
+    assert "e.g. 7;" in one_line(capsys)

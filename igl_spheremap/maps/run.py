@@ -1,15 +1,17 @@
-"""What all maps have in common: the check of a start, and the way from a candidate to the result."""
+"""What all maps have in common: the checks before, and the way from a candidate to the result."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..descent.iterate import Listener
 from ..descent.recording import History
-from ..mesh.check import Mesh, check_directions
+from ..mesh.check import Mesh, check_directions, check_mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
@@ -24,6 +26,21 @@ FloatArray = NDArray[np.float64]
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:
     """Rows scaled to unit length; a MeshError if one of `n` is missing, zero or not finite."""
     return unit_rows(check_directions(x, n, name))  # eq. (4)
+
+
+def run(
+    v: ArrayLike,
+    f: ArrayLike,
+    solve: Callable[[Mesh, Listener], Candidate],
+    name: str,
+    settings: dict[str, Any],
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Check a mesh, map it by `solve`, and certify the map."""
+    began = time.perf_counter()
+    mesh = check_mesh(v, f)
+    history = History(listener)
+    return finish(mesh, solve(mesh, history), history, name, settings, began)
 
 
 def finish(

@@ -1,0 +1,246 @@
+"""The methods of `spherical_conformal_map` as frozen records of their options; no solver is imported here."""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Literal, get_args
+
+from ..descent.line_search import BarzilaiBorwein
+
+Gauge = Literal["centred", "poles"]
+Plane = Literal["laplace-beltrami", "conformal-equivalence"]
+Polish = Literal["angles", "mips"]
+
+
+@dataclass(frozen=True)
+class Method(ABC):
+    """A method and its options."""
+
+    #: What users call it.
+    name: ClassVar[str]
+
+    def settings(self) -> dict[str, Any]:
+        """The options that are not at their defaults."""
+        values = {option.name: (getattr(self, option.name), option.default) for option in fields(self)}
+        return {name: value for name, (value, default) in values.items() if value != default}
+
+
+@dataclass(frozen=True)
+class Auto(Method):
+    """The default method: preconditioned Cayley steps, then the repair of what folds.
+
+    Parameters
+    ----------
+    tolerance : float
+        Harmonic energy above the minimum that may be left, in units of the gap between energy and flat image area,
+        which is the mesh's own discretisation error.
+    max_iterations : int
+        Steps at the most, for each harmonic map: the repair may solve for another one.
+    backend : str
+        Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
+    gauge : {"centred", "poles"}
+        "poles" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
+        the map is better for it; the result's ``gauge`` says which it is.
+    polish : {"angles", "mips"}, optional
+        Lower the angle differences themselves (the mean falls by 10 percent or more on many meshes), or the MIPS
+        energy (the largest differences fall), when the map is done. Nothing by default.
+
+    Raises
+    ------
+    ValueError
+        If `gauge` or `polish` is unknown; at the run, if `backend` is.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> ism.spherical_conformal_map(v, f, ism.Auto(polish="angles")).settings
+    {'polish': 'angles'}
+    """
+
+    name: ClassVar[str] = "auto"
+    tolerance: float = 1e-3
+    max_iterations: int = 30
+    backend: str = "auto"
+    gauge: Gauge = "centred"
+    polish: Polish | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse unknown choices before anything is computed."""
+        if self.gauge not in get_args(Gauge):
+            raise ValueError(f"unknown gauge {self.gauge!r}: choose 'centred' or 'poles'")
+        if self.polish not in (None, *get_args(Polish)):
+            raise ValueError(f"unknown polish {self.polish!r}: choose 'angles' or 'mips'")
+
+
+@dataclass(frozen=True)
+class Lai2014(Method):
+    """The method "lai2014", the paper's: Algorithm 2 around Algorithm 1, from the Gauss map.
+
+    Parameters
+    ----------
+    tolerance : float
+        Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
+        having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
+    max_iterations : int
+        Iterations at the most, counted anew for each round.
+    plateau : float
+        Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
+        limbs creep for thousands of iterations after all else has settled.
+    rounds : int
+        Eigen-projections at the most; 0 is Algorithm 1 alone.
+    rho : float
+        Share of the predicted decrease that a step must reach.
+    delta : float
+        Factor by which a refused step is shortened.
+    xi : float
+        Memory of the nonmonotone search: 0 is the monotone Armijo search, 1 averages over all iterates.
+    bb : {"alternating", "tau_1", "tau_2"}
+        Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
+        iterations and tau_2 at even ones.
+
+    References
+    ----------
+    Lai, Wen, Yin, Gu, Lui 2014, Algorithms 1 and 2.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> ism.spherical_conformal_map(v, f, ism.Lai2014(tolerance=1e-2, rounds=1)).certificate.folding_free
+    True
+    """
+
+    name: ClassVar[str] = "lai2014"
+    tolerance: float = 1e-3
+    max_iterations: int = 5000
+    plateau: float = 5e-7
+    rounds: int = 3
+    rho: float = 1e-4
+    delta: float = 0.1
+    xi: float = 0.85
+    bb: BarzilaiBorwein = "alternating"
+
+
+@dataclass(frozen=True)
+class GuYau(Method):
+    """The method "gu-yau": Tutte energy first, then harmonic energy, both by gradient descent with fixed steps.
+
+    Iterates of the Tutte map have round 0, those of the harmonic map round 1.
+
+    Parameters
+    ----------
+    step : float
+        Step size, between 0 and 2: in units of 1 / (sum of the sizes of a vertex's row of the Laplacian) at each
+        vertex, or, if `uniform`, of 1 / (its largest eigenvalue) at all of them.
+    uniform : bool
+        Whether all vertices take the same step.
+    tutte : bool
+        Whether the Tutte (barycentric) map is made first, as the authors do. Without it the harmonic descent
+        starts at the Gauss map, as in the comparisons of Lai et al.
+    tolerance : float
+        The harmonic descent ends when the L2 norm of the tangential gradient without boosts is at most this:
+        the rule of `Lai2014`, in the same norm.
+    tutte_plateau : float
+        The Tutte map ends when its energy fell by less than this share over 100 iterations: it is a start
+        only.
+    max_iterations : int
+        Iterations at the most, counted for each of the two maps.
+    plateau : float
+        The harmonic descent ends, too, when its energy fell by less than this share over 100 iterations: the
+        rule of `Lai2014`, and in kind that of the authors, an energy difference.
+
+    Raises
+    ------
+    ValueError
+        If the step is not between 0 and 2.
+
+    References
+    ----------
+    Gu and Yau 2002, *Computing conformal structures of surfaces*; Gu, Wang, Chan, Thompson, Yau 2004,
+    algorithms 1 and 2.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> [r.start for r in ism.spherical_conformal_map(v, f, ism.GuYau(tutte=False)).rounds]
+    ['gauss map']
+    """
+
+    name: ClassVar[str] = "gu-yau"
+    step: float = 1.8
+    uniform: bool = False
+    tutte: bool = True
+    tolerance: float = 1e-3
+    tutte_plateau: float = 1e-3
+    max_iterations: int = 20_000
+    plateau: float = 5e-7
+
+    def __post_init__(self) -> None:
+        """Refuse steps that diverge before anything is computed."""
+        if not 0 < self.step < 2:
+            raise ValueError(
+                f"step {self.step:g} is unstable; give one between 0 and 2, in units of what the weights allow"
+            )
+
+
+@dataclass(frozen=True)
+class Stereographic(Method):
+    """The method "stereographic": a conformal map to the plane, then inverse stereographic projection.
+
+    Parameters
+    ----------
+    plane : {"laplace-beltrami", "conformal-equivalence"}
+        How the punctured surface is flattened: by one linear solve (reference [11] of Lai et al.), or by a
+        flow of the conformal factor to a flat metric (reference [12]), here the convex Newton iteration of
+        Springborn, Schroeder and Pinkall.
+    puncture : int, optional
+        Face that holds the pole. The flat metric has the pole at its first corner: next to a punctured face
+        of equal sides triangles would have angles of 180 degrees. By default a well-shaped face of middling
+        size; for the flat metric the best of four such.
+    tolerance : float
+        Of the flat metric only: largest angle defect in radians.
+    max_iterations : int
+        Of the flat metric only: Newton steps at the most, counted for each puncture that is tried.
+    backend : str
+        Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
+
+    Raises
+    ------
+    ValueError
+        If `plane` is unknown; at the run, if there is no such face or backend.
+    MapError
+        At the run, if the plane map is not finite.
+    NotConverged
+        At the run, if the Newton iteration for the flat metric did not end.
+
+    References
+    ----------
+    Angenent, Haker, Tannenbaum, Kikinis 1999; Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of
+    Triangle Meshes*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> ism.spherical_conformal_map(v, f, ism.Stereographic(puncture=0)).notes
+    ('face 0 is punctured',)
+    """
+
+    name: ClassVar[str] = "stereographic"
+    plane: Plane = "laplace-beltrami"
+    puncture: int | None = None
+    tolerance: float = 1e-8
+    max_iterations: int = 100
+    backend: str = "auto"
+
+    def __post_init__(self) -> None:
+        """Refuse unknown choices before anything is computed."""
+        if self.plane not in get_args(Plane):
+            raise ValueError(f"unknown plane map {self.plane!r}: choose one of {', '.join(get_args(Plane))}")
+
+
+#: By the name that users give.
+METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
