@@ -7,9 +7,10 @@ import os
 import re
 import signal
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from ..pair import check_fits
 from ..source import add_repair, read_source
 from ..streams import STREAM
 
+_DIED = "the process that mapped it died, perhaps for lack of memory"
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
 
 def configure(parser: ArgumentParser) -> None:
@@ -61,7 +63,7 @@ def run(args: Namespace) -> Exit:
             raise UsageError(f"--summary {args.summary}: give a .csv or .jsonl file")
         check_writable(args.summary, force=True)
     args.progress.stage("mapping", total=len(jobs), unit="mesh")
-    done, interrupted = _run_all(jobs, args, args.progress.advance)
+    done, interrupted = _run_all(jobs, args)
     args.progress.close()
     if args.summary is not None:
         with replacing(args.summary, force=True) as partial:
@@ -94,34 +96,48 @@ def _check_targets(jobs: Sequence[Outcome]) -> None:
         owner[place] = job.source
 
 
-def _run_all(
-    jobs: Sequence[Outcome], args: Namespace, advance: Callable[[], None]
-) -> tuple[list[Outcome], bool]:
-    """Outcomes in the order of the jobs, and whether Ctrl-C ended it early."""
+def _run_all(jobs: Sequence[Outcome], args: Namespace) -> tuple[list[Outcome], bool]:
+    """Outcomes in the order of the jobs, and whether Ctrl-C ended it early.
+
+    Where a process dies, half as many continue with what is left; a mesh on which the last one dies is skipped.
+    """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # the processes share the processors already
+    most = workers = args.jobs or os.cpu_count() or 1
+    done: dict[str, Outcome] = {}
+    left, interrupted = list(jobs), False
+    while left and not interrupted:
+        interrupted = _run_pool(left, workers, args, done)
+        left = [job for job in jobs if job.target not in done]
+        if workers > 1:
+            workers //= 2
+        elif left and not interrupted:
+            done[left[0].target] = replace(left.pop(0), status=Exit.FAILED, message=_DIED)
+            workers = most
+    return [done[job.target] for job in jobs if job.target in done], interrupted
+
+
+def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict[str, Outcome]) -> bool:
+    """Put outcomes into `done` until all are there or a process dies; True if Ctrl-C ended it early."""
     options = (args.method, args.repair, args.keep_largest, args.force)
-    interrupted = False
-    with ProcessPoolExecutor(args.jobs, multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
         # Ctrl-C reaches every process of a terminal; the pool's inherit that it is ignored, and finish their mesh.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         futures = [pool.submit(map_one, job, *options) for job in jobs]
         signal.signal(signal.SIGINT, before)
+        interrupted = False
         try:
             for _ in as_completed(futures):
-                advance()
+                args.progress.advance()
         except KeyboardInterrupt:
             interrupted = True
+            if not args.quiet:
+                args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
             pool.shutdown(cancel_futures=True)
-    pairs = zip(jobs, futures, strict=True)
-    return [_outcome(job, future) for job, future in pairs if not future.cancelled()], interrupted
-
-
-def _outcome(job: Outcome, future: Future[Outcome]) -> Outcome:
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        return replace(job, status=Exit.FAILED, message="a process died, perhaps for lack of memory; run it again")
+    for job, future in zip(jobs, futures, strict=True):
+        with suppress(CancelledError, BrokenProcessPool):
+            done[job.target] = future.result()
+    return interrupted
 
 
 def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: bool) -> Outcome:

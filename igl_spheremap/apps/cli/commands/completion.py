@@ -15,7 +15,7 @@ def configure(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> Exit:
     """Print the script."""
-    from ..main import build_parser  # imports all commands, which only this one needs
+    from ..parser import build_parser  # imports all commands, which only this one needs
 
     shtab = import_optional("shtab", "shell completion", "completion")
     print(shtab.complete(build_parser(), shell=args.shell))

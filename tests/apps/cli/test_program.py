@@ -14,7 +14,7 @@ from igl_spheremap import MeshError
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import COMMANDS
 from igl_spheremap.apps.cli.commands import map as map_command
-from igl_spheremap.apps.cli.main import build_parser
+from igl_spheremap.apps.cli.parser import build_parser
 
 
 @pytest.mark.parametrize(
