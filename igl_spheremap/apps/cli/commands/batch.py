@@ -127,8 +127,9 @@ def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict
         signal.signal(signal.SIGINT, before)
         interrupted = False
         try:
-            for _ in as_completed(futures):
-                args.progress.advance()
+            for future in as_completed(futures):
+                if future.exception() is None:
+                    args.progress.advance()
         except KeyboardInterrupt:
             interrupted = True
             if not args.quiet:
