@@ -148,7 +148,7 @@ class ConformalTexture(App):
             "click a vertex to see where it goes."
         )
         imgui.Separator()
-        self.facts()
+        self.numbers()
         end_panel()
 
     def sliders(self) -> None:
@@ -170,7 +170,7 @@ class ConformalTexture(App):
         if more or factor or a or b or c:
             self.update()
 
-    def facts(self) -> None:
+    def numbers(self) -> None:
         """Numbers of the vertex that was picked."""
         if self.picked is None:
             imgui.TextUnformatted("no vertex picked")

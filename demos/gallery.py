@@ -111,7 +111,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "dino": dino,
     "eigen_projection": eigen_projection,
     "curves": curves,
-    "folding_removal": _demo("folding_removal", "sample:dino", "--frame", "400"),
+    "folding_removal": _demo("folding_removal", "sample:dino", "--size", "1200", "480"),
     "compare_methods": _demo("compare_methods", "sample:dino"),
     "conformal_texture": _demo("conformal_texture", "sample:dino"),
 }

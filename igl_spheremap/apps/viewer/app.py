@@ -1,28 +1,26 @@
-"""What a demo is, and the three ways to run it: in a window, as one picture, as a folder of pictures."""
+"""What a program with a picture is, and the ways to run it: in a window, as one picture, as a video."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...errors import DisplayError
 from . import window
 from .stage import Stage
+from .video import open_video
 
-#: Pictures that `--video` makes at the most, unless it is told otherwise.
+#: Different pictures of a video at the most, by default.
 LENGTH = 120
+#: Pictures of a video in a second; a stop is shown for a whole second.
+RATE = 20
 
 
 class App:
-    """A picture that has frames and a panel. Demos derive from it.
-
-    Attributes
-    ----------
-    stage : Stage
-        What is drawn.
-    """
+    """A picture that has frames and a panel. Demos derive from it."""
 
     stage: Stage
 
@@ -37,18 +35,16 @@ class App:
         """The frame that a picture shows if none is asked for."""
         return self.frames() - 1
 
+    def stops(self) -> list[int]:
+        """Frames that a video holds for a second."""
+        return []
+
     def go_to(self, frame: int) -> None:
-        """Show a frame.
+        """Show a frame, from 0."""
 
-        Parameters
-        ----------
-        frame : int
-            From 0.
-
-        Returns
-        -------
-        None
-        """
+    def facts(self) -> dict[str, Any]:
+        """What the frame that is shown has to say, for JSON."""
+        return {}
 
     def tick(self) -> None:
         """Move on, once for every picture of a window; never called without one."""
@@ -60,99 +56,62 @@ class App:
         """End what runs in the background."""
 
 
-def add_picture_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments that all demos share.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Gains them.
-
-    Returns
-    -------
-    None
-    """
+def add_picture_arguments(parser: ArgumentParser, size: tuple[int, int] = window.SIZE) -> None:
+    """Add the arguments that all programs with a picture share."""
     parser.add_argument("--screenshot", metavar="OUT.png", help="write one picture; needs no display")
     parser.add_argument("--frame", type=int, metavar="K", help="of --screenshot, from 0; -1 is the last")
-    parser.add_argument("--video", metavar="DIR", help="write numbered PNGs of the whole run; needs no display")
+    parser.add_argument(
+        "--video",
+        metavar="OUT",
+        help="write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; needs no display",
+    )
     parser.add_argument(
         "--length",
         type=int,
         default=LENGTH,
         metavar="N",
-        help=f"of --video: so many pictures at the most, evenly chosen (default {LENGTH})",
+        help=f"of --video: N different pictures at the most, evenly chosen, and all stops (default {LENGTH})",
     )
     parser.add_argument(
         "--size",
         type=int,
         nargs=2,
-        default=window.SIZE,
+        default=size,
         metavar=("W", "H"),
-        help="of the window in pixels (default {} {})".format(*window.SIZE),
+        help="of the window in pixels (default {} {})".format(*size),
     )
 
 
 def open_for(args: Namespace, title: str) -> None:
-    """Start polyscope as the arguments ask.
-
-    Parameters
-    ----------
-    args : Namespace
-        With those of `add_picture_arguments`.
-    title : str
-        Of the window.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    DisplayError
-        If it can't be; in time, before anything is computed.
-    """
+    """Start polyscope as the arguments ask, or raise a DisplayError: in time, before anything is computed."""
     offscreen = bool(args.screenshot or args.video)
     if min(args.size) < 200:
         raise DisplayError("a picture needs 200 pixels each way")
     try:
         window.open_window(title, tuple(args.size), offscreen)
     except DisplayError as error:
-        hint = "" if offscreen else " (--screenshot OUT.png, --video DIR)"
+        hint = "" if offscreen else " (--screenshot OUT.png, --video OUT.gif)"
         raise DisplayError(f"{error}{hint}") from None
 
 
-def run(app: App, args: Namespace) -> None:
-    """Run an app as the arguments ask.
-
-    Parameters
-    ----------
-    app : App
-        On the stage already.
-    args : Namespace
-        With those of `add_picture_arguments`.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    DisplayError
-        If there is no such frame.
-    """
+def run(app: App, args: Namespace) -> list[dict[str, Any]]:
+    """Run an app as the arguments ask, and return the facts of each picture that was written."""
     import polyscope as ps
 
     try:
         if not (args.screenshot or args.video):
             window.show(lambda: _live(app))
-            return
+            return []
         app.prepare()
         ps.set_user_callback(lambda: _still(app))
+        shown = []
         if args.screenshot:
             app.go_to(_frame(app, args.frame))
             window.save(args.screenshot)
+            shown.append(app.facts())
         if args.video:
-            _video(app, Path(args.video), args.length)
+            shown += _video(app, Path(args.video), args.length)
+        return shown
     finally:
         ps.clear_user_callback()
         app.close()
@@ -177,9 +136,13 @@ def _frame(app: App, asked: int | None) -> int:
     return asked % app.frames()
 
 
-def _video(app: App, folder: Path, length: int) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    chosen = np.unique(np.linspace(0, app.frames() - 1, max(1, min(length, app.frames()))).round().astype(int))
-    for number, frame in enumerate(chosen.tolist()):
-        app.go_to(frame)
-        window.save(folder / f"{number:05d}.png")
+def _video(app: App, path: Path, length: int) -> list[dict[str, Any]]:
+    stops = app.stops()
+    even = np.linspace(0, app.frames() - 1, max(1, min(length, app.frames()))).round().astype(int)
+    shown = []
+    with open_video(path, RATE) as write:
+        for frame in np.union1d(even, np.array(stops, dtype=int)).tolist():
+            app.go_to(frame)
+            write(window.grab(), RATE if frame in stops else 1)
+            shown.append(app.facts())
+    return shown

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sphere.rows import row_crosses, row_dets, row_dots
 from . import style
 from .window import MATERIAL
 
@@ -14,97 +15,60 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Legend = style.Ramp | tuple[str, style.Colour] | None
 
-#: Folded faces are drawn this much farther out than the sphere, so that the faces over them don't hide them.
+#: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
 _LIFT = 1.012
-#: Faces whose image is shorter than this, as a share of the radius, get a dot to be seen at all.
-_TINY = 0.012
+#: A folded face may be pushed out by this factor at the most.
+_FARTHEST = 1.05
+#: Folded faces whose image is smaller than this square get a dot to be seen at all.
+_TINY = 0.008
 _DOT = 0.014
+#: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
+_EDGES = 10_000
+_EDGE_WIDTH = 0.5
+#: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
+_UNLIT = "flat"
 
 
 class Body:
-    """A surface that fits into the unit ball.
+    """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
-    Parameters
-    ----------
-    name : str
-        Of its structures in polyscope, unique on the stage.
-    x : (n, 3) float64 array
-        Positions: in the unit ball, x to the right, y up, z towards the viewer.
-    f : (m, 3) int64 array
-        Faces.
-    lift : bool
-        Bring folded faces to the front; for images, where they are under others.
+    With `lift`, folded faces are brought to the front; for images, where they lie under others.
     """
 
     def __init__(self, name: str, x: FloatArray, f: IntArray, *, lift: bool = False) -> None:
-        import polyscope as ps
-
         self.name, self.f, self.lift = name, f, lift
         self.x = x
         self.caption = ""
         self.legend: Legend = None
+        self.visible = True
         self.version = 0
-        self.mesh = self._mesh(ps, name, x, f)
+        self.mesh = _register(name, x, _outward(x, f), MATERIAL)
+        self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
         self.points: dict[str, Any] = {}
         self._folded: Any = None
+        self._colours: FloatArray | None = None
         self.paint(np.tile(style.SURFACE, (len(f), 1)))
 
     def set_positions(self, x: FloatArray) -> None:
-        """Move the vertices.
-
-        Parameters
-        ----------
-        x : (n, 3) float64 array
-            In the unit ball.
-
-        Returns
-        -------
-        None
-        """
+        """Move the vertices; `paint` then moves the folded faces."""
         self.x = x
         self.mesh.update_vertex_positions(x)
         self.version += 1
 
     def paint(self, colours: FloatArray, folded: IntArray | None = None) -> None:
-        """Colour the faces, folded ones in their own colour.
-
-        Parameters
-        ----------
-        colours : (m, 3) float64 array
-            As they shall look.
-        folded : int64 array, optional
-            Indices of faces.
-
-        Returns
-        -------
-        None
-        """
-        colours = colours.copy()
+        """Colour the faces, (m, 3), those whose indices are in `folded` in their own colour."""
         folded = np.empty(0, dtype=np.int64) if folded is None else folded
-        colours[folded] = style.FOLDED
-        self.mesh.add_color_quantity("colour", style.linear(colours), defined_on="faces", enabled=True)
+        if colours is not self._colours:
+            self._colours, self._linear = colours, style.linear(colours)
+        shown = self._linear.copy()
+        shown[folded] = style.linear(np.array(style.FOLDED))
+        self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
         if self.lift:
             self._bring_to_front(folded)
         self.version += 1
 
     def dots(self, label: str, positions: FloatArray, colour: style.Colour, radius: float = 0.03) -> None:
-        """Show points on the surface, in place of those of that label; none takes them away.
-
-        Parameters
-        ----------
-        label : str
-            Of the set.
-        positions : (k, 3) float64 array
-            In the unit ball.
-        colour : (float, float, float)
-            As they shall look.
-        radius : float
-            Of a dot.
-
-        Returns
-        -------
-        None
-        """
+        """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
         import polyscope as ps
 
         name = f"{self.name} {label}"
@@ -112,51 +76,29 @@ class Body:
         if old is not None:
             ps.remove_point_cloud(name)
         if len(positions):
-            shown = tuple(style.linear(np.array(colour)))
-            cloud = ps.register_point_cloud(name, positions, color=shown, material=MATERIAL)
+            cloud = ps.register_point_cloud(name, positions, color=colour, material=_UNLIT)
             self.points[label] = cloud, radius
         self.version += 1
 
     def move(self, centre: FloatArray, radius: float, turn: FloatArray, zoom: float) -> None:
-        """Put the body somewhere.
-
-        Parameters
-        ----------
-        centre : (3,) float64 array
-            Of the unit ball.
-        radius : float
-            Of the unit ball.
-        turn : (3, 3) float64 array
-            Rotation.
-        zoom : float
-            By which the radius was magnified; dots are not.
-
-        Returns
-        -------
-        None
-        """
-        self._at(self.mesh, centre, radius, turn)
+        """Put the unit ball somewhere; dots don't grow with `zoom`, by which the radius was magnified."""
+        _put(self.mesh, centre, radius, turn)
         if self._folded is not None:
-            self._at(self._folded, centre, radius * _LIFT, turn)
+            _put(self._folded, centre, radius, turn)
+        for structure in self.structures():
+            structure.set_enabled(self.visible)
         for cloud, size in self.points.values():
             cloud.set_radius(size * radius / zoom, relative=False)
-            self._at(cloud, centre, radius * _LIFT, turn)
+            _put(cloud, centre, radius * _LIFT, turn)
+
+    def structures(self) -> list[Any]:
+        """All that polyscope draws of it."""
+        folded = [] if self._folded is None else [self._folded]
+        return [self.mesh, *folded, *(cloud for cloud, _ in self.points.values())]
 
     def show_edges(self, width: float) -> None:
-        """Draw the edges.
-
-        Parameters
-        ----------
-        width : float
-            0 hides them.
-
-        Returns
-        -------
-        None
-        """
+        """Draw the edges of faces that are not folded; a width of 0 hides them."""
         self.mesh.set_edge_width(width)
-        if self._folded is not None:
-            self._folded.set_edge_width(width)
 
     def remove(self) -> None:
         """Take the body off the stage."""
@@ -175,27 +117,38 @@ class Body:
             self._folded = None
         tiny = np.empty((0, 3))
         if len(folded):
-            corners = self.x[self.f[folded]]
-            self._folded = self._mesh(
-                ps, f"{self.name} folded", corners.reshape(-1, 3), np.arange(3 * len(folded)).reshape(-1, 3)
-            )
-            self._folded.set_edge_color((0.25, 0.02, 0.0))
-            self._folded.set_edge_width(self.mesh.get_edge_width())
-            self._folded.set_color(tuple(style.linear(np.array(style.FOLDED))))
-            size = np.abs(corners - corners.mean(axis=1, keepdims=True)).max(axis=(1, 2))
-            tiny = corners.mean(axis=1)[size < _TINY]
+            a, b, c = (self.x[self.f[folded, k]] for k in range(3))
+            normal = row_crosses(b - a, c - a)
+            size = np.sqrt(row_dots(normal, normal))
+            middle = (a + b + c) / 3
+            depth = np.abs(row_dots(normal, a)) / np.maximum(size, 1e-300)
+            factor = np.clip(_LIFT / np.maximum(depth, 1e-300), 1.0, _FARTHEST)
+            corners = np.stack((a, b, c), axis=1) * factor[:, None, None]
+            own = np.arange(3 * len(folded)).reshape(-1, 3)
+            self._folded = _register(f"{self.name} folded", corners.reshape(-1, 3), own, _UNLIT)
+            self._folded.set_back_face_policy("identical")
+            self._folded.set_color(style.FOLDED)
+            self._folded.set_edge_color(style.FOLDED_EDGES)
+            self._folded.set_edge_width(_EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
+            tiny = (middle * factor[:, None])[size < 2 * _TINY**2]
         self.dots("foldings", tiny, style.FOLDED, _DOT)
 
-    @staticmethod
-    def _mesh(ps: Any, name: str, x: FloatArray, f: IntArray) -> Any:
-        mesh = ps.register_surface_mesh(name, x, f, material=MATERIAL)
-        mesh.set_back_face_policy("identical")
-        mesh.set_edge_color(tuple(style.linear(np.array(style.EDGES))))
-        return mesh
 
-    @staticmethod
-    def _at(structure: Any, centre: FloatArray, radius: float, turn: FloatArray) -> None:
-        matrix = np.eye(4)
-        matrix[:3, :3] = radius * turn
-        matrix[:3, 3] = centre
-        structure.set_transform(matrix)
+def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:
+    import polyscope as ps
+
+    mesh = ps.register_surface_mesh(name, x, f, material=material)
+    mesh.set_edge_color(tuple(style.linear(np.array(style.EDGES))))
+    return mesh
+
+
+def _outward(x: FloatArray, f: IntArray) -> IntArray:
+    """The faces, turned so that their fronts are outside."""
+    return f if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else f[:, ::-1]
+
+
+def _put(structure: Any, centre: FloatArray, radius: float, turn: FloatArray) -> None:
+    matrix = np.eye(4)
+    matrix[:3, :3] = radius * turn
+    matrix[:3, 3] = centre
+    structure.set_transform(matrix)

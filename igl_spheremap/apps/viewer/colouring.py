@@ -1,4 +1,4 @@
-"""What the colours of a surface tell: foldings, conformal factor, angle differences."""
+"""What the colours of a surface show: foldings and places, conformal factor, angle differences."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh.check import Mesh
+from ...mesh.measure import face_areas
 from ...mesh.normals import mesh_gauss_map
 from ...start.star_map import finite_conformal_factor
 from ...verify.certificate import orientation_signs
@@ -22,7 +23,7 @@ IntArray = NDArray[np.int64]
 
 #: What can be shown, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences")
-FOLDED_LEGEND = ("folded face", style.FOLDED)
+FOLDED_LEGEND = ("folded face; elsewhere the same colour is the same place", style.FOLDED)
 _DARKEST = 0.72
 _U = "log conformal factor u (purple: shrunk)"
 _ANGLES = "angle difference in degrees"
@@ -30,89 +31,32 @@ _ANGLES = "angle difference in degrees"
 
 @dataclass(frozen=True, eq=False)
 class Colouring:
-    """Colours of the faces and what they mean.
-
-    Attributes
-    ----------
-    colours : (m, 3) float64 array
-        As they shall look.
-    folded : int64 array
-        Faces that are flipped or degenerate; they are painted over.
-    legend : Ramp or (str, colour)
-        Their meaning.
-    """
+    """Colours of the faces, (m, 3), the faces that are painted over as folded, and the meaning."""
 
     colours: FloatArray
     folded: IntArray
     legend: Legend
 
     def apply(self, *bodies: Body) -> None:
-        """Paint bodies.
-
-        Parameters
-        ----------
-        *bodies : Body
-            With the faces of the map.
-
-        Returns
-        -------
-        None
-        """
+        """Paint bodies with the faces of the map; the first bears the legend."""
         for body in bodies:
             body.paint(self.colours, self.folded)
-            body.legend = self.legend
+            body.legend = self.legend if body is bodies[0] else None
 
 
 def folded_faces(mesh: Mesh, x: FloatArray) -> IntArray:
-    """Faces whose image is flipped or degenerate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-
-    Returns
-    -------
-    int64 array
-        Indices.
-    """
+    """Indices of the faces whose image is flipped or degenerate."""
     return np.flatnonzero(orientation_signs(np.ascontiguousarray(x), mesh.f) <= 0)
 
 
 def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-
-    Returns
-    -------
-    (n,) float64 array
-        Finite.
-    """
+    """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's."""
     return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x) / (4 * math.pi)))  # eq. (14)
 
 
 @lru_cache(maxsize=4)
 def relief(mesh: Mesh) -> FloatArray:
-    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-
-    Returns
-    -------
-    (m,) float64 array
-        Between `_DARKEST` and 1.
-    """
+    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
     tail, head = mesh.f[:, [0, 1, 2]].ravel(), mesh.f[:, [1, 2, 0]].ravel()  # every edge, once each way
     valence = np.bincount(tail, minlength=len(mesh.v))
     mean = np.column_stack([np.bincount(tail, mesh.v[head, k], len(mesh.v)) for k in range(3)]) / valence[:, None]
@@ -123,28 +67,27 @@ def relief(mesh: Mesh) -> FloatArray:
     return np.asarray(1 - (1 - _DARKEST) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
 
 
-def colouring(mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None) -> Colouring:
-    """Colours that show a subject.
+@lru_cache(maxsize=4)
+def places(mesh: Mesh) -> FloatArray:
+    """Colours that tell the places of a surface apart: from end to end along its longest side, equal areas each."""
+    side = int(np.argmax(np.ptp(mesh.v, axis=0)))
+    order = np.argsort(mesh.v[mesh.f, side].mean(axis=1), kind="stable")
+    rank = np.empty(len(mesh.f))
+    rank[order] = np.cumsum(face_areas(mesh.v, mesh.f)[order])
+    return style.sequential("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-    subject : str
-        One of `SUBJECTS`.
-    reach : float, optional
-        Value at the end of the colours; chosen from the map by default.
 
-    Returns
-    -------
-    Colouring
-        For source and image alike.
+def colouring(
+    mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None, folded: IntArray | None = None
+) -> Colouring:
+    """Colours of a subject for source and image alike.
+
+    `reach` is the value at the end of the colours, chosen from the map by default; `folded` saves the time to
+    find the folded faces.
     """
-    folded = folded_faces(mesh, x)
+    folded = folded_faces(mesh, x) if folded is None else folded
     if subject == "foldings":
-        return Colouring(relief(mesh)[:, None] * style.SURFACE, folded, FOLDED_LEGEND)
+        return Colouring(places(mesh), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
         u = log_factor(mesh, x)
         ramp = style.diverging(_U, reach or style.round_up(float(u.max())))

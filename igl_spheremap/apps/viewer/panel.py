@@ -1,12 +1,14 @@
-"""The panel at the right edge, and the widgets that more than one demo has."""
+"""The panel at the left edge, and the widgets that more than one demo has."""
 
 from __future__ import annotations
 
 from .colouring import SUBJECTS
 
+_ZOOM = 30.0
+
 
 def begin_panel(title: str, width: float) -> None:
-    """Begin a panel over the whole height of the right edge.
+    """Begin a panel over the whole height of the left edge.
 
     Parameters
     ----------
@@ -24,8 +26,8 @@ def begin_panel(title: str, width: float) -> None:
 
     imgui.StyleColorsLight()  # polyscope dresses every context anew in its own colours
     implot.StyleColorsLight()
-    w, h = ps.get_window_size()
-    imgui.SetNextWindowPos((w - width, 0))
+    _, h = ps.get_window_size()
+    imgui.SetNextWindowPos((0, 0))
     imgui.SetNextWindowSize((width, h))
     imgui.Begin(
         title,
@@ -62,6 +64,14 @@ def subject_combo(subject: str) -> str:
 
     _, chosen = imgui.Combo("colours", SUBJECTS.index(subject), list(SUBJECTS))
     return SUBJECTS[chosen]
+
+
+def zoom_slider(zoom: float) -> float:
+    """Choose how many times more than by itself the lens magnifies; 1 / 30 and less is no lens on most maps."""
+    from polyscope import imgui
+
+    flags = imgui.ImGuiSliderFlags_Logarithmic
+    return float(imgui.SliderFloat("lens", zoom, 1 / _ZOOM, _ZOOM, "x%.2f", flags)[1])
 
 
 def paragraph(text: str) -> None:

@@ -15,8 +15,10 @@ from ...verify.figures import angle_figures
 from . import window
 from .app import App
 from .body import Body
-from .colouring import SUBJECTS, colouring
-from .panel import begin_panel, end_panel, paragraph, subject_combo
+from .colouring import SUBJECTS, colouring, folded_faces
+from .inset import Inset
+from .lens import Lens, follow
+from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
 from .pose import fit, pose
 from .stage import PANEL, Stage
 
@@ -31,22 +33,9 @@ _EDGE_WIDTH = 0.5
 
 
 class ResultView(App):
-    """Source and sphere side by side; the frames are the `SUBJECTS` that colours can show.
+    """Source and sphere side by side, the sphere through a lens on the foldings if there are any.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        The map.
-    caption : str
-        Over the sphere.
-    up : str
-        Which way is up.
-    subject : str
-        What the colours tell at first.
-    panel : bool
-        Keep room for widgets.
+    The frames are the `SUBJECTS` that colours can show.
     """
 
     def __init__(
@@ -58,14 +47,18 @@ class ResultView(App):
         up: str = "z",
         subject: str = SUBJECTS[0],
         panel: bool = True,
+        lens: Lens | None = None,
     ) -> None:
-        self.mesh, self.x, self.subject = mesh, x, subject
+        self.mesh, self.x, self.subject, self.zoom = mesh, x, subject, 1.0
         self.stage = Stage(1, 2, panel=PANEL if panel else 0)
         self._with_panel = panel
-        turn = pose(mesh.v, up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, turn), mesh.f))
-        self.image = self.stage.place(0, 1, Body("sphere", x @ turn.T, mesh.f, lift=True))
+        self._turn = pose(mesh.v, up)
+        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self._turn), mesh.f))
+        self.image = self.stage.place(0, 1, Body("sphere", x @ self._turn.T, mesh.f, lift=True))
+        self.inset = Inset(self.stage, 0, 1, mesh.f, x @ self._turn.T)
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
+        self._folded = folded_faces(mesh, x)
+        self._lens = lens or follow(x @ self._turn.T, mesh.f, self._folded)
         self._map_caption = caption
         angles = angle_figures(mesh_angle_differences(mesh, x))
         self._facts = (
@@ -76,23 +69,16 @@ class ResultView(App):
         self.show_subject(subject)
 
     def show_subject(self, subject: str) -> None:
-        """Colour both by a subject.
-
-        Parameters
-        ----------
-        subject : str
-            One of `SUBJECTS`.
-
-        Returns
-        -------
-        None
-        """
+        """Colour both by one of `SUBJECTS`, and apply the lens."""
         self.subject = subject
-        colours = colouring(self.mesh, self.x, subject)
+        lens = Lens(self._lens.place, self._lens.power * self.zoom)
+        x = self.x @ self._turn.T
+        self.image.set_positions(lens(x))
+        colours = colouring(self.mesh, self.x, subject, folded=self._folded)
         colours.apply(self.source, self.image)
+        self.inset.show(x, lens, colours)
         self.image.show_edges(edge_width(self.mesh, subject))
-        count = len(colours.folded)
-        self.image.caption = f"{self._map_caption}\n{count:,} folded faces"
+        self.image.caption = f"{self._map_caption}\n{count_foldings(len(self._folded))}"
 
     def frames(self) -> int:
         return len(SUBJECTS)
@@ -104,13 +90,15 @@ class ResultView(App):
         self.show_subject(SUBJECTS[frame])
 
     def panel(self) -> None:
+        self.inset.annotate()
         if not self._with_panel:
             return
         from polyscope import imgui
 
         begin_panel("Map", self.stage.panel)
-        subject = subject_combo(self.subject)
-        if subject != self.subject:
+        subject, zoom = subject_combo(self.subject), zoom_slider(self.zoom)
+        if (subject, zoom) != (self.subject, self.zoom):
+            self.zoom = zoom
             self.show_subject(subject)
         paragraph(self._facts)
         imgui.Separator()
@@ -119,21 +107,17 @@ class ResultView(App):
 
 
 def edge_width(mesh: Mesh, subject: str) -> float:
-    """Width of the edges on images of a mesh.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    subject : str
-        What the colours tell.
-
-    Returns
-    -------
-    float
-        0 where there are too many, or where they would hide a scale of colours.
-    """
+    """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
     return _EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
+
+
+def count_foldings(count: int) -> str:
+    """A caption.
+
+    >>> count_foldings(1), count_foldings(1200)
+    ('1 folded face', '1,200 folded faces')
+    """
+    return f"{count:,} folded face{'s' * (count != 1)}"
 
 
 def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> None:
@@ -214,31 +198,19 @@ def picture_of(
     up: str = "z",
     subject: str = SUBJECTS[0],
     size: tuple[int, int] = window.SIZE,
+    lens: Lens | None = None,
 ) -> None:
-    """`screenshot` of any map.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-    path : path
-        Ends in .png or .jpg.
-    caption : str
-        Over the sphere.
-    up, subject, size
-        As in `screenshot`.
-
-    Returns
-    -------
-    None
-    """
+    """`screenshot` of any map, through any lens."""
     import polyscope as ps
 
     window.open_window(size=size, offscreen=True)
-    view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False)
-    ps.set_user_callback(view.stage.draw)
+    view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False, lens=lens)
+
+    def draw() -> None:
+        view.stage.draw()
+        view.panel()
+
+    ps.set_user_callback(draw)
     window.save(path)
 
 

@@ -1,88 +1,170 @@
-"""A map that is computed while the window goes on."""
+"""A map that is computed in a process of its own, so that drawing does not slow it."""
 
 from __future__ import annotations
 
-import threading
+import multiprocessing
+import queue
+import time
 from collections.abc import Callable
+from multiprocessing.synchronize import Event
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...descent.iterate import Iterate
-from ...descent.recording import Recording
+from ...descent.iterate import Iterate, Step
 from ...maps.options import Method
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import Mesh, check_mesh
+from ...mesh.normals import mesh_gauss_map
+from .timeline import GAUSS_MAP, Slide, stage_of, thin
 
 Source = tuple[NDArray[np.float64], NDArray[np.int64]]
 
+#: Bytes of positions that a run keeps.
+BUDGET = 400_000_000
+#: Iterates on their way between the processes; where the window falls behind, those between are left out.
+_IN_TRANSIT = 32
+#: A stage may begin with the last map of the one before, up to rounding; it is shown once.
+_SAME = 1e-9
+
 
 class Run:
-    """Load a mesh and map it in a thread of its own.
+    """Load a mesh and map it; `poll` takes over what has come of it so far.
 
-    Parameters
-    ----------
-    load : callable
-        Gives vertices and faces; called in the thread.
-    method : str or Method
-        As of `spherical_conformal_map`.
-
-    Attributes
-    ----------
-    mesh : Mesh or None
-        The checked source, once it is there.
-    recording : Recording or None
-        Of the run so far.
-    result : SphereMap or None
-        Once it is there.
-    error : Exception or None
-        What ended the run instead.
-
-    Examples
-    --------
+    >>> from functools import partial
     >>> import igl_spheremap as ism
-    >>> run = Run(lambda: ism.samples.make("spheroid", n_vertices=500), "auto")
+    >>> run = Run(partial(ism.samples.make, "spheroid", n_vertices=500), "auto")
     >>> run.wait()
-    >>> run.result.certificate.folding_free
-    True
+    >>> run.result.certificate.folding_free, run.slides[0].title, run.slides[-1].title
+    (True, 'Gauss map', 'Result: certified folding-free')
     """
 
-    def __init__(self, load: Callable[[], Source], method: str | Method) -> None:
+    def __init__(
+        self, load: Callable[[], Source], method: str | Method, *, live: bool = False, budget: int = BUDGET
+    ) -> None:
+        """`load` is sent to the process: it must be picklable.
+
+        A live run does not wait until its iterates are taken over: some are left out.
+        """
         self.mesh: Mesh | None = None
-        self.recording: Recording | None = None
+        self.slides: list[Slide] = []
         self.result: SphereMap | None = None
         self.error: Exception | None = None
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._work, args=(load, method), daemon=True)
-        self._thread.start()
+        self._budget = budget
+        self.iterates = 0
+        spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
+        self._stopped = spawn.Event()
+        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
+        work = (load, method, live, self._messages, self._stopped)
+        self._process = spawn.Process(target=_work, args=work, daemon=True)
+        self._process.start()
 
     @property
     def running(self) -> bool:
         """True until there is a result or an error."""
-        return self._thread.is_alive()
+        return self.result is None and self.error is None
 
     def stop(self) -> None:
         """End at the next iterate, with what there is then."""
         self._stopped.set()
 
+    def close(self) -> None:
+        """End at once."""
+        self._process.kill()
+        self._process.join()
+
     def wait(self) -> None:
         """Until it is done."""
-        self._thread.join()
+        while self.running:
+            self.poll(seconds=1.0, wait=0.1)
 
-    def _work(self, load: Callable[[], Source], method: str | Method) -> None:
+    def poll(self, seconds: float, wait: float = 0.0) -> None:
+        """Take over what has arrived, for so long at the most; the first message may be waited for."""
+        until = time.monotonic() + seconds
+        while self.running and time.monotonic() < until:
+            alive = self._process.is_alive()  # before the queue is read, so that no last word is missed
+            try:
+                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
+            except queue.Empty:
+                if not alive:
+                    self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
+                return
+            getattr(self, f"_take_{kind}")(content)
+
+    def _take_mesh(self, source: Source) -> None:
+        self.mesh = check_mesh(*source)
+
+    def _take_iterates(self, content: tuple[list[Step], NDArray[np.float64]]) -> None:
+        steps, x = content
+        assert self.mesh is not None
+        if not self.slides and stage_of(steps[-1]) != stage_of(GAUSS_MAP):
+            self.slides.append(Slide.of(0, GAUSS_MAP, mesh_gauss_map(self.mesh), self.mesh.f))
+        self.iterates += len(steps)
+        if steps[-1].iteration == 0 and self.slides and np.abs(self.slides[-1].x - x).max() < _SAME:
+            return
+        self.slides.append(Slide.of(self.iterates - 1, steps[-1], x, self.mesh.f))
+        room = max(8, self._budget // x.nbytes)
+        if len(self.slides) > room:
+            self.slides = thin(self.slides, room // 2)
+
+    def _take_result(self, result: SphereMap) -> None:
+        assert self.mesh is not None
+        verdict = "certified folding-free" if result.certificate.folding_free else "not folding-free"
+        last = self.slides[-1].step._replace(energy=result.energy)
+        self.slides.append(Slide.of(self.iterates, last, result.sphere, self.mesh.f, f"Result: {verdict}"))
+        self.result = result
+
+    def _take_error(self, error: Exception) -> None:
+        self.error = error
+
+
+class _Sender:
+    """Listener that sends iterates; of a live run the ends of each stage always, those between where there is room."""
+
+    def __init__(self, live: bool, messages: multiprocessing.Queue[Any], stopped: Event) -> None:
+        self._live, self._messages, self._stopped = live, messages, stopped
+        self._steps: list[Step] = []
+        self._unsent: Iterate | None = None
+        self._stage: tuple[str, int] | None = None
+
+    def __call__(self, iterate: Iterate) -> None:
+        begins = self._stage != stage_of(iterate)
+        if begins:
+            self.flush()
+        self._stage = stage_of(iterate)
+        self._steps.append(iterate.step)
+        self._unsent = iterate
+        self._send(block=begins or not self._live)
+        if self._stopped.is_set():
+            raise StopIteration
+
+    def flush(self) -> None:
+        """Send the last iterate if it is held back."""
+        if self._unsent is not None:
+            self._send(block=True)
+
+    def _send(self, block: bool) -> None:
+        assert self._unsent is not None
         try:
-            v, f = load()
-            mesh = check_mesh(v, f)
-            recording = Recording(mesh.f)
-            self.recording = recording
-            self.mesh = mesh  # last: whoever sees the mesh finds the recording
+            self._messages.put(("iterates", (self._steps, self._unsent.x)), block=block)
+        except queue.Full:
+            return
+        self._steps, self._unsent = [], None
 
-            def listen(iterate: Iterate) -> None:
-                recording(iterate)
-                if self._stopped.is_set():
-                    raise StopIteration
 
-            self.result = spherical_conformal_map(v, f, method, listener=listen)
-        except Exception as error:  # shown in the window
-            self.error = error
+def _work(
+    load: Callable[[], Source], method: str | Method, live: bool, messages: Any, stopped: Event
+) -> None:
+    """The process: whatever happens, its last message is the result or the error."""
+    try:
+        v, f = load()
+        check_mesh(v, f)
+        messages.put(("mesh", (v, f)))
+        sender = _Sender(live, messages, stopped)
+        result = spherical_conformal_map(v, f, method, listener=sender)
+        sender.flush()
+        messages.put(("result", result))
+    except Exception as error:  # shown in the window
+        messages.put(("error", error))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,176 +13,185 @@ from .body import Body, Legend
 from .window import UNITS_PER_PIXEL, aim
 
 FloatArray = NDArray[np.float64]
+Place = tuple[int, int]
 
 PANEL = 290
 _MARGIN = 26
 _LINE = 20
 _LEGEND = 44
+#: Radius of an inset, as a share of its cell's width.
+_INSET = 0.13
 
 
 class Stage:
     """Cells in rows and columns, each with one body; all turn together under the mouse.
 
     Dragging turns, dragging with the right button shifts, the wheel zooms, a double click resets; nothing
-    does while ``locked``.
-
-    Parameters
-    ----------
-    rows, columns : int
-        Of the grid.
-    panel : int
-        Width in pixels of a panel at the right edge that is kept free.
-    head, foot : int
-        Heights in pixels of strips at the upper and lower edge that are kept free.
+    does while ``locked``. No body leaves its cell. A `panel` of so many pixels is kept free at the left edge,
+    strips of `head` and `foot` pixels at the upper and lower edge. Columns are as wide as their `shares`.
     """
 
-    def __init__(self, rows: int, columns: int, panel: int = PANEL, head: int = 0, foot: int = 0) -> None:
+    def __init__(
+        self, rows: int, columns: int, panel: int = PANEL, head: int = 0, foot: int = 0, shares: Sequence[float] = ()
+    ) -> None:
         self.rows, self.columns, self.panel, self.head, self.foot = rows, columns, panel, head, foot
-        self.bodies: dict[tuple[int, int], Body] = {}
+        self.bodies: dict[Place, Body] = {}
+        self.insets: dict[Place, Body] = {}
         self.turn = np.eye(3)
         self.zoom = 1.0
         self.shift = np.zeros(2)
         self.locked = False
+        self._edges = np.append(0.0, np.cumsum(shares or [1.0] * columns) / sum(shares or [1.0] * columns))
         self._laid_out: object = None
+        self._planes: dict[Place, list[Any]] = {}
 
     def place(self, row: int, column: int, body: Body) -> Body:
-        """Put a body into a cell, in place of what was there.
+        """Put a body into a cell, in place of what was there."""
+        return self._put(self.bodies, (row, column), body)
 
-        Parameters
-        ----------
-        row, column : int
-            From 0, the upper left.
-        body : Body
-            What to show.
+    def inset(self, row: int, column: int, body: Body) -> Body:
+        """Put a small body into the lower right corner of a cell."""
+        return self._put(self.insets, (row, column), body)
 
-        Returns
-        -------
-        Body
-            The same.
-        """
-        old = self.bodies.get((row, column))
+    def _put(self, bodies: dict[Place, Body], place: Place, body: Body) -> Body:
+        old = bodies.get(place)
         if old is not None and old.name != body.name:
             old.remove()
-        self.bodies[row, column] = body
+        bodies[place] = body
         self._laid_out = None
         return body
 
     def clear(self) -> None:
         """Remove all bodies."""
-        for body in self.bodies.values():
-            body.remove()
-        self.bodies.clear()
+        for bodies in (self.bodies, self.insets):
+            for body in bodies.values():
+                body.remove()
+            bodies.clear()
         self._laid_out = None
 
     def cell(self, row: int, column: int) -> tuple[float, float, float, float]:
-        """Left, top, width and height of a cell in pixels.
-
-        Parameters
-        ----------
-        row, column : int
-            Of the cell.
-
-        Returns
-        -------
-        tuple of float
-            Captions and legends included.
-        """
+        """Left, top, width and height of a cell in pixels, captions and legends included."""
         import polyscope as ps
 
         width, height = ps.get_window_size()
-        w, h = (width - self.panel) / self.columns, (height - self.head - self.foot) / self.rows
-        return column * w, self.head + row * h, w, h
+        left, right = self.panel + (width - self.panel) * self._edges[[column, column + 1]]
+        h = (height - self.head - self.foot) / self.rows
+        return float(left), self.head + row * h, float(right - left), h
 
     def draw(self) -> None:
         """Lay out what has changed, write captions and legends; to be called every frame."""
         import polyscope as ps
 
+        everything = [*self.bodies.values(), *self.insets.values()]
         state = (
             tuple(ps.get_window_size()),
             self.turn.tobytes(),
             self.zoom,
             self.shift.tobytes(),
-            tuple(body.version for body in self.bodies.values()),
+            tuple(body.version for body in everything),
         )
         if state != self._laid_out:
             self._laid_out = state
             aim(ps.get_window_size()[1])
             for place, body in self.bodies.items():
                 body.move(*self.frame(place), self.turn, self.zoom)
+            for place, body in self.insets.items():
+                body.move(*self.inset_frame(place), self.turn, 1.0)
+            self._clip()
         for place, body in self.bodies.items():
             self._annotate(place, body)
 
-    def frame(self, place: tuple[int, int]) -> tuple[FloatArray, float]:
-        """Where the body of a cell is in the world: centre and radius.
+    def _clip(self) -> None:
+        """While bodies are magnified or shifted, cut each off at the borders to its neighbours; planes cost time."""
+        import polyscope as ps
 
-        Parameters
-        ----------
-        place : (int, int)
-            Row and column.
+        ps.remove_all_slice_planes()
+        if self.zoom <= 1 and not self.shift.any():
+            return
+        width, height = ps.get_window_size()
+        for row, column in self.bodies:
+            left, top, w, h = self.cell(row, column)
+            sides = (
+                (column > 0, (left, 0), (1.0, 0.0, 0.0)),
+                (column < self.columns - 1, (left + w, 0), (-1.0, 0.0, 0.0)),
+                (row > 0, (0, top), (0.0, -1.0, 0.0)),
+                (row < self.rows - 1, (0, top + h), (0.0, 1.0, 0.0)),
+            )
+            for k, (inner, (x, y), normal) in enumerate(sides):
+                if not inner:
+                    continue
+                plane = ps.add_scene_slice_plane(f"side {k} of {row} {column}")
+                plane.set_draw_plane(False)
+                plane.set_pose(((x - width / 2) * UNITS_PER_PIXEL, (height / 2 - y) * UNITS_PER_PIXEL, 0.0), normal)
+                for body in (*self.bodies.values(), *self.insets.values()):
+                    for structure in body.structures():
+                        structure.set_ignore_slice_plane(plane, body is not self.bodies[row, column])
 
-        Returns
-        -------
-        centre : (3,) float64 array
-        radius : float
-        """
+    def frame(self, place: Place) -> tuple[FloatArray, float]:
+        """Centre and radius of the body of a cell, in the world."""
         import polyscope as ps
 
         width, height = ps.get_window_size()
         left, top, w, h = self.cell(*place)
         body = self.bodies[place]
         above = 8 + _LINE * len(body.caption.splitlines())
-        room = h - above - (_LEGEND if body.legend is not None else 0)
+        row = [one.legend is not None for (r, _), one in self.bodies.items() if r == place[0]]
+        below = any(row) or any(r == place[0] for r, _ in self.insets)  # the bodies of a row are of one size
+        room = h - above - (_LEGEND if below else 0)
         x, y = left + w / 2, top + above + room / 2
         radius = max(10.0, min(w, room) / 2 - _MARGIN / 2) * UNITS_PER_PIXEL * self.zoom
         centre = np.array([(x - width / 2) * UNITS_PER_PIXEL, (height / 2 - y) * UNITS_PER_PIXEL, 0.0])
         centre[:2] += self.shift * radius
         return centre, radius
 
-    def to_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
-        """Where a point of a body is seen.
-
-        Parameters
-        ----------
-        row, column : int
-            Of the body's cell.
-        point : (3,) float64 array
-            In the body's unit ball.
-
-        Returns
-        -------
-        (2,) float64 array
-            Pixels from the upper left.
-        """
+    def inset_frame(self, place: Place) -> tuple[FloatArray, float]:
+        """Centre and radius of the inset of a cell, in the world: before the body, in the lower right corner."""
         import polyscope as ps
 
         width, height = ps.get_window_size()
-        centre, radius = self.frame((row, column))
+        left, top, w, h = self.cell(*place)
+        size = _INSET * w
+        x, y = left + w - size - 6, top + h - size - 6
+        z = 0.5 * height  # the camera is 1.5 heights away, bodies that are not magnified end at half a height
+        return np.array([x - width / 2, height / 2 - y, z]) * UNITS_PER_PIXEL, size * UNITS_PER_PIXEL
+
+    def inset_corner(self, row: int, column: int) -> tuple[float, float]:
+        """Left and bottom of an inset in pixels."""
+        left, top, w, h = self.cell(row, column)
+        return left + w - 2 * _INSET * w - 6, top + h - 6
+
+    def to_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
+        """Pixels from the upper left at which a point of a cell's unit ball is seen."""
+        return self._pixels(self.frame((row, column)), point)
+
+    def inset_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
+        """Pixels from the upper left at which a point of an inset's unit ball is seen."""
+        return self._pixels(self.inset_frame((row, column)), point)
+
+    def _pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
+        import polyscope as ps
+
+        width, height = ps.get_window_size()
+        centre, radius = frame
         x, y, _ = (centre + radius * self.turn @ point) / UNITS_PER_PIXEL
         return np.array([width / 2 + x, height / 2 - y])
 
     def from_pixels(self, row: int, column: int, pixel: FloatArray, like: FloatArray) -> FloatArray:
-        """The point of a body that is seen at a pixel, as far from the viewer as another one.
-
-        Parameters
-        ----------
-        row, column : int
-            Of the body's cell.
-        pixel : (2,) float64 array
-            From the upper left.
-        like : (3,) float64 array
-            A point of the body's unit ball.
-
-        Returns
-        -------
-        (3,) float64 array
-            In the coordinates of the body's unit ball.
-        """
+        """The point of a cell's unit ball that is seen at a pixel, as far from the viewer as the point `like`."""
         _, radius = self.frame((row, column))
         moved = (pixel - self.to_pixels(row, column, like)) * UNITS_PER_PIXEL / radius
         return np.asarray(like + self.turn.T @ [moved[0], -moved[1], 0.0])
 
+    def cell_at(self, pixel: Sequence[float]) -> Place | None:
+        """The cell at a pixel, if it holds a body."""
+        for place in self.bodies:
+            left, top, w, h = self.cell(*place)
+            if left <= pixel[0] < left + w and top <= pixel[1] < top + h:
+                return place
+        return None
+
     def mouse(self) -> None:
-        """Turn, shift and zoom as the mouse says; to be called every frame of a window."""
+        """Turn, shift and zoom by the mouse; to be called every frame of a window."""
         from polyscope import imgui
 
         io = imgui.GetIO()
@@ -198,17 +208,7 @@ class Stage:
             self.turn, self.zoom, self.shift = np.eye(3), 1.0, np.zeros(2)
 
     def rotate(self, right: float, down: float) -> None:
-        """Turn all bodies.
-
-        Parameters
-        ----------
-        right, down : float
-            Radians that the near side moves to the right and down.
-
-        Returns
-        -------
-        None
-        """
+        """Turn all bodies: radians that the near side moves."""
         a, b = np.cos([right, down]), np.sin([right, down])
         about_y = np.array([[a[0], 0, b[0]], [0, 1, 0], [-b[0], 0, a[0]]])
         about_x = np.array([[1, 0, 0], [0, a[1], -b[1]], [0, b[1], a[1]]])
@@ -226,20 +226,8 @@ class Stage:
 
 
 def packed(colour: style.Colour) -> int:
-    """A colour as ImGui wants it.
+    """A colour as ImGui wants it: red in the lowest byte, opaque.
 
-    Parameters
-    ----------
-    colour : (float, float, float)
-        Between 0 and 1.
-
-    Returns
-    -------
-    int
-        Red in the lowest byte, opaque.
-
-    Examples
-    --------
     >>> hex(packed((1.0, 0.0, 0.0)))
     '0xff0000ff'
     """
@@ -248,42 +236,12 @@ def packed(colour: style.Colour) -> int:
 
 
 def text(canvas: Any, x: float, y: float, line: str) -> None:
-    """Write a line that is centred at x.
-
-    Parameters
-    ----------
-    canvas : ImDrawList
-        To write on.
-    x, y : float
-        Middle and upper edge, in pixels.
-    line : str
-        One line.
-
-    Returns
-    -------
-    None
-    """
+    """Write a line; x is its middle and y its upper edge, in pixels."""
     canvas.AddText((x - text_width(line) / 2, y), packed(style.INK), line)
 
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
-    """Draw a colour map with its label and the values at its ends, or one colour with its meaning.
-
-    Parameters
-    ----------
-    canvas : ImDrawList
-        To draw on.
-    x, y : float
-        Middle and upper edge, in pixels.
-    width : float
-        Of the coloured bar.
-    legend : Ramp or (str, colour)
-        What to explain.
-
-    Returns
-    -------
-    None
-    """
+    """Draw a colour map with its label and the values at its ends, or one colour with its meaning."""
     if legend is None:
         return
     if not isinstance(legend, style.Ramp):
@@ -303,18 +261,7 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
 
 
 def text_width(line: str) -> float:
-    """Width of a line in pixels.
-
-    Parameters
-    ----------
-    line : str
-        One line.
-
-    Returns
-    -------
-    float
-        In the current font.
-    """
+    """Width of a line in pixels, in the current font."""
     from polyscope import imgui
 
     return float(imgui.CalcTextSize(line)[0])

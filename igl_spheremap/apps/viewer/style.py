@@ -13,6 +13,8 @@ FloatArray = NDArray[np.float64]
 
 BACKGROUND: Colour = (1.0, 1.0, 1.0)
 EDGES: Colour = (0.45, 0.50, 0.55)
+#: Folded faces are the only red of a picture, and so are the edges between them.
+FOLDED_EDGES: Colour = (0.66, 0.12, 0.0)
 CHECKS: tuple[Colour, Colour] = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 
 

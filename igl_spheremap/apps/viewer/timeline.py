@@ -1,138 +1,97 @@
-"""A recorded run as a sequence of slides, as Fig. 9 of Lai et al. tells it."""
+"""A run as a sequence of slides, its stops, and which slides are kept where memory ends."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...descent.iterate import Iterate
-from ...descent.recording import Frame
-from ...maps.sphere_map import SphereMap
+from ...descent.iterate import Iterate, Step
+from ...verify.certificate import orientation_signs
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-_NAMES = {"harmonic": "Algorithm 1", "sobolev": "preconditioned Cayley steps"}
+#: The start of the paper's algorithms; shown first in every run, for comparison.
+GAUSS_MAP = Step("gauss map", 0, 0, float("nan"), float("nan"), 0.0)
+_NAMES = {"harmonic": "Algorithm 1", "sobolev": "preconditioned Cayley steps", "tutte": "Tutte energy"}
 
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """One picture of a run.
+    """A map of a run: its place among all iterates, its numbers, positions and folded faces, eight to a byte."""
 
-    Attributes
-    ----------
-    title : str
-        What is shown.
-    x : (n, 3) float64 array
-        Positions to draw: a map, or the eigenfunctions.
-    image : (n, 3) float64 array
-        The map that colours and foldings are of.
-    frame : Frame
-        The iterate that it belongs to.
-    subject : str or None
-        What the colours must tell here; None leaves it to the viewer.
-    """
-
+    index: int
+    step: Step
     title: str
     x: FloatArray
-    image: FloatArray
-    frame: Frame
-    subject: str | None = None
+    foldings: int
+    packed: NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, index: int, step: Step, x: FloatArray, f: IntArray, title: str = "") -> Slide:
+        folded = orientation_signs(x, f) <= 0
+        return cls(index, step, title or title_of(step), x, int(folded.sum()), np.packbits(folded))
+
+    @property
+    def folded(self) -> IntArray:
+        """Indices of the faces that are flipped or degenerate."""
+        return np.flatnonzero(np.unpackbits(self.packed))
+
+    def facts(self) -> dict[str, str | int]:
+        """What a picture of it shows, for JSON."""
+        return {
+            "title": self.title,
+            "stage": self.step.stage,
+            "round": self.step.round,
+            "iteration": self.step.iteration,
+            "foldings": self.foldings,
+        }
 
 
-def slides(frames: Sequence[Frame]) -> list[Slide]:
-    """Slides of a run: one for every iterate, and two more before each star map.
-
-    Before a star map come the conformal factor of the map that it is made from, and its eigenfunctions Phi^u,
-    drawn so that they would be the unit sphere if that factor were right.
-
-    Parameters
-    ----------
-    frames : sequence of Frame
-        Of a `Recording`.
-
-    Returns
-    -------
-    list of Slide
-        In order.
-    """
-    told: list[Slide] = []
-    for k, frame in enumerate(frames):
-        iterate = frame.iterate
-        details = iterate.details or {}
-        if k and "phi" in details:
-            before = frames[k - 1]
-            told.append(
-                Slide(
-                    "Conformal factor of the last map",
-                    before.iterate.x,
-                    before.iterate.x,
-                    before,
-                    "conformal factor",
-                )
-            )
-            phi = np.asarray(details["phi"])
-            # eigenfunctions on the unit sphere: |phi|^2 = 3 / (4 pi)
-            told.append(
-                Slide(
-                    "Eigenfunctions Phi^u",
-                    phi * np.sqrt(4 * np.pi / 3),
-                    before.iterate.x,
-                    before,
-                    "conformal factor",
-                )
-            )
-        told.append(Slide(title_of(iterate), iterate.x, iterate.x, frame))
-    return told
+def stops(slides: Sequence[Slide]) -> list[tuple[str, int]]:
+    """Names and indices of the slides where a viewer wants to stop."""
+    marks = [(slides[0].title, 0)]
+    for k, slide in enumerate(slides[:-1]):
+        again = f" {slide.step.round}" if slide.step.round > 1 else ""
+        if slide.step.stage == "star map":
+            marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
+        elif slide.step.stage == "repair":
+            marks.append((f"repair{again}", k))
+    return [*marks, ("end", len(slides) - 1)]
 
 
-def final_slide(result: SphereMap, last: Frame) -> Slide:
-    """The result, which is put into the gauge after the last iterate, and may be an earlier round's map.
-
-    Parameters
-    ----------
-    result : SphereMap
-        Of the run.
-    last : Frame
-        Its last frame.
-
-    Returns
-    -------
-    Slide
-        To end with.
-    """
-    verdict = "certified folding-free" if result.certificate.folding_free else "not folding-free"
-    iterate = replace(last.iterate, x=result.sphere, energy=result.energy)
-    frame = Frame(last.index, iterate, result.certificate.foldings)
-    return Slide(f"Result: {verdict}", result.sphere, result.sphere, frame)
+def thin(slides: Sequence[Slide], room: int) -> list[Slide]:
+    """The first and last slide of each stage, and about `room` others: most where the foldings change most."""
+    stages = [stage_of(slide.step) for slide in slides]
+    neighbours = zip([None, *stages], stages, [*stages[1:], None], strict=False)
+    ends = [k for k, (before, own, after) in enumerate(neighbours) if not before == own == after]
+    foldings = np.log1p([slide.foldings for slide in slides])
+    change = np.abs(np.diff(foldings, prepend=foldings[:1]))
+    # half of the room for even coverage, half for changes
+    place = np.cumsum(change / max(change.sum(), 1e-300) + 1 / len(slides))
+    chosen = np.searchsorted(place, np.linspace(0, place[-1], room)).clip(0, len(slides) - 1)
+    return [slides[k] for k in np.union1d(chosen, ends)]
 
 
-def title_of(iterate: Iterate) -> str:
+def stage_of(step: Step | Iterate) -> tuple[str, int]:
+    """What stays the same until a stage ends."""
+    return step.stage, step.round
+
+
+def title_of(step: Step | Iterate) -> str:
     """What an iterate is, in words.
 
-    Parameters
-    ----------
-    iterate : Iterate
-        Any.
-
-    Returns
-    -------
-    str
-        Such as "Algorithm 1, round 1, iteration 20".
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> title_of(Iterate("gauss map", 0, 0, np.eye(3), 0.0))
-    'Gauss map'
+    >>> title_of(GAUSS_MAP), title_of(Step("harmonic", 1, 20, 12.6, 0.1, 0.5))
+    ('Gauss map', 'Algorithm 1, round 1, iteration 20')
     """
-    name = _NAMES.get(iterate.stage, iterate.stage)
+    name = _NAMES.get(step.stage, step.stage)
     name = name[0].upper() + name[1:]
-    if iterate.stage == "star map":
-        return f"{name} of round {iterate.round}"
-    if iterate.stage == "gauss map":
-        return "Gauss map"
-    where = f", round {iterate.round}" if iterate.round else ""
-    return f"{name}{where}, iteration {iterate.iteration}"
+    if step.stage in ("star map", "repair"):
+        return f"{name} {step.round}"
+    if step.stage == "gauss map":
+        return name
+    where = f", round {step.round}" if step.round else ""
+    return f"{name}{where}, iteration {step.iteration}"

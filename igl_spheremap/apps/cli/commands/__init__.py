@@ -57,6 +57,15 @@ igl-spheremap view lh.pial lh.sphere --show angles
 igl-spheremap view bunny_map.npz --screenshot bunny.png""",
     ),
     Command(
+        "play",
+        "watch a map being computed step by step, in a window, as a picture or as a video",
+        """\
+igl-spheremap play sample:dino
+igl-spheremap play lh.pial --method auto
+igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json
+igl-spheremap play sample:dino --screenshot dino.png""",
+    ),
+    Command(
         "repair",
         "remove the foldings of a map, from any program",
         "igl-spheremap repair lh.pial their.sphere repaired.sphere",
