@@ -33,6 +33,10 @@ FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ELSEWHERE = {"view", "play", "reproduce", "batch", "--report", "--plot"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
 
+#: Surfaces and scalar maps that FreeSurfer makes for each hemisphere.
+OF_FREESURFER = {"white", "pial", "orig", "smoothwm", "inflated", "sphere", "sphere.reg", "qsphere.nofix", "curv",
+                 "sulc", "area", "thickness", "volume", "avg_curv", "jacobian_white"}
+
 #: polyscope with its backend that draws nothing.
 NO_WINDOW = """
 import functools, polyscope
@@ -85,6 +89,7 @@ def files(tmp_path_factory):
         brain = ism.samples.make("brain", n_vertices=3500)
         for name in ("lh.pial", "rh.white", "lh.pial.surf.gii"):
             write_mesh(folder / name, *brain)
+        write_mesh(folder / "lh.sphere", ism.spherical_conformal_map(*brain).sphere, brain[1])
     return folder
 
 
@@ -137,7 +142,7 @@ def commands(page: Path) -> list[str]:
 def needs(words):
     if words[1:2] == ["completion"]:
         return ["completion"]
-    ours = (".glb", ".gltf", ".gii", ".pial", ".white", ".sphere")
+    ours = (".glb", ".gltf", ".gii", ".pial", ".white", ".sphere", ".conformal")
     textured = {"equirectangular", "octahedral"} & set(words)
     return ["io"] if textured or any(word.endswith(ours) or "lh" in word for word in words) else []
 
@@ -162,6 +167,18 @@ def environment(folder):
 def test_commands_that_are_named_exist(page):
     known = {command.name for command in COMMANDS}
     assert set(COMMAND.findall(page.read_text())) <= known
+
+
+@pages
+def test_no_example_writes_over_files_of_freesurfer(page):
+    """`lh.sphere` of a subject is its registration sphere; examples are copied into such folders."""
+    written = [Path(name).name for name in re.findall(r'write_\w+\("([^"]+)"', page.read_text())]
+    for command in [*commands(page), *(line for one in COMMANDS for line in one.examples.splitlines())]:
+        words = shlex.split(re.split("[|<>]", command)[0])
+        if words[0] == "igl-spheremap" and words[1] not in ("completion", "reproduce"):
+            args = build_parser().parse_args(words[1:])
+            written += [Path(name).name for key in ("target", "out") if (name := getattr(args, key, None))]
+    assert not OF_FREESURFER & {name.removeprefix("lh.").removeprefix("rh.") for name in written}
 
 
 @pages

@@ -1,6 +1,7 @@
 """Reports, plots, and what notebooks show."""
 
 import base64
+import os
 import re
 import sys
 from html.parser import HTMLParser
@@ -9,10 +10,11 @@ import pytest
 from drawing import needs_drawing, run
 
 import igl_spheremap as ism
+from igl_spheremap.apps.report import write_report
 from igl_spheremap.draw.markup import page, table
 from igl_spheremap.verify.figures import angle_figures
 
-pytest.importorskip("matplotlib", reason="pip install 'igl_spheremap[plot]'")
+pytest.importorskip("matplotlib", reason="matplotlib is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -136,3 +138,24 @@ def test_view_without_a_display_is_one_line(tmp_path):
     done = run([sys.executable, "-m", "igl_spheremap", "view", "sample:sphere"], DISPLAY="", WAYLAND_DISPLAY="")
     assert done.returncode == 70
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_report_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise ism.DisplayError("no screen")
+
+    monkeypatch.setattr("igl_spheremap.apps.report.picture_of", refuse)  # pictures take a process of their own
+    v, f = ism.samples.make("spheroid", n_vertices=300)
+    recording = ism.Recording(f)
+    result = ism.spherical_conformal_map(v, f, listener=recording)
+    write_report(tmp_path, result, recording, source="first")
+    before = (tmp_path / "report.html").read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)  # the last step of writing
+    with pytest.raises(ism.FileError, match=r"report.html: No space left"):
+        write_report(tmp_path, result, recording, source="second")
+    assert (tmp_path / "report.html").read_bytes() == before
+    assert os.listdir(tmp_path) == ["report.html"]

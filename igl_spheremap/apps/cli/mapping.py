@@ -23,7 +23,7 @@ from .streams import add_target, check_outputs, target_format, write_target
 def add_map_arguments(parser: ArgumentParser) -> None:
     """Add what all commands take that map a mesh and write the map."""
     add_source(parser)
-    add_target(parser, "the sphere, same vertex order; .npz holds the whole result; - for stdout")
+    add_target(parser, "the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout")
     parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
     parser.add_argument(
         "--max-iterations",

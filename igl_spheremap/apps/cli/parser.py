@@ -11,7 +11,7 @@ from .exits import HELP, Exit
 
 _FILES = """\
 files:
-  .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere);
+  .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere.conformal);
   sample:NAME[:key=value,...] is a shape that the package makes itself
 """
 

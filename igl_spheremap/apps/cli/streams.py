@@ -91,6 +91,9 @@ def target_format(args: Namespace) -> Format:
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
     """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
     args.progress.stage(f"writing {args.target}")
+    if not target_format(args).ordered:
+        args.progress.write(f"igl-spheremap: {args.target}: an STL file holds triangles and no vertices; their order "
+                            "is lost, other formats keep it")
     if args.target != STREAM:
         return write(args.target)
     with tempfile.TemporaryDirectory() as folder:

@@ -81,14 +81,14 @@ def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, mon
         return result
 
     monkeypatch.setattr(map_command, "spherical_conformal_map", crowded)
-    assert main(["map", SAMPLE, str(tmp_path / "rh.sphere")]) == 0
+    assert main(["map", SAMPLE, str(tmp_path / "rh.sphere.conformal")]) == 0
     assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
 
     def plainly(x, f, radius, v):
         return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
 
     monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
-    assert main(["map", SAMPLE, str(tmp_path / "lh.sphere")]) == 3
+    assert main(["map", SAMPLE, str(tmp_path / "lh.sphere.conformal")]) == 3
     assert "rounded to this format" in " ".join(capsys.readouterr().out.split())
 
 
@@ -96,11 +96,11 @@ def test_freesurfer_from_end_to_end(tmp_path):
     freesurfer = pytest.importorskip("nibabel.freesurfer")
     v, f = samples.make("brain", n_vertices=4000)
     freesurfer.write_geometry(tmp_path / "lh.pial", v, f)
-    assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere"), "-q"]) == 0
-    x, g = freesurfer.read_geometry(tmp_path / "lh.sphere")
+    assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    x, g = freesurfer.read_geometry(tmp_path / "lh.sphere.conformal")
     assert np.allclose(np.linalg.norm(x, axis=1), 100)
     assert np.array_equal(g, f)
-    assert main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere"), "-q"]) == 0
+    assert main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
 
 
 def test_gifti_keeps_what_the_source_said(tmp_path):

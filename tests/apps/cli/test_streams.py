@@ -31,6 +31,17 @@ def test_stdout_gets_what_a_file_gets(kind, tmp_path, capsys):
     assert "certified as written" in err
 
 
+def test_the_loss_of_the_vertex_order_is_reported(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "a.ply"), "-q"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["map", SAMPLE, str(tmp_path / "a.stl"), "-q"]) == 0
+    assert "order is lost" in capsys.readouterr().err
+    # And it is: the same positions, in another order.
+    before, after = (read_mesh(tmp_path / name).v for name in ("a.ply", "a.stl"))
+    assert before.shape == after.shape
+    assert not np.allclose(before, after, atol=1e-3)
+
+
 @pytest.mark.parametrize("kind", ["obj", "off", "ply", "npz"])
 def test_stdin_is_read_as_a_file_is(kind, tmp_path, monkeypatch, capsys):
     path = tmp_path / f"mesh.{kind}"

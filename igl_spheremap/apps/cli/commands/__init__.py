@@ -27,7 +27,7 @@ COMMANDS = (
         "map a closed genus-0 mesh to the unit sphere and certify the map",
         """\
 igl-spheremap map sample:dino dino_sphere.obj
-igl-spheremap map lh.pial lh.sphere
+igl-spheremap map lh.pial lh.sphere.conformal
 igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
 igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
 igl-spheremap map scan.stl sphere.ply --repair --keep-largest
@@ -37,7 +37,7 @@ igl-spheremap map bunny.ply bunny_sphere.ply --polish angles""",
         "check",
         "certify a map to the sphere, from any program",
         """\
-igl-spheremap check lh.pial lh.sphere
+igl-spheremap check lh.pial lh.sphere.conformal
 igl-spheremap check bunny.obj their_sphere.ply --json -
 igl-spheremap check bunny_map.npz""",
     ),
@@ -53,7 +53,7 @@ igl-spheremap info lh.pial --json -""",
         "show a surface beside its sphere, in a window or as a picture",
         """\
 igl-spheremap view sample:dino
-igl-spheremap view lh.pial lh.sphere --show angles
+igl-spheremap view lh.pial lh.sphere.conformal --show angles
 igl-spheremap view bunny_map.npz --screenshot bunny.png""",
     ),
     Command(
@@ -74,7 +74,7 @@ igl-spheremap play sample:dino --screenshot dino.png""",
         "resample",
         "remesh a surface with the connectivity of a regular sphere, or of another map",
         """\
-igl-spheremap resample lh.pial lh.sphere lh_ico5.surf.gii --to ico:5
+igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
 igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply""",
     ),
     Command(
@@ -83,8 +83,8 @@ igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_
         """\
 igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
 igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
-igl-spheremap export lh.pial lh.sphere lh.factor.shape.gii --show factor
-igl-spheremap export lh.pial lh.sphere lh.factor --show factor""",
+igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
+igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor""",
     ),
     Command(
         "harmonics",
@@ -98,7 +98,7 @@ igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface 
         "sample a mapped surface, or data over it, on latitudes and longitudes",
         """\
 igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
-igl-spheremap grid lh.pial lh.sphere lh_sulc.png --data lh.sulc""",
+igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc""",
     ),
     Command(
         "register",
@@ -111,7 +111,7 @@ igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --re
         "batch",
         "map many files with a pool of processes; run it again to continue",
         """\
-igl-spheremap batch subjects/*/surf/lh.white --out {folder}/lh.sphere --summary lh.csv
+igl-spheremap batch subjects/*/surf/lh.white --out {folder}/lh.sphere.conformal --summary lh.csv
 igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4""",
     ),
     Command(
@@ -122,7 +122,7 @@ igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4""",
     Command(
         "landmarks",
         "map harmonically with landmarks drawn towards targets",
-        "igl-spheremap landmarks lh.pial lh.sphere --points landmarks.txt --weight 100",
+        "igl-spheremap landmarks lh.pial lh.sphere.conformal --points landmarks.txt --weight 100",
     ),
     Command(
         "reproduce",

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from ....descent.energies.harmonic import harmonic_energy
-from ....io import certify_radius, check_writable, format_of, read_sphere, write_map
+from ....errors import FileError
+from ....io import certify_radius, check_writable, format_of, make_mark, read_mark, read_sphere, write_map
 from ....io.replacing import replacing
 from ....maps.options import METHODS
 from ....maps.spherical_conformal_map import spherical_conformal_map
@@ -32,6 +33,7 @@ from ..streams import STREAM
 _DIED = "the process that mapped it died, perhaps for lack of memory"
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
 
+
 def configure(parser: ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("sources", metavar="IN", nargs="+", help="mesh files")
@@ -39,13 +41,15 @@ def configure(parser: ArgumentParser) -> None:
         "--out",
         metavar="PATTERN",
         required=True,
-        help="where each sphere goes: {folder}, {name} and {stem} are those of IN, such as {folder}/lh.sphere "
-        "or spheres/{stem}.ply",
+        help="where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
+        "{folder}/lh.sphere.conformal or spheres/{stem}.ply",
     )
     parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one for each processor")
     parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="default: auto")
     parser.add_argument("--summary", metavar="FILE", help="one line for each file: .csv or .jsonl")
-    parser.add_argument("-f", "--force", action="store_true", help="map again what is there already")
+    parser.add_argument(
+        "-f", "--force", action="store_true", help="map again what is there already, and replace any other file"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="print nothing")
     add_repair(parser)
 
@@ -57,11 +61,13 @@ def run(args: Namespace) -> Exit:
     if STREAM in args.sources:
         raise UsageError("a batch reads files, not stdin")
     jobs = [Outcome(source, _target(args.out, source)) for source in args.sources]
-    _check_targets(jobs)
+    places = _check_targets(jobs)
     if args.summary is not None:
         if not args.summary.endswith((".csv", ".jsonl")):
             raise UsageError(f"--summary {args.summary}: give a .csv or .jsonl file")
         check_writable(args.summary, force=True)
+        if os.path.realpath(args.summary) in places:
+            raise UsageError(f"--summary {args.summary} is an input or another output, which would be lost")
     args.progress.stage("mapping", total=len(jobs), unit="mesh")
     done, interrupted = _run_all(jobs, args)
     args.progress.close()
@@ -82,18 +88,18 @@ def _target(pattern: str, source: str) -> str:
     return _FIELD.sub(lambda field: parts[field[1]], pattern)
 
 
-def _check_targets(jobs: Sequence[Outcome]) -> None:
-    """Raise an error unless each file has a target of its own that can be written."""
-    owner: dict[str, str] = {}
+def _check_targets(jobs: Sequence[Outcome]) -> set[str]:
+    """Raise an error unless each file has a target of its own that can be written; the places of all files."""
+    owner = {os.path.realpath(job.source): f"{job.source}, which is an input" for job in jobs}
     for job in jobs:
-        format_of(job.target)
+        if not format_of(job.target).ordered:
+            raise UsageError(f"--out gives {job.target}, whose format keeps no vertex order; give .ply, .obj or .npz")
         check_writable(job.target, force=True)
         place = os.path.realpath(job.target)
-        if place == os.path.realpath(job.source):
-            raise UsageError(f"--out gives {job.source} its own name; the surface would be lost")
         if place in owner:
-            raise UsageError(f"--out gives {job.target} to {owner[place]} and {job.source}; use {{folder}} or {{stem}}")
-        owner[place] = job.source
+            raise UsageError(f"--out gives {job.source} the target {owner[place]}; use {{folder}} or {{stem}}")
+        owner[place] = f"{job.target}, which is that of {job.source}, too"
+    return set(owner)
 
 
 def _run_all(jobs: Sequence[Outcome], args: Namespace) -> tuple[list[Outcome], bool]:
@@ -142,17 +148,21 @@ def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict
 
 
 def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: bool) -> Outcome:
-    """Map one file, or certify the sphere that it has; runs in a process of its own."""
+    """Map one file, or certify the map of it that an earlier run left; runs in a process of its own."""
     try:
         source = read_source(job.source, repair=repair, keep_largest=keep_largest)
+        chosen = METHODS[method]()
         resumed = not force and Path(job.target).exists()
         if resumed:
+            if read_mark(job.target) != make_mark(source.v, source.f, chosen.name, chosen.settings()):
+                raise FileError(f"{job.target} is there, and its mark does not say that this version made it from "
+                                "this mesh by this method; it is left as it is, force=True replaces it")
             x, f = read_sphere(job.target)
             check_fits(source, job.target, x, f)
             check, seconds = certify_radius(x, source.f), 0.0
             x = x / np.linalg.norm(x, axis=1, keepdims=True)
         else:
-            result = spherical_conformal_map(source.v, source.f, method)
+            result = spherical_conformal_map(source.v, source.f, chosen)
             x, seconds = result.sphere, result.seconds
             check = write_map(job.target, result, force=force, metadata=source.metadata)
         angles = np.abs(angle_differences(source.v, source.f, x))

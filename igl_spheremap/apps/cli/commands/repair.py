@@ -22,7 +22,7 @@ _ROUNDING = 1e-14  # positions that differ by less count as unmoved
 def configure(parser: ArgumentParser) -> None:
     """Add the arguments."""
     add_pair(parser)
-    add_target(parser, "the repaired map, same vertex order and radius; - for stdout")
+    add_target(parser, "the repaired map, same vertex order (but .stl) and radius; - for stdout")
     add_output(parser)
 
 

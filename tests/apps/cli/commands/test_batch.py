@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import batch
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.outcomes import Outcome, summary, table
-from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.io import read_mark, read_mesh, write_mesh
+from igl_spheremap.sphere.moebius import moebius
 
 
 @pytest.fixture
@@ -66,17 +68,61 @@ def job(source="300.ply", target="out.ply"):
     return Outcome(source, target)
 
 
-def test_what_is_there_is_certified_again(desk):
+def map_one(method="auto", force=False):
+    return batch.map_one(job(), method, False, False, force)
+
+
+def test_what_this_mesh_and_method_made_is_certified_again(desk):
+    assert (map_one().status, map_one().resumed) == (Exit.OK, True)
+    x, f = read_mesh("out.ply")
+    mark = read_mark("out.ply")
+    write_mesh("out.ply", -x, f, force=True, metadata={"mark": mark})
+    assert map_one().status == Exit.FOLDINGS
+    anew = map_one(force=True)
+    assert (anew.status, anew.foldings, anew.resumed) == (Exit.OK, 0, False)
+
+
+def shift(x):
+    """A Moebius map: certified, but not what this package makes."""
+    return moebius(x, [0.4, 0.1, 0])
+
+
+def fold(x):
+    return x * np.where(np.arange(len(x)) < 5, -1, 1)[:, None]
+
+
+@pytest.mark.parametrize("change", [shift, fold])
+def test_what_others_made_is_neither_taken_for_a_result_nor_lost(change, desk):
+    """As FreeSurfer's own lh.sphere at the name that --out gives."""
     v, f = read_mesh("300.ply")
-    x = ism.spherical_conformal_map(v, f).sphere
-    write_mesh("out.ply", -x, f)
-    assert batch.map_one(job(), "auto", False, False, False).status == Exit.FOLDINGS
-    write_mesh("out.ply", *ism.samples.sphere(42), force=True)
-    other = batch.map_one(job(), "auto", False, False, False)
-    assert (other.status, other.resumed) == (Exit.NO_MESH, False)
-    assert "give a map of this mesh" in other.message
-    anew = batch.map_one(job(), "auto", False, False, True)
-    assert (anew.status, anew.foldings) == (Exit.OK, 0)
+    write_mesh("out.ply", change(ism.spherical_conformal_map(v, f).sphere), f)
+    before = Path("out.ply").read_bytes()
+    outcome = map_one()
+    assert (outcome.status, outcome.resumed) == (Exit.FILE, False)
+    assert "its mark does not say" in outcome.message
+    assert "--force" in outcome.message
+    assert Path("out.ply").read_bytes() == before
+    assert map_one(force=True).status == Exit.OK
+    assert Path("out.ply").read_bytes() != before
+
+
+def test_results_of_another_method_mesh_or_version_are_not_there_already(desk, monkeypatch):
+    assert map_one().status == Exit.OK
+    assert map_one("lai2014").status == Exit.FILE
+    v, f = read_mesh("300.ply")
+    write_mesh("300.ply", v * 1.5, f, force=True)
+    assert map_one().status == Exit.FILE
+    write_mesh("300.ply", v, f, force=True)
+    assert map_one().resumed
+    monkeypatch.setattr("igl_spheremap.io.marks.__version__", "0.0.0")  # nothing else changes a version
+    assert map_one().status == Exit.FILE
+
+
+@pytest.mark.parametrize("content", [b"", b"notes", b"ply\n"])
+def test_files_that_hold_no_mesh_are_left_as_they_are(content, desk):
+    Path("out.ply").write_bytes(content)
+    assert map_one().status == Exit.FILE
+    assert Path("out.ply").read_bytes() == content
 
 
 @pytest.mark.parametrize(
@@ -84,6 +130,9 @@ def test_what_is_there_is_certified_again(desk):
     [
         (["300.ply", "600.ply", "--out", "same.ply"], 64),
         (["300.ply", "--out", "{folder}/{name}"], 64),
+        (["300.ply", "600.ply", "--out", "600.ply", "--force"], 64),
+        (["300.ply", "--out", "{stem}_sphere.stl"], 64),
+        (["scan.csv", "--out", "sphere.ply", "--summary", "scan.csv"], 64),
         (["300.ply", "--out", "{where}.ply"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--jobs", "0"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--summary", "table.txt"], 64),
