@@ -93,6 +93,21 @@ def curves(path: Path) -> None:
     _shrink(path)
 
 
+def harmonics(path: Path) -> None:
+    """A surface, and the sums of its spherical harmonics up to three degrees."""
+    mesh, turn = _sample("brain")
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    shape = ism.spherical_harmonics(result, degree=50)
+    error = shape.error()
+    stage = _row(4, (1400, 400))
+    stage.place(0, 0, _body("source", mesh, turn, None)).caption = f"a surface\n{len(mesh.v):,} vertices"
+    for column, degree in enumerate((5, 15, 50), 1):
+        part = ism.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
+        body = Body(f"degree {degree}", fit(part.evaluate(result.sphere), turn), mesh.f)
+        stage.place(0, column, body).caption = f"degree {degree}\n{error[degree]:.2f} percent off"
+    _save(stage, path)
+
+
 def _demo(name: str, *arguments: str) -> Callable[[Path], None]:
     """A maker that takes a demo's own picture, in a process of its own as demos are run."""
 
@@ -114,6 +129,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "folding_removal": _demo("folding_removal", "sample:dino", "--size", "1200", "480"),
     "compare_methods": _demo("compare_methods", "sample:dino"),
     "conformal_texture": _demo("conformal_texture", "sample:dino"),
+    "harmonics": harmonics,
 }
 
 
