@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_areas
+from .flips import delaunay_triangulation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -48,8 +49,7 @@ def cotangent_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
 def laplacian(v: FloatArray, f: IntArray, weights: Weights = "cotangent") -> sp.csr_matrix:
     """The Laplacian with the weights of that name: symmetric, with row sums of zero up to rounding.
 
-    Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*. Fisher, Springborn, Schroeder, Bobenko 2007,
-    *An Algorithm for the Construction of Intrinsic Delaunay Triangulations*.
+    Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*.
 
     >>> v, f = igl.icosahedron()
     >>> float(abs(laplacian(v, f, "delaunay") - laplacian(v, f)).max()) < 1e-15
@@ -60,7 +60,7 @@ def laplacian(v: FloatArray, f: IntArray, weights: Weights = "cotangent") -> sp.
     if weights == "mollified":
         return _assemble(igl.cotmatrix_entries(mollified_edge_lengths(v, f)), f, len(v))
     if weights == "delaunay":
-        lengths, faces = igl.intrinsic_delaunay_triangulation(mollified_edge_lengths(v, f), f)[:2]
+        lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return _assemble(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "uniform":
         return _assemble(np.full(f.shape, 0.5), f, len(v))
