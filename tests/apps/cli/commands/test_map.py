@@ -4,6 +4,7 @@ from dataclasses import fields
 from typing import get_args, get_type_hints
 
 from igl_spheremap.apps.cli.main import build_parser
+
 from igl_spheremap.maps.options import METHODS, Auto
 
 
