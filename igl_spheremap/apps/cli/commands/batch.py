@@ -118,7 +118,8 @@ def _run_all(jobs: Sequence[Outcome], args: Namespace) -> tuple[list[Outcome], b
         if workers > 1:
             workers //= 2
         elif left and not interrupted:
-            done[left[0].target] = replace(left.pop(0), status=Exit.FAILED, message=_DIED)
+            deadly = left.pop(0)  # one process takes the meshes in their order
+            done[deadly.target] = replace(deadly, status=Exit.FAILED, message=_DIED)
             workers = most
     return [done[job.target] for job in jobs if job.target in done], interrupted
 
@@ -129,7 +130,10 @@ def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
         # Ctrl-C reaches every process of a terminal; the pool's inherit that it is ignored, and finish their mesh.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        futures = [pool.submit(map_one, job, *options) for job in jobs]
+        futures = []
+        with suppress(BrokenProcessPool):  # the first meshes may end it while the last are submitted
+            for job in jobs:
+                futures.append(pool.submit(map_one, job, *options))
         signal.signal(signal.SIGINT, before)
         interrupted = False
         try:
@@ -141,7 +145,7 @@ def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict
             if not args.quiet:
                 args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
             pool.shutdown(cancel_futures=True)
-    for job, future in zip(jobs, futures, strict=True):
+    for job, future in zip(jobs, futures, strict=False):
         with suppress(CancelledError, BrokenProcessPool):
             done[job.target] = future.result()
     return interrupted

@@ -5,8 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
+import signal
+from concurrent.futures import as_completed
 from pathlib import Path
 
+import deadly
 import numpy as np
 import pytest
 
@@ -134,6 +138,12 @@ def test_files_that_hold_no_mesh_are_left_as_they_are(content, desk):
         (["300.ply", "--out", "{stem}_sphere.stl"], 64),
         (["scan.csv", "--out", "sphere.ply", "--summary", "scan.csv"], 64),
         (["300.ply", "--out", "{where}.ply"], 64),
+        (["300.ply", "--out", "{folder.nope}/x.ply"], 64),
+        (["300.ply", "--out", "{folder:d}.ply"], 64),
+        (["300.ply", "--out", "{stem:>9999999999}.ply"], 64),
+        (["300.ply", "--out", "{stem!r}.ply"], 64),
+        (["300.ply", "--out", "{stem.ply"], 64),
+        (["300.ply", "--out", "{stem}" + 300 * "x" + ".ply"], 74),
         (["300.ply", "--out", "{stem}_sphere.ply", "--jobs", "0"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--summary", "table.txt"], 64),
         (["-", "--out", "sphere.ply"], 64),
@@ -160,3 +170,55 @@ def test_tables_hold_what_is_known():
     (entry,) = [json.loads(line) for line in table([Outcome("a", "b", energy=math.nan)], comma=False).splitlines()]
     assert entry["energy"] is None
     assert len(table([Outcome("a", "b")] * 3, comma=True).splitlines()) == 4
+
+
+def test_no_cell_of_a_table_is_a_formula_and_any_name_has_a_line(tmp_path):
+    names = ["=1+1", "+x", "-x", "@x", "\tx", os.fsdecode(b"bad\xff"), "plain"]
+    rows = table([Outcome(f"{name}.ply", "b.ply", status=Exit.NO_MESH, message="=x") for name in names], comma=True)
+    (tmp_path / "rows.csv").write_text(rows, encoding="utf-8", errors="backslashreplace")
+    with open(tmp_path / "rows.csv", newline="", encoding="utf-8") as file:
+        read = list(csv.DictReader(file))
+    assert [row["source"] for row in read] == [f"'{name}.ply" for name in names[:5]] + ["bad\\udcff.ply", "plain.ply"]
+    assert {row["message"] for row in read} == {"'=x"}
+    lines = table([Outcome(f"{name}.ply", "b.ply") for name in names], comma=False).splitlines()
+    assert [json.loads(line)["source"] for line in lines] == [f"{name}.ply" for name in names]
+
+
+def test_a_name_without_an_encoding_spoils_no_summary(desk, capsys):
+    try:
+        os.rename("300.ply", b"bad\xff.ply")
+    except OSError:
+        pytest.skip("this file system takes no such names")
+    source = os.fsdecode(b"bad\xff.ply")
+    assert main(["batch", source, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"]) == Exit.OK
+    assert "1 of 1 files" in capsys.readouterr().out
+    assert rows("all.csv")[0]["source"] == "bad\\udcff.ply"
+
+
+def test_a_process_that_dies_costs_its_mesh_only(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(batch, "map_one", deadly.map_one)
+    files = ["1.ply", "deadly.ply", "2.ply", "3.ply"]
+    assert main(["batch", *files, "--out", "{stem}.obj", "--jobs", "2", "--summary", "all.jsonl"]) == Exit.FAILED
+    statuses = {row["source"]: row["status"] for row in rows("all.jsonl")}
+    assert statuses == {name: Exit.FAILED if name == "deadly.ply" else Exit.OK for name in files}
+    assert "deadly.ply: the process that mapped it died" in " ".join(capsys.readouterr().out.split())
+
+
+def test_ctrl_c_finishes_what_was_begun_and_counts_what_is_left(tmp_path, monkeypatch, capsys):
+    def pressed(futures):
+        yield next(as_completed(futures))
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(batch, "map_one", deadly.map_one)
+    monkeypatch.setattr(batch, "as_completed", pressed)
+    files = [f"{k}.ply" for k in range(400)]
+    assert main(["batch", *files, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"]) == Exit.INTERRUPTED
+    out, err = capsys.readouterr()
+    done = rows("all.csv")
+    assert 0 < len(done) <= len(files)
+    assert {row["status"] for row in done} == {"0"}
+    assert len(done) == len(files) or f"{len(files) - len(done)} files are left" in out
+    assert err == "igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once\n"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
