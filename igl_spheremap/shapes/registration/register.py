@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +34,7 @@ _FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map co
 _LEVELS = {0.5: 0.5, 0.3: 0.3, 0.2: 0.0, 0.12: 0.0, 0.07: 0.0, 0.04: 0.0}
 _STIFFNESS, _GEOMETRY_STIFFNESS = 0.1, 0.3
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is named
+_LOSS = 0.01  # of correlation in a stage is named: what is less, smoothing explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +173,7 @@ def register(
                     elastic.fit(course.x, pair.weights, pair.features[level], pair.picture(level), stiff, course)
     result = sphere_map(moving.vertices, moving.faces, course.x)
     result = replace(result, method="register", seconds=time.perf_counter() - began)
-    return Registration(result, tuple(course.stages), candidates, _doubts(candidates))
+    return Registration(result, tuple(course.stages), candidates, _doubts(candidates, course.stages))
 
 
 class _Course:
@@ -222,8 +224,17 @@ def _report(name: str, pair: Pair, f: IntArray, before: FloatArray, x: FloatArra
                              float(J[order][np.searchsorted(covered, 0.95 * covered[-1])]))
 
 
-def _doubts(candidates: tuple[Candidate, ...]) -> tuple[str, ...]:
+def _doubts(candidates: tuple[Candidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:
+    notes = []
     if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
-        return (f"the margin is small: the best rotation correlates {candidates[0].correlation:.3f}, "
-                f"another one {candidates[1].correlation:.3f}",)
-    return ()
+        notes.append(f"the margin is small: the best rotation correlates {candidates[0].correlation:.3f}, "
+                     f"another one {candidates[1].correlation:.3f}")
+    for before, after in pairwise(stages):
+        lost = float(before.correlation.mean() - after.correlation.mean())
+        if lost > _LOSS:
+            notes.append(f"the stage {after.name} lowered the correlation by {lost:.3f}: parts of the surface are too "
+                         "small on these maps; register area-preserving ones")
+        if after.name == "elastic" and after.strain == 0:
+            notes.append("the stage elastic took no step: faces are too small on these maps; "
+                         "register area-preserving ones")
+    return tuple(notes)
