@@ -26,6 +26,7 @@ from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.mesh.measure import face_areas
+from igl_spheremap.shapes.registration.features import FeatureSurface
 
 #: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
@@ -108,6 +109,29 @@ def harmonics(path: Path) -> None:
     _save(stage, path)
 
 
+def registration(path: Path) -> None:
+    """A sphere laid on another, both coloured by the depth of their surfaces."""
+    fixed = ism.spherical_conformal_map(*ism.samples.make("brain"))
+    other = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    moving = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
+    registered = ism.register(moving, fixed)
+    before, after = registered.stages[0].correlation.mean(), registered.stages[-1].correlation.mean()
+    shown = (
+        (fixed, f"the fixed sphere\n{len(fixed.vertices):,} vertices"),
+        (moving, f"the moving sphere\n{len(moving.vertices):,} vertices, correlation {before:.2f}"),
+        (registered.map, f"laid on the fixed one, no folding\ncorrelation {after:.3f}"),
+    )
+    stage = _row(3, (1200, 440))
+    for column, (result, caption) in enumerate(shown):
+        depth = FeatureSurface(result).geometry[:, 1]
+        shades = sequential("depth", -2, 2).colours(depth[result.faces].mean(axis=1))
+        body = Body(f"sphere {column}", result.sphere, result.faces)
+        Colouring(shades, _NONE, None).apply(stage.place(0, column, body))
+        body.caption = caption
+    _save(stage, path)
+
+
 def _demo(name: str, *arguments: str) -> Callable[[Path], None]:
     """A maker that takes a demo's own picture, in a process of its own as demos are run."""
 
@@ -130,6 +154,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "compare_methods": _demo("compare_methods", "sample:dino"),
     "conformal_texture": _demo("conformal_texture", "sample:dino"),
     "harmonics": harmonics,
+    "registration": registration,
 }
 
 
