@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import DisplayError
 from . import window
 from .stage import Stage
-from .video import open_video
+from .video import check_video, open_video
 
 #: Different pictures of a video at the most, by default.
 LENGTH = 120
@@ -85,6 +85,10 @@ def add_picture_arguments(parser: ArgumentParser, size: tuple[int, int] = window
 def open_for(args: Namespace, title: str) -> None:
     """Start polyscope as the arguments ask, or raise a DisplayError: in time, before anything is computed."""
     offscreen = bool(args.screenshot or args.video)
+    if args.screenshot:
+        window.check_picture(args.screenshot)
+    if args.video:
+        check_video(Path(args.video))
     if min(args.size) < 200:
         raise DisplayError("a picture needs 200 pixels each way")
     try:

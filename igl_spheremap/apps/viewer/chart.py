@@ -17,21 +17,9 @@ _APART = 0.5
 
 
 def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Images of the tips of the two limbs that a map shrinks most.
+    """Images (2, 3) of the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
 
     A chart with its poles there gives limbs squares down to the tip.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-
-    Returns
-    -------
-    (2, 3) float64 array
-        At least 60 degrees apart, where any two vertices are.
     """
     factor = mesh_conformal_factor(mesh, x)
     first = x[int(np.argmin(factor))]
@@ -41,25 +29,11 @@ def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArray:
-    """Mercator coordinates of each corner of each face, with no jump inside a face.
+    """Longitude and Mercator latitude (3 m, 2) of each corner of each face, in turns around the poles (2, 3).
 
-    Parameters
-    ----------
-    y : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces.
-    poles : (2, 3) float64 array
-        Unit rows, the north pole first; they need not be opposite to one another.
+    The north pole is first; the two need not be opposite to one another. A face across the date line has longitudes
+    beyond it: there is no jump inside a face. A vertex at a pole has the latitude of the one next to it.
 
-    Returns
-    -------
-    (3 m, 2) float64 array
-        Longitude and Mercator latitude in turns around the poles, corner after corner; a face across the date
-        line has longitudes beyond it. A vertex at a pole has the latitude of the one next to it.
-
-    Examples
-    --------
     >>> import numpy as np
     >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
     >>> poles = np.array([[0.0, 0, 1], [0, 0, -1]])

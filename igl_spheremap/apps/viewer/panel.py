@@ -8,19 +8,7 @@ _ZOOM = 30.0
 
 
 def begin_panel(title: str, width: float) -> None:
-    """Begin a panel over the whole height of the left edge.
-
-    Parameters
-    ----------
-    title : str
-        In its bar.
-    width : float
-        In pixels.
-
-    Returns
-    -------
-    None
-    """
+    """Begin a panel over the whole height of the right edge, with a title and a width in pixels."""
     import polyscope as ps
     from polyscope import imgui, implot
 
@@ -48,18 +36,7 @@ def end_panel() -> None:
 
 
 def subject_combo(subject: str) -> str:
-    """Choose what the colours tell.
-
-    Parameters
-    ----------
-    subject : str
-        One of `SUBJECTS`.
-
-    Returns
-    -------
-    str
-        The choice.
-    """
+    """Choose what the colours show, one of `SUBJECTS`."""
     from polyscope import imgui
 
     _, chosen = imgui.Combo("colours", SUBJECTS.index(subject), list(SUBJECTS))
@@ -75,17 +52,7 @@ def zoom_slider(zoom: float) -> float:
 
 
 def paragraph(text: str) -> None:
-    """Write text that wraps.
-
-    Parameters
-    ----------
-    text : str
-        To write.
-
-    Returns
-    -------
-    None
-    """
+    """Write text that wraps."""
     from polyscope import imgui
 
     imgui.PushTextWrapPos(0.0)

@@ -1,4 +1,4 @@
-"""How a surface stands before the camera."""
+"""The pose of a surface before the camera."""
 
 from __future__ import annotations
 
@@ -14,20 +14,8 @@ _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
 
 
 def guess_up(name: str) -> str:
-    """Which way is up in a file, by its format's custom.
+    """The direction that is up by the custom of a file's format: y for Wavefront OBJ and glTF, else z.
 
-    Parameters
-    ----------
-    name : str
-        Of the file or sample.
-
-    Returns
-    -------
-    str
-        "y" for Wavefront OBJ and glTF, "z" else: anatomy, engineering and the samples.
-
-    Examples
-    --------
     >>> guess_up("bunny.obj"), guess_up("lh.pial"), guess_up("sample:dino")
     ('y', 'z', 'z')
     """
@@ -35,23 +23,10 @@ def guess_up(name: str) -> str:
 
 
 def pose(v: FloatArray, up: str = "z") -> FloatArray:
-    """Rotation to the viewer's axes: the broad side to the front, seen a little from above and aside.
+    """Rotation whose rows are right, up and towards the viewer: the broad side in front, seen from above and aside.
 
-    Parameters
-    ----------
-    v : (n, 3) float64 array
-        Positions.
-    up : str
-        One of `UPS`.
+    `up` is one of `UPS`.
 
-    Returns
-    -------
-    (3, 3) float64 array
-        Rows are the viewer's axes: right, up, and towards the viewer.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> box = np.array([[0.0, 0, 0], [9, 0, 0], [9, 2, 0], [9, 2, 5]])
     >>> rotation = pose(box, "z")
     >>> bool(rotation[0] @ [1, 0, 0] > 0.8), bool(rotation[1] @ [0, 0, 1] > 0.9)
@@ -71,20 +46,7 @@ def pose(v: FloatArray, up: str = "z") -> FloatArray:
 
 
 def fit(v: FloatArray, rotation: FloatArray) -> FloatArray:
-    """Turn a surface and fit it into the unit ball.
-
-    Parameters
-    ----------
-    v : (n, 3) float64 array
-        Positions.
-    rotation : (3, 3) float64 array
-        From `pose`.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Centred at the middle of its bounding box; the farthest vertex has length 1.
-    """
+    """Rotate a surface, and scale it about the middle of its bounding box to the unit ball."""
     w = v @ rotation.T
     w = w - (w.max(axis=0) + w.min(axis=0)) / 2
     return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), 1e-300))

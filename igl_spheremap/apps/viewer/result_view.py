@@ -203,6 +203,7 @@ def picture_of(
     """`screenshot` of any map, through any lens."""
     import polyscope as ps
 
+    window.check_picture(path)
     window.open_window(size=size, offscreen=True)
     view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False, lens=lens)
 

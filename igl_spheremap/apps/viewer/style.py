@@ -7,7 +7,23 @@ from numpy.typing import NDArray
 
 from ...draw.palette import FOLDED, INK, LINES, SURFACE, Colour, Ramp, diverging, round_up, sequential
 
-__all__ = ["FOLDED", "INK", "LINES", "SURFACE", "Colour", "Ramp", "diverging", "round_up", "sequential"]
+__all__ = [
+    "BACKGROUND",
+    "CHECKS",
+    "EDGES",
+    "FOLDED",
+    "FOLDED_EDGES",
+    "INK",
+    "LINES",
+    "SURFACE",
+    "Colour",
+    "Ramp",
+    "diverging",
+    "linear",
+    "matcaps",
+    "round_up",
+    "sequential",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,15 +35,10 @@ CHECKS: tuple[Colour, Colour] = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 
 
 def matcaps() -> list[FloatArray]:
-    """Images of a lit ball, as polyscope's blendable materials are made of: in red, green, blue, and black.
+    """Images (256, 256, 3) of a lit ball in red, green, blue and black, which make a blendable material of polyscope.
 
     The light comes from the viewer's upper left. A colour c is seen as c times the shade: polyscope's own
     materials would wash it out, and then no legend fits.
-
-    Returns
-    -------
-    list of (256, 256, 3) float64 array
-        Between 0 and 1, before polyscope's gamma.
     """
     y, x = np.mgrid[1 - 1 / 256 : -1 : -1 / 128, -1 + 1 / 256 : 1 : 1 / 128]
     size = np.maximum(np.hypot(x, y), 1)
@@ -40,16 +51,5 @@ def matcaps() -> list[FloatArray]:
 
 
 def linear(colours: FloatArray) -> FloatArray:
-    """Colours as polyscope wants them to show as they are: it applies a gamma of 2.2 at the end.
-
-    Parameters
-    ----------
-    colours : float64 array
-        As they shall look, between 0 and 1.
-
-    Returns
-    -------
-    float64 array
-        The same shape.
-    """
+    """Colours that polyscope, which applies a gamma of 2.2 at the end, shows as the given ones."""
     return colours**2.2

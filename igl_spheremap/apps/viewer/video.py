@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import import_optional
+from ...errors import FileError, import_optional
+from ...io.replacing import check_writable, replacing
 from . import style
 
 Picture = NDArray[np.uint8]
@@ -18,12 +19,28 @@ Picture = NDArray[np.uint8]
 Write = Callable[[Picture, int], None]
 
 
+def check_video(path: Path) -> None:
+    """Raise a FileError before the work starts if a video can't be written."""
+    if path.suffix.lower() in (".gif", ".mp4"):
+        check_writable(path, force=True)
+    elif path.exists() and not path.is_dir():
+        raise FileError(f"{path}: a video is a .gif or .mp4 file, or a folder")
+    import_optional("PIL.Image", "a video", "io")
+    if path.suffix.lower() == ".mp4":
+        import_optional("imageio_ffmpeg", "an MP4 video", "video")
+
+
 @contextmanager
 def open_video(path: Path, rate: int) -> Iterator[Write]:
     """A function that adds pictures to a file, at `rate` a second; the ending of `path` chooses the format."""
     formats = {".gif": _gif, ".mp4": _mp4}
-    with formats.get(path.suffix.lower(), _folder)(path, rate) as write:
-        yield write
+    kind = formats.get(path.suffix.lower())
+    if kind is None:
+        with _folder(path) as write:
+            yield write
+    else:
+        with replacing(path, force=True) as partial, kind(partial, rate) as write:
+            yield write
 
 
 @contextmanager
@@ -69,7 +86,7 @@ def _mp4(path: Path, rate: int) -> Iterator[Write]:
 
 
 @contextmanager
-def _folder(path: Path, rate: int) -> Iterator[Write]:
+def _folder(path: Path) -> Iterator[Write]:
     images = import_optional("PIL.Image", "a video", "io")
     path.mkdir(parents=True, exist_ok=True)
     count = 0

@@ -14,7 +14,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import DisplayError
+from ...errors import DisplayError, FileError
+from ...io.replacing import check_writable, replacing
 from . import style
 
 SIZE = (1000, 600)
@@ -22,30 +23,15 @@ MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the stage lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0
+_PICTURES = (".png", ".jpg")
 _PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
 _offscreen: bool | None = None
 
 
 def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
-    """Start polyscope, or clear what an earlier call has drawn.
+    """Start polyscope, or clear what an earlier call has drawn; off screen it draws for files and needs no display.
 
-    Parameters
-    ----------
-    title : str
-        Of the window.
-    size : (int, int)
-        Width and height in pixels.
-    offscreen : bool
-        Draw for files only; needs no display.
-
-    Returns
-    -------
-    None
-
-    Raises
-    ------
-    DisplayError
-        If there is no display, no OpenGL, or this process draws the other way already.
+    Raises a DisplayError if there is no display, no OpenGL, or this process draws the other way already.
     """
     global _offscreen
     ps = _polyscope()
@@ -83,12 +69,12 @@ def _start(ps: ModuleType, title: str, offscreen: bool) -> None:
     except RuntimeError as error:
         ps.init("openGL_mock")  # else polyscope complains once more when the process ends
         reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
-        mend = (
+        hint = (
             f"Debian and Ubuntu: apt install {_PACKAGES}"
             if offscreen
             else "is the display there? Pictures for files need none"
         )
-        raise DisplayError(f"OpenGL did not start ({reason}); {mend}") from None
+        raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
     _dress(ps, offscreen)
 
 
@@ -129,17 +115,7 @@ def _dress(ps: ModuleType, offscreen: bool) -> None:
 
 
 def aim(height: int) -> None:
-    """Point the camera so that a pixel is `UNITS_PER_PIXEL` long, x to the right and y up, the origin amid.
-
-    Parameters
-    ----------
-    height : int
-        Of the window in pixels.
-
-    Returns
-    -------
-    None
-    """
+    """Point the camera so that a pixel is `UNITS_PER_PIXEL` long, x to the right and y up, the origin in the middle."""
     import polyscope as ps
 
     reach = 0.5 * height * UNITS_PER_PIXEL
@@ -148,33 +124,26 @@ def aim(height: int) -> None:
     ps.look_at((0.0, 0.0, 3 * reach), (0.0, 0.0, 0.0))
 
 
+def check_picture(path: str | os.PathLike[str]) -> None:
+    """Raise a FileError before the work starts if a picture can't be written; polyscope writes none and goes on."""
+    if Path(path).suffix.lower() not in _PICTURES:
+        raise FileError(f"{path}: a picture is a {' or '.join(_PICTURES)} file")
+    check_writable(path, force=True)
+
+
 def save(path: str | os.PathLike[str]) -> None:
-    """Write what the window shows.
-
-    Parameters
-    ----------
-    path : path
-        Ends in .png or .jpg.
-
-    Returns
-    -------
-    None
-    """
+    """Write the window as a picture."""
     import polyscope as ps
 
+    check_picture(path)
     for _ in range(2):  # panels know their size only after a frame
         ps.frame_tick()
-    ps.screenshot(os.fspath(path), transparent_bg=False, include_UI=True)
+    with replacing(path, force=True) as partial:
+        ps.screenshot(os.fspath(partial), transparent_bg=False, include_UI=True)
 
 
 def grab() -> NDArray[np.uint8]:
-    """What the window shows.
-
-    Returns
-    -------
-    (height, width, 3) uint8 array
-        Top row first.
-    """
+    """The window as an image (height, width, 3), the top row first."""
     import polyscope as ps
 
     for _ in range(2):
@@ -184,17 +153,7 @@ def grab() -> NDArray[np.uint8]:
 
 
 def show(callback: Callable[[], None]) -> None:
-    """Run the window until it is closed.
-
-    Parameters
-    ----------
-    callback : callable
-        Called before every frame.
-
-    Returns
-    -------
-    None
-    """
+    """Run the window until it is closed, with a callback before every frame."""
     import polyscope as ps
 
     ps.set_user_callback(callback)

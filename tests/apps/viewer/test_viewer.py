@@ -8,6 +8,7 @@ import pytest
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import style, window
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import SUBJECTS, colouring, log_factor, relief
@@ -161,3 +162,25 @@ told = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, s
     assert told["vermilion"] < 0.002  # the legend alone
     assert told["background"] == [255, 255, 255]
     assert (tmp_path / "a.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize("name", ["nowhere/a.png", "a.svg", "a", "folder.png"])
+def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_drawn(name, tmp_path, monkeypatch):
+    def drawn(*arguments, **options):
+        raise AssertionError("a window was opened")
+
+    (tmp_path / "folder.png").mkdir()
+    monkeypatch.setattr(window, "open_window", drawn)
+    result = ism.spherical_conformal_map(*ism.samples.sphere(42))
+    with pytest.raises(ism.FileError, match=name):
+        ism.screenshot(result, tmp_path / name)
+    assert main(["view", "sample:sphere", "--screenshot", str(tmp_path / name)]) == 74
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
+
+
+def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(window, "open_window", None)
+    (tmp_path / "file").write_text("")
+    for name in ("nowhere/a.gif", "file"):
+        assert main(["view", "sample:sphere", "--video", str(tmp_path / name)]) == 74
+        assert name in capsys.readouterr().err
