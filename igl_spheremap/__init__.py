@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .io.coefficients import read_coefficients, write_coefficients
     from .io.files import read_mesh, write_mesh
     from .io.written_map import read_map, write_map
+    from .maps.balanced import balanced_spherical_map, rebalance
     from .maps.given_sphere import sphere_map
     from .maps.landmarks import landmark_map
     from .maps.mapper import SphereMapper
@@ -38,6 +39,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .start.star_map import EigenProjection, weighted_eigen_projection
     from .verify.certificate import Certificate, certify
     from .verify.distortion import angle_differences, conformal_factor
+    from .verify.stretch import area_distortion, edge_distortion
 
 #: Where each public name is defined. It is imported at its first use, so that a program pays for what it uses.
 _HOME = {
@@ -65,6 +67,8 @@ _HOME = {
     "write_map": "io.written_map",
     "sphere_map": "maps.given_sphere",
     "landmark_map": "maps.landmarks",
+    "balanced_spherical_map": "maps.balanced",
+    "rebalance": "maps.balanced",
     "SphereMapper": "maps.mapper",
     "Auto": "maps.options",
     "GuYau": "maps.options",
@@ -103,6 +107,8 @@ _HOME = {
     "certify": "verify.certificate",
     "angle_differences": "verify.distortion",
     "conformal_factor": "verify.distortion",
+    "area_distortion": "verify.stretch",
+    "edge_distortion": "verify.stretch",
     "samples": "samples",
 }
 
@@ -137,11 +143,14 @@ __all__ = [
     "Step",
     "Stereographic",
     "angle_differences",
+    "area_distortion",
+    "balanced_spherical_map",
     "cayley_update",
     "certify",
     "check_faces",
     "check_mesh",
     "conformal_factor",
+    "edge_distortion",
     "from_grid",
     "gauss_map",
     "harmonic_energy",
@@ -152,6 +161,7 @@ __all__ = [
     "read_coefficients",
     "read_map",
     "read_mesh",
+    "rebalance",
     "register",
     "remove_foldings",
     "repair_foldings",

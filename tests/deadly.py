@@ -7,7 +7,7 @@ from dataclasses import replace
 from igl_spheremap.apps.cli.exits import Exit
 
 
-def map_one(job, method, repair, keep_largest, force):
+def map_one(job, method, repair, keep_largest, force, balance=0.0):
     """Certify everything at once, except what kills."""
     if "deadly" in job.source:
         os.kill(os.getpid(), signal.SIGKILL)

@@ -47,6 +47,11 @@ class Energy:
             value = area * ((1 - self.weight) * self.phi(q) + self.weight * self.phi(p - target))  # balance (3)
         return np.where(free, value, np.inf)
 
+    def area_error(self, x: FloatArray) -> float:
+        """Mean of |p - target| over the source's area."""
+        area = self.source.area
+        return float((area * np.abs(log_areas(self.source, x) - self.target)).sum() / area.sum())
+
     def phi(self, u: FloatArray) -> FloatArray:
         """u^2, or 2 (cosh u - 1), docs/balance.md (4)."""
         return u * u if self.power == 0 else (2 * np.sinh(u / 2)) ** 2  # balance (4)
@@ -68,6 +73,11 @@ def project(source: Source, x: FloatArray, faces: IntArray | slice = slice(None)
     square = (side * side).sum(axis=0) - (side * outward[:, None]).sum(axis=0) ** 2
     image = 0.5 * (cross(side[:, 2], -side[:, 1]) * outward).sum(axis=0)
     return image, 0.25 * (source.cot[:, faces] * square).sum(axis=0)
+
+
+def log_areas(source: Source, x: FloatArray) -> FloatArray:
+    """Logarithm p of image area over source area by face, of a map free of foldings."""
+    return np.asarray(np.log(np.maximum(project(source, x)[0], np.finfo(float).tiny) / source.area))
 
 
 def cross(u: FloatArray, w: FloatArray) -> FloatArray:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..descent.iterate import Listener, Status
 from ..descent.minimize import Minimum, minimize
-from .energy import Energy, project
+from ..mesh.check import Mesh
+from .energy import Energy, log_areas
 from .newton import newton
 from .newton_system import NewtonSystem
-from .source import Source
+from .source import Source, lay_flat
 
 FloatArray = NDArray[np.float64]
 
@@ -30,33 +32,49 @@ _STEPS = 40
 _SMOOTHINGS = 2
 
 
+class Family:
+    """All balances of one mesh; what they share is made at the first use."""
+
+    def __init__(self, mesh: Mesh, backend: str = "auto") -> None:
+        self._mesh, self._backend = mesh, backend
+
+    @cached_property
+    def source(self) -> Source:
+        """The mesh's triangles."""
+        return lay_flat(self._mesh)
+
+    @cached_property
+    def system(self) -> NewtonSystem:
+        """Newton's equations on the mesh, analysed."""
+        return NewtonSystem(self.source.f, self.source.n, self._backend)
+
+    def energy(self, conformal: FloatArray, balance: float) -> Energy:
+        """The energy of a balance, docs/balance.md (3) and (10), for a conformal map without foldings."""
+        area, factor = self.source.area, log_factor(self.source, conformal)
+        target = (1 - balance) * factor
+        target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
+        return Energy(self.source, min(balance, _MOST_WEIGHT), 1, target)
+
+    def minimize(self, energy: Energy, x: FloatArray, listener: Listener | None = None) -> Minimum:
+        """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first."""
+        squares = replace(energy, power=0)
+        if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
+            opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
+            opened = minimize(newton(opening, self.system, x, "opening"), tolerance=_OPENING_TOLERANCE,
+                              max_iterations=_STEPS, listener=listener)
+            if opened.status is Status.STOPPED:
+                return opened
+            x = opened.last.x
+        return minimize(newton(energy, self.system, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
+                        listener=listener)
+
+
 def log_factor(source: Source, x: FloatArray) -> FloatArray:
     """Logarithm of image area over source area by face, averaged over neighbours, docs/balance.md (9)."""
-    value = np.log(np.maximum(project(source, x)[0], np.finfo(float).tiny) / source.area)
+    value = log_areas(source, x)
     corners, share = source.f.ravel(), np.repeat(source.area, 3)
     around = np.bincount(corners, share, source.n)
     for _ in range(_SMOOTHINGS):
         at_vertices = np.bincount(corners, share * np.repeat(value, 3), source.n) / around
         value = at_vertices[source.f].mean(axis=1)
     return value
-
-
-def balanced_energy(source: Source, factor: FloatArray, balance: float) -> Energy:
-    """The energy of a balance, for the conformal map's `log_factor`, docs/balance.md (3) and (10)."""
-    target = (1 - balance) * factor
-    area = source.area
-    target = target - np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
-    return Energy(source, min(balance, _MOST_WEIGHT), 1, target)
-
-
-def balanced_map(energy: Energy, system: NewtonSystem, x: FloatArray, listener: Listener | None = None) -> Minimum:
-    """Minimise from a map free of foldings: where areas are far off, open it by squares of logarithms first."""
-    opening = replace(energy, weight=min(energy.weight, _OPENING_WEIGHT), power=0)
-    if energy.by_face(x).sum() > _FAR * replace(energy, power=0).by_face(x).sum():
-        opened = minimize(newton(opening, system, x, "opening"), tolerance=_OPENING_TOLERANCE, max_iterations=_STEPS,
-                          listener=listener)
-        if opened.status is Status.STOPPED:
-            return opened
-        x = opened.last.x
-    return minimize(newton(energy, system, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
-                    listener=listener)

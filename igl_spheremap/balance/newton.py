@@ -23,12 +23,14 @@ _DECREASE = 1e-4
 _SHORTEST = 1e-3
 #: Where steps are shortened, so many of them must gain little before the energy counts as low.
 _PATIENCE = 3
+#: Gains that fall more slowly than this are taken to fall so fast: a series must end.
+_LARGEST_RATIO = 0.9
 
 
 def newton(energy: Energy, system: NewtonSystem, x: FloatArray, stage: str) -> Iterator[Iterate]:
-    """Iterates from a map free of foldings; the residual is the share of the energy that the next step may gain.
+    """Iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
-    A full step predicts that from how fast gains fall, a shortened one from the largest of the last gains.
+    After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last.
     """
     by_face = energy.by_face(x)
     value, length, gains = float(by_face.sum()), 1.0, [1.0] * _PATIENCE
@@ -52,5 +54,6 @@ def newton(energy: Energy, system: NewtonSystem, x: FloatArray, stage: str) -> I
         x, by_face = trial
         previous, value = value, float(by_face.sum())
         gains.append((previous - value) / value)
-        residual = gains[-1] * min(1.0, gains[-1] / gains[-2]) if length == 1 else max(gains[-_PATIENCE:])
+        ratio = min(gains[-1] / gains[-2], _LARGEST_RATIO)
+        residual = gains[-1] * ratio / (1 - ratio) if length == 1 else max(gains[-_PATIENCE:])
         yield Iterate(stage, 0, len(gains) - _PATIENCE, x, value, residual, length)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..balance.family import Family
 from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..errors import MeshError
 from ..mesh.check import check_mesh
 from ..operators.operators import build_operators
+from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
 from .options import Auto
 from .run import check_start, finish
@@ -64,6 +67,11 @@ class SphereMapper:
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 
+    @cached_property
+    def _family(self) -> Family:
+        """What its balanced maps share."""
+        return Family(self.mesh)
+
     def map(
         self,
         start: ArrayLike | None = None,
@@ -102,6 +110,32 @@ class SphereMapper:
         history = History(listener)
         found = map_factorised(self.mesh, operators, self.method, history, x)
         return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
+
+
+    def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
+        """Go on from a map of this surface to another balance; what depends on the mesh alone is made once.
+
+        Parameters
+        ----------
+        result : SphereMap
+            A map of this mapper, conformal or balanced.
+        balance, listener
+            As of `igl_spheremap.rebalance`, which gives the same map bit for bit.
+
+        Returns
+        -------
+        SphereMap
+            As from `igl_spheremap.rebalance`.
+
+        Raises
+        ------
+        ValueError
+            If `balance` is not in [0, 1].
+        FoldingsRemain
+            If the map has foldings.
+        """
+        check_balance(balance)
+        return rebalance_checked(self.mesh, self._family, result, balance, listener)
 
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:

@@ -14,7 +14,8 @@ from ..draw.markup import table
 from ..draw.plot import plot_run
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor
-from ..verify.figures import angle_figures
+from ..verify.figures import angle_figures, log_figures
+from ..verify.stretch import area_distortion
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,7 +57,12 @@ class SphereMap:
         The options that were given.
     gauge : str
         "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says so where huge faces do
-        not bear it. "poles", only if asked for: the two deepest tips at the poles.
+        not bear it. "turned", of balanced maps: turned to the Gauss map only. "poles", only if asked for: the two
+        deepest tips at the poles.
+    balance : float
+        0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`.
+    conformal : SphereMap, optional
+        The conformal map that a balanced one started from.
     stretch : float
         How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to. Angles
         had to give there.
@@ -78,6 +84,8 @@ class SphereMap:
     settings: dict[str, Any] = field(default_factory=dict)
     gauge: str = "centred"
     stretch: float = 1.0
+    balance: float = 0.0
+    conformal: SphereMap | None = None
 
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
@@ -98,6 +106,16 @@ class SphereMap:
             As from `igl_spheremap.conformal_factor`.
         """
         return conformal_factor(self.vertices, self.faces, self.sphere)
+
+    def area_ratios(self) -> FloatArray:
+        """Logarithm of image area over source area of every face, each surface having area 1.
+
+        Returns
+        -------
+        (m,) float64 array
+            As from `igl_spheremap.area_distortion`.
+        """
+        return area_distortion(self.vertices, self.faces, self.sphere)
 
     def plot(self) -> Any:
         """Plot the course of the energy and the histogram of angle differences.
@@ -147,6 +165,11 @@ def result_rows(result: SphereMap) -> list[tuple[str, str]]:
             "angle differences",
             "{mean:.3g} degrees on average, median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
             "at most {max:.3g}".format(**angles),
+        ),
+        (
+            "area ratios",
+            "their logarithms are {mean:.3g} on average, 99% below {p99:.3g}, at most {max:.3g}".format(
+                **log_figures(result.area_ratios())),
         ),
         ("harmonic energy", f"{result.energy:.6f}, which is 4 pi {result.energy - 4 * math.pi:+.2e}"),
         ("method", f"{result.method}{f' ({options})' if options else ''}{backend}"),

@@ -23,7 +23,11 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     The source's area has its barycentre at the origin, and the rotation is the one that agrees best with the Gauss
     map, in the source's area.
     """
-    x = center(x, A)
+    return turn_to_gauss_map(mesh, center(x, A), A)
+
+
+def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+    """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
     normals = mesh_gauss_map(mesh)
     outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
     if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out

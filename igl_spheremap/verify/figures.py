@@ -6,6 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def log_figures(ratios: NDArray[np.float64]) -> dict[str, float]:
+    """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, those of zero areas left out.
+
+    >>> log_figures(np.array([0.5, -1.5, np.inf]))["mean"]
+    1.0
+    """
+    size = np.abs(ratios[np.isfinite(ratios)])
+    return {"mean": float(size.mean()), "p99": float(np.percentile(size, 99)), "max": float(size.max())}
+
+
 def angle_figures(differences: NDArray[np.float64]) -> dict[str, float]:
     """How the sizes of the angle differences are spread.
 

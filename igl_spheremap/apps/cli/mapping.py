@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from typing import Any
 
 from ...descent.iterate import Iterate, Listener, Status
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
-from ...verify.figures import angle_figures
+from ...verify.figures import angle_figures, log_figures
 from .exits import Exit
 from .failures import UsageError
 from .interrupt import Interrupt
-from .output import add_output, angle_row, certificate_figures, energy_row, mesh_row, report, row
+from .output import add_output, angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
 from .progress import measures
 from .reporting import add_reporting, check_reporting, recorder, write_reports
 from .source import Source, add_source, load_source
@@ -40,6 +40,19 @@ def add_map_arguments(parser: ArgumentParser) -> None:
     add_reporting(parser)
     add_output(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
+
+
+def add_balance(parser: ArgumentParser) -> None:
+    """Add the choice between angles and areas."""
+    parser.add_argument("--balance", type=_balance, default=0.0, metavar="T",
+                        help="between 0, conformal (the default), and 1, area-preserving")
+
+
+def _balance(text: str) -> float:
+    """A number from 0 to 1."""
+    if not 0 <= float(text) <= 1:
+        raise ArgumentTypeError(f"{text} is not between 0 and 1")
+    return float(text)
 
 
 def add_may_fold(parser: ArgumentParser) -> None:
@@ -109,7 +122,9 @@ def _figures(source: Source, args: Namespace, result: SphereMap, written: Sphere
         "iterations": result.iterations,
         "seconds": result.seconds,
         "energy": result.energy,
+        "balance": result.balance,
         "angle_differences": angle_figures(result.angle_differences()),
+        "area_ratios": log_figures(result.area_ratios()),
         "gauge": result.gauge,
         "stretch": result.stretch,
         "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
@@ -136,6 +151,7 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
         *_rounds(result),
         energy_row(result.energy),
         angle_row(angle_figures(result.angle_differences())),
+        log_row("areas", log_figures(result.area_ratios())),
         *_beyond_float64(result),
         row("certificate", str(result.certificate)),
         row(

@@ -17,7 +17,9 @@ _FAULTS_SHOWN = 20
 
 @dataclass(frozen=True)
 class Outcome:
-    """One line of the summary; angles in degrees, seconds of the mapping, NaN where there is no map.
+    """One line of the summary; NaN where there is no map.
+
+    Angles are in degrees, areas logarithms of image over source, seconds those of the mapping.
 
     The status is that of `igl-spheremap map`; `resumed` means that the target was there and only certified.
     """
@@ -31,6 +33,7 @@ class Outcome:
     energy: float = math.nan
     mean_angle: float = math.nan
     max_angle: float = math.nan
+    mean_area: float = math.nan
     seconds: float = 0.0
     message: str = ""
 

@@ -74,6 +74,12 @@ def angle_row(angles: Mapping[str, float]) -> str:
     )
 
 
+def log_row(label: str, figures: Mapping[str, float]) -> str:
+    """The line of logarithms of areas or lengths, from `log_figures`."""
+    return row(label, "log(image / source) is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})".format(
+        **figures))
+
+
 def energy_row(energy: float) -> str:
     """The line of the harmonic energy, eq. (6)."""
     return row("energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)")

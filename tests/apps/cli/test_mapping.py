@@ -155,3 +155,17 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
     assert "stretched to" not in capsys.readouterr().out
     assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "mips", "--method", "lai2014"]) == 64
     assert "--polish" in capsys.readouterr().err
+
+
+def test_balance_reaches_the_map_and_its_figures(tmp_path):
+    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
+    assert main(["map", SAMPLE, str(target), "--balance", "1", "--json", str(figures)]) == 0
+    assert read_map(target).balance == 1
+    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+    assert main(["check", SAMPLE, str(target), "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+
+
+def test_a_balance_outside_is_refused(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "map.npz"), "--balance", "1.5"]) != 0
+    assert "between 0 and 1" in one_line(capsys)

@@ -20,11 +20,14 @@ from ....descent.energies.harmonic import harmonic_energy
 from ....errors import FileError
 from ....io import certify_radius, check_writable, format_of, make_mark, read_mark, read_sphere, write_map
 from ....io.replacing import replacing
+from ....maps.balanced import balanced_spherical_map
 from ....maps.options import METHODS
-from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....verify.distortion import angle_differences
+from ....verify.figures import log_figures
+from ....verify.stretch import area_distortion
 from ..exits import Exit
 from ..failures import EXPECTED, UsageError, describe
+from ..mapping import add_balance
 from ..outcomes import Outcome, summary, table
 from ..pair import check_fits
 from ..source import add_repair, read_source
@@ -46,6 +49,7 @@ def configure(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one for each processor")
     parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="default: auto")
+    add_balance(parser)
     parser.add_argument("--summary", metavar="FILE", help="one line for each file: .csv or .jsonl")
     parser.add_argument(
         "-f", "--force", action="store_true", help="map again what is there already, and replace any other file"
@@ -126,7 +130,7 @@ def _run_all(jobs: Sequence[Outcome], args: Namespace) -> tuple[list[Outcome], b
 
 def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict[str, Outcome]) -> bool:
     """Put outcomes into `done` until all are there or a process dies; True if Ctrl-C ended it early."""
-    options = (args.method, args.repair, args.keep_largest, args.force)
+    options = (args.method, args.repair, args.keep_largest, args.force, args.balance)
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
         # Ctrl-C reaches every process of a terminal; the pool's inherit that it is ignored, and finish their mesh.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -151,14 +155,17 @@ def _run_pool(jobs: Sequence[Outcome], workers: int, args: Namespace, done: dict
     return interrupted
 
 
-def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: bool) -> Outcome:
+def map_one(
+    job: Outcome, method: str, repair: bool, keep_largest: bool, force: bool, balance: float = 0.0
+) -> Outcome:
     """Map one file, or certify the map of it that an earlier run left; runs in a process of its own."""
     try:
         source = read_source(job.source, repair=repair, keep_largest=keep_largest)
         chosen = METHODS[method]()
+        settings = chosen.settings() | ({"balance": balance} if balance else {})
         resumed = not force and Path(job.target).exists()
         if resumed:
-            if read_mark(job.target) != make_mark(source.v, source.f, chosen.name, chosen.settings()):
+            if read_mark(job.target) != make_mark(source.v, source.f, chosen.name, settings):
                 raise FileError(f"{job.target} is there, and its mark does not say that this version made it from "
                                 "this mesh by this method; it is left as it is, force=True replaces it")
             x, f = read_sphere(job.target)
@@ -166,14 +173,16 @@ def map_one(job: Outcome, method: str, repair: bool, keep_largest: bool, force: 
             check, seconds = certify_radius(x, source.f), 0.0
             x = x / np.linalg.norm(x, axis=1, keepdims=True)
         else:
-            result = spherical_conformal_map(source.v, source.f, chosen)
+            result = balanced_spherical_map(source.v, source.f, balance, method=chosen)
             x, seconds = result.sphere, result.seconds
             check = write_map(job.target, result, force=force, metadata=source.metadata)
+        areas = log_figures(area_distortion(source.v, source.f, x))
         angles = np.abs(angle_differences(source.v, source.f, x))
         return replace(
             job, status=Exit.OK if check.certificate.folding_free else Exit.FOLDINGS, resumed=resumed,
             vertices=len(x), foldings=check.certificate.foldings, energy=harmonic_energy(source.v, source.f, x),
-            mean_angle=float(angles.mean()), max_angle=float(angles.max()), seconds=seconds,
+            mean_angle=float(angles.mean()), max_angle=float(angles.max()), mean_area=areas["mean"],
+            seconds=seconds,
         )  # fmt: skip
     except EXPECTED as error:
         status, line = describe(error)

@@ -8,9 +8,10 @@ from typing import Any
 from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius
 from ....verify.distortion import angle_differences
-from ....verify.figures import angle_figures
+from ....verify.figures import angle_figures, log_figures
+from ....verify.stretch import area_distortion, edge_distortion
 from ..exits import Exit
-from ..output import add_output, angle_row, certificate_figures, energy_row, mesh_row, report, row
+from ..output import add_output, angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
 from ..pair import add_pair, load_pair
 from ..streams import check_outputs
 
@@ -44,6 +45,9 @@ def run(args: Namespace) -> Exit:
         unit = x / found.radius
         figures["energy"] = harmonic_energy(source.v, source.f, unit)
         figures["angle_differences"] = angle_figures(angle_differences(source.v, source.f, unit))
-        summary += [energy_row(figures["energy"]), angle_row(figures["angle_differences"])]
+        figures["area_ratios"] = log_figures(area_distortion(source.v, source.f, unit))
+        figures["edge_ratios"] = log_figures(edge_distortion(source.v, source.f, unit))
+        summary += [energy_row(figures["energy"]), angle_row(figures["angle_differences"]),
+                    log_row("areas", figures["area_ratios"]), log_row("edges", figures["edge_ratios"])]
     report(args, figures, [*summary, row("certificate", str(found.certificate))])
     return Exit.OK if found.certificate.folding_free else Exit.FOLDINGS

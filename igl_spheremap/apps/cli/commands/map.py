@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....descent.iterate import Listener
+from ....maps.balanced import rebalance
 from ....maps.options import METHODS, Gauge, Polish
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ..exits import Exit
 from ..failures import UsageError
-from ..mapping import add_map_arguments, map_by
+from ..mapping import add_balance, add_map_arguments, map_by
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,15 +37,17 @@ def configure(parser: ArgumentParser) -> None:
         choices=get_args(Gauge),
         help="poles: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
     )
+    add_balance(parser)
 
 
 def run(args: Namespace) -> Exit:
-    """Map conformally."""
+    """Map, conformally unless another balance is asked for."""
     chosen = {name: getattr(args, name) for name in ("polish", "gauge") if getattr(args, name) is not None}
     if chosen and args.method != "auto":
         raise UsageError(f"--{' and --'.join(chosen)} go with --method auto only, not with {args.method}")
 
     def solve(v: FloatArray, f: IntArray, listener: Listener, **limits: Any) -> SphereMap:
-        return spherical_conformal_map(v, f, METHODS[args.method](**chosen, **limits), listener=listener)
+        result = spherical_conformal_map(v, f, METHODS[args.method](**chosen, **limits), listener=listener)
+        return rebalance(result, args.balance, listener=listener) if args.balance else result
 
     return map_by(args, solve)

@@ -72,7 +72,7 @@ def job(source="300.ply", target="out.ply"):
     return Outcome(source, target)
 
 
-def map_one(method="auto", force=False):
+def map_one(method="auto", force=False, balance=0.0):
     return batch.map_one(job(), method, False, False, force)
 
 

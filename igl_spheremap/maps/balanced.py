@@ -1,0 +1,164 @@
+"""Maps between conformal and area-preserving."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..balance.family import Family
+from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.iterate import Listener, Status
+from ..descent.recording import History
+from ..errors import FoldingsRemain
+from ..mesh.check import Mesh, check_mesh
+from ..operators.laplacian import positive_areas
+from ..sphere.gauge import turn_to_gauss_map
+from ..untangle.candidate import Candidate
+from ..verify.certificate import certify_checked
+from .options import Auto, Method
+from .run import finish
+from .sphere_map import SphereMap
+from .spherical_conformal_map import spherical_conformal_map
+
+#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: meshes that
+#: bear the balance stay below .2.
+_SHORT = 0.3
+
+
+def balanced_spherical_map(
+    v: ArrayLike,
+    f: ArrayLike,
+    balance: float = 0.75,
+    *,
+    method: Method = Auto(),  # noqa: B008 - it is frozen
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Map a closed genus-0 surface to the unit sphere, between conformal and area-preserving, and certify the map.
+
+    It aims at image area = source area * (conformal factor)^(1 - balance), with the least angle distortion. Every
+    iterate is free of foldings.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any units. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    balance : float
+        0 is the conformal map, bit for bit; 1 is area-preserving.
+    method : Method
+        How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
+    listener : callable, optional
+        Called with every `Iterate`, those of the conformal map included; may raise StopIteration to end with what
+        there is.
+
+    Returns
+    -------
+    SphereMap
+        Turned to the Gauss map. Its ``conformal`` is the map that it started from, its ``area_ratios()`` are what the
+        balance asks for as far as the triangulation allows: else its ``status`` is ``SHORT``, and a note says by how
+        much.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed, oriented, connected genus-0 mesh.
+    ValueError
+        If `balance` is not in [0, 1].
+    FoldingsRemain
+        If the conformal map has foldings, which "auto" never leaves.
+
+    References
+    ----------
+    The energy and its steps are in docs/balance.md.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
+    >>> result = ism.balanced_spherical_map(v, f, balance=1)
+    >>> result.certificate.folding_free, result.status.name, bool(abs(result.area_ratios()).mean() < 0.02)
+    (True, 'CONVERGED', True)
+    """
+    check_balance(balance)
+    conformal = spherical_conformal_map(v, f, method, listener=listener)
+    return rebalance(conformal, balance, listener=listener)
+
+
+def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
+    """Go on from a map without foldings to another balance of the same surface, as a slider does.
+
+    Parameters
+    ----------
+    result : SphereMap
+        A conformal or a balanced map. The steps are the fewer the nearer its balance is.
+    balance : float
+        As of `balanced_spherical_map`; 0 gives the conformal map back.
+    listener : callable, optional
+        Called with every `Iterate`; may raise StopIteration to end with what there is.
+
+    Returns
+    -------
+    SphereMap
+        As from `balanced_spherical_map`. A balanced map from a file has no ``conformal``: it is made anew.
+
+    Raises
+    ------
+    ValueError
+        If `balance` is not in [0, 1].
+    FoldingsRemain
+        If the map has foldings; `igl_spheremap.repair_foldings` removes them.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.balanced_spherical_map(*ism.samples.make("spheroid", n_vertices=1000), balance=0.5)
+    >>> ism.rebalance(result, 0.6).certificate.folding_free
+    True
+    """
+    check_balance(balance)
+    mesh = check_mesh(result.vertices, result.faces)
+    return rebalance_checked(mesh, Family(mesh), result, balance, listener)
+
+
+def check_balance(balance: float) -> None:
+    """Raise a ValueError unless a balance is in [0, 1]."""
+    if not 0 <= balance <= 1:
+        raise ValueError(f"balance {balance!r} is not between 0 (conformal) and 1 (area-preserving)")
+
+
+def rebalance_checked(
+    mesh: Mesh, family: Family, result: SphereMap, balance: float, listener: Listener | None
+) -> SphereMap:
+    """`rebalance` for a mesh that passed the gate."""
+    began = time.perf_counter()
+    conformal = result.conformal or (
+        result if result.balance == 0 else spherical_conformal_map(mesh.vertices, mesh.f, listener=listener))
+    if balance == 0 or conformal.status is Status.STOPPED:
+        return conformal
+    if not (result.certificate.folding_free and conformal.certificate.folding_free):
+        raise FoldingsRemain("a map with foldings can't be balanced; remove them with repair_foldings", result)
+    history = History(listener)
+    energy = family.energy(conformal.sphere, balance)
+    minimum = family.minimize(energy, result.sphere, history)
+    short = energy.area_error(minimum.last.x)
+    status, notes = minimum.status, conformal.notes
+    if short > _SHORT and status is not Status.STOPPED:
+        status = Status.SHORT
+        factor = np.exp(short)
+        notes = (*notes, f"areas are off what balance {balance:g} aims at by a factor of {factor:.3g} on average")
+    x = turn_to_gauss_map(mesh, minimum.last.x, positive_areas(mesh))
+    certificate = certify_checked(x, mesh.f)
+    if not certificate.folding_free:  # by the rounding of the rotation
+        x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)
+    found = Candidate(x, HarmonicEnergy.of(mesh).evaluate(x)[0], status, conformal.rounds, certificate, "turned",
+                      conformal.stretch, conformal.backend, notes)
+    settings = conformal.settings | {"balance": float(balance)}
+    balanced = finish(mesh, found, history, conformal.method, settings, began)
+    return replace(balanced, balance=float(balance), conformal=conformal,
+                   history=(*conformal.history, *balanced.history),
+                   iterations=conformal.iterations + balanced.iterations,
+                   seconds=conformal.seconds + balanced.seconds)

@@ -1,0 +1,114 @@
+"""Balanced maps through the front door: what they promise, from conformal to area-preserving."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.verify.certificate import orientation_signs
+
+V, F = ism.samples.make("dino", n_vertices=1500)
+
+
+@pytest.fixture(scope="module")
+def family():
+    """Maps of five balances, with the number of folded faces of every iterate."""
+    folded = []
+
+    def count(iterate):
+        if iterate.stage in ("opening", "balance"):
+            folded.append(int((orientation_signs(iterate.x, F) <= 0).sum()))
+
+    maps = {balance: ism.balanced_spherical_map(V, F, balance, listener=count) for balance in (0, 0.25, 0.5, 0.75, 1)}
+    return maps, folded
+
+
+def test_every_iterate_is_free_of_foldings_and_every_map_certified(family):
+    maps, folded = family
+    assert len(folded) > 20
+    assert not any(folded)
+    assert all(ism.certify(result.sphere, F).folding_free for result in maps.values())
+
+
+def test_area_distortion_falls_and_angle_distortion_rises(family):
+    maps = family[0].values()
+    assert all(result.status is ism.Status.CONVERGED for result in maps)
+    assert (np.diff([np.abs(result.area_ratios()).mean() for result in maps]) < 0).all()
+    assert (np.diff([np.abs(result.angle_differences()).mean() for result in maps]) > 0).all()
+
+
+def test_areas_are_source_areas_times_a_power_of_the_conformal_factor(family):
+    maps = family[0]
+    conformal = maps[0].area_ratios()
+    for balance in (0.25, 0.5, 0.75):
+        slope = np.polyfit(conformal, maps[balance].area_ratios(), 1)[0]
+        assert slope == pytest.approx(1 - balance, abs=0.03)
+
+
+def test_balance_0_is_the_conformal_map_bit_for_bit(family):
+    conformal = ism.spherical_conformal_map(V, F)
+    for result in (family[0][0], ism.rebalance(family[0][1], 0)):
+        np.testing.assert_array_equal(result.sphere, conformal.sphere)
+        assert result.balance == 0
+
+
+def test_scaling_rotating_and_renumbering_commute(family):
+    rng = np.random.default_rng(0)
+    order, rotation = rng.permutation(len(V)), np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    rotation *= np.linalg.det(rotation)
+    rank = np.argsort(order)
+    moved = ism.balanced_spherical_map(7 * V[order] @ rotation + 3, rank[F], 0.5)
+    x, y = family[0][0.5].sphere[order] @ rotation, moved.sphere
+    assert np.abs(y @ best_rotation(y, x, np.ones(len(x))) - x).max() < 1e-3
+    assert np.abs(y - x).max() < 2e-3
+
+
+def test_a_slider_takes_fewer_steps_from_a_neighbour(family):
+    maps = family[0]
+    near, far = ism.rebalance(maps[0.75], 0.8), ism.rebalance(maps[0], 0.8)
+    assert near.certificate.folding_free
+    assert near.iterations < far.iterations
+    assert np.abs(near.area_ratios()).mean() == pytest.approx(np.abs(far.area_ratios()).mean(), rel=0.03)
+
+
+def test_the_mapper_gives_the_same_numbers(family):
+    mapper = ism.SphereMapper(V, F)
+    np.testing.assert_array_equal(mapper.rebalance(mapper.map(), 1).sphere, family[0][1].sphere)
+
+
+def test_a_balanced_map_from_a_file_goes_on(family, tmp_path):
+    ism.write_map(tmp_path / "map.npz", family[0][0.5])
+    back = ism.read_map(tmp_path / "map.npz")
+    assert back.balance == 0.5
+    np.testing.assert_array_equal(ism.rebalance(back, 0.75).sphere, ism.rebalance(family[0][0.5], 0.75).sphere)
+
+
+def test_a_listener_ends_with_a_bijection():
+    def stop(iterate):
+        if iterate.stage == "opening" and iterate.iteration == 2:
+            raise StopIteration
+
+    result = ism.balanced_spherical_map(V, F, 1, listener=stop)
+    assert result.status is ism.Status.STOPPED
+    assert result.certificate.folding_free
+
+
+def test_what_the_triangulation_does_not_allow_is_short():
+    v, f = ism.samples.make("spring", n_vertices=2000)
+    result = ism.balanced_spherical_map(v, f, 1)
+    assert result.certificate.folding_free
+    assert result.status is ism.Status.SHORT
+    assert "balance 1" in result.notes[-1]
+
+
+@pytest.mark.parametrize("balance", [-0.1, 1.5, float("nan")])
+def test_a_balance_outside_is_refused(balance):
+    with pytest.raises(ValueError, match="between 0"):
+        ism.balanced_spherical_map(V, F, balance)
+
+
+def test_a_folded_map_is_refused():
+    folded = ism.minimize_harmonic_energy(V, F, max_iterations=1)
+    assert not folded.certificate.folding_free
+    with pytest.raises(ism.FoldingsRemain, match="repair_foldings"):
+        ism.rebalance(folded, 0.5)
