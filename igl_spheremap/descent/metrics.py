@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from ..mesh.measure import face_areas
+from ..mesh.measure import vertex_areas
 from ..operators.factor import Factor, factorize, refined_solve
 from ..sphere.rows import row_dots, tangent
 
@@ -87,7 +87,7 @@ class SobolevH2(Metric):
     @classmethod
     def of(cls, L: sp.csr_matrix, f: NDArray[np.int64], x: FloatArray) -> SobolevH2:
         """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite."""
-        B = np.bincount(f.ravel(), np.repeat(face_areas(x, f) / 3, 3))
+        B = vertex_areas(x, f)
         B = np.maximum(B, _LEAST_AREA * B.mean())
         P = (L + sp.diags(B)).tocsr()
         return cls(P, factorize(P), B)

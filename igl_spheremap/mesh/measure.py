@@ -13,7 +13,7 @@ IntArray = NDArray[np.int64]
 _THIN = 1e-4
 
 
-def unit_scale(d: FloatArray) -> FloatArray:
+def _unit_scale(d: FloatArray) -> FloatArray:
     """Rows divided by their largest entry, so that products neither over- nor underflow."""
     size = np.abs(d).max(axis=1, keepdims=True)
     return np.asarray(d / np.where(size > 0, size, 1))
@@ -29,7 +29,7 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))  # NaN included
     for k in range(3):
         a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
-        u, w = unit_scale(b - a), unit_scale(c - a)
+        u, w = _unit_scale(b - a), _unit_scale(c - a)
         angles[redo, k] = np.arctan2(np.linalg.norm(np.cross(u, w), axis=1), np.einsum("ij,ij->i", u, w))
     return angles
 

@@ -104,9 +104,7 @@ class SphereLocator:
         MeshError
             If a point is not finite or at the origin.
         """
-        q = check_directions(points, name="points")
-        unit = np.abs(row_dots(q, q) - 1) < 4 * _EPS
-        q = np.where(unit[:, None], q, unit_rows(q))  # points at vertices stay there
+        q = unit_rows(check_directions(points, name="points"))
         face = np.empty(len(q), dtype=np.int64)
         order = self._tree.order_of(q)
         for start in range(0, len(q), _BLOCK):

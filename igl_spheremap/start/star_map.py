@@ -12,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..errors import MeshError
 from ..mesh.check import Mesh, check_mesh, check_rows
-from ..mesh.measure import enclosed_volume, face_areas
+from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
 from ..operators.factor import factorize, refined_solve
 from ..operators.laplacian import usable_laplacian
@@ -145,7 +145,7 @@ def project(mesh: Mesh, x: FloatArray) -> EigenProjection:
     """`weighted_eigen_projection` of a checked mesh and map."""
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
     values, phi = _lowest_eigenpairs(stiffness(mesh), B)  # eq. (20)
-    areas = np.bincount(mesh.f.ravel(), np.repeat(face_areas(mesh.v, mesh.f), 3))
+    areas = vertex_areas(mesh.v, mesh.f)
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
     frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)

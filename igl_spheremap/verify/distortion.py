@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mesh.check import Mesh, check_mesh, check_rows
-from ..mesh.measure import corner_angles, face_areas
+from ..mesh.measure import corner_angles, vertex_areas
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -162,8 +162,7 @@ def mesh_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
         e^{2u}; infinite where all faces around a vertex have zero area in the source and not in the image.
     """
     n = len(mesh.v)
-    image, source = (
-        np.bincount(mesh.f.ravel(), np.repeat(face_areas(p, mesh.f), 3), minlength=n) for p in (x, mesh.v))
+    image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
     ratio = np.full(n, np.inf)
     ratio[image == 0] = 0.0
     return np.divide(image, source, out=ratio, where=source > 0)  # eq. (14)
