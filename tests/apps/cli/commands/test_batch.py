@@ -73,7 +73,7 @@ def job(source="300.ply", target="out.ply"):
 
 
 def map_one(method="auto", force=False, balance=0.0):
-    return batch.map_one(job(), method, False, False, force)
+    return batch.map_one(job(), method, False, False, force, balance)
 
 
 def test_what_this_mesh_and_method_made_is_certified_again(desk):

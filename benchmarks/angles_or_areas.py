@@ -1,0 +1,81 @@
+"""Draw the figure of docs/guide/angles_or_areas.md: three bodies at five balances, as checkerboard and as sphere.
+
+    python benchmarks/angles_or_areas.py docs/images/angles_or_areas.png
+"""
+
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+from PIL import Image
+
+import igl_spheremap as ism
+
+BODIES, BALANCES = ("dino", "brain", "octopus"), (0, 0.25, 0.5, 0.75, 1)
+LIGHT = np.array([0.3, 0.4, 0.87])
+
+
+def draw(axes, positions, faces, colours):
+    """Faces towards the reader (along z), shaded, the far ones first."""
+    corners = positions[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    normal /= np.where(length > 0, length, 1)[:, None]
+    order = np.argsort(corners[:, :, 2].mean(axis=1))
+    order = order[normal[order, 2] > 0]
+    shade = 0.45 + 0.55 * np.clip(normal[order] @ LIGHT, 0, 1)
+    tint = np.clip(shade[:, None] * colours[order], 0, 1)
+    axes.add_collection(PolyCollection(corners[order, :, :2], facecolors=tint, edgecolors=tint, linewidths=0.15))
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def checkers(x, faces):
+    """Colours of the sphere's squares of 15 degrees at the middle of each face."""
+    middle = x[faces].mean(axis=1)
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    longitude, latitude = np.arctan2(middle[:, 1], middle[:, 0]), np.arcsin(np.clip(middle[:, 2], -1, 1))
+    odd = (np.floor(longitude * 12 / np.pi) + np.floor(latitude * 12 / np.pi)) % 2 == 1
+    return np.where(odd[:, None], [0.16, 0.38, 0.65], [0.98, 0.88, 0.62])
+
+
+def regions(v, faces):
+    """Colours by place on the body, which the sphere shows again."""
+    low, high = v.min(axis=0), v.max(axis=0)
+    return 0.2 + 0.8 * ((v[faces].mean(axis=1) - low) / (high - low))
+
+
+def turned(v):
+    """The two longest axes across the line of sight."""
+    axes = np.linalg.svd(v - v.mean(axis=0), full_matrices=False)[2]
+    axes[2] *= np.linalg.det(axes)
+    return (v - v.mean(axis=0)) @ axes.T
+
+
+def main(target):
+    """Draw."""
+    figure, grid = plt.subplots(2 * len(BODIES), len(BALANCES), figsize=(12, 14.5))
+    for row, name in enumerate(BODIES):
+        v, f = ism.samples.make(name, n_vertices=8000)
+        for column, balance in enumerate(BALANCES):
+            result = ism.balanced_spherical_map(v, f, balance)
+            area, angle = np.abs(result.area_ratios()).mean(), np.abs(result.angle_differences()).mean()
+            print(f"{name} {balance}: area {area:.3f}, angle {angle:.2f}, {result.certificate.folding_free}")
+            body, sphere = grid[2 * row, column], grid[2 * row + 1, column]
+            draw(body, turned(v), f, checkers(result.sphere, f))
+            draw(sphere, result.sphere, f, regions(v, f))
+            body.set_title(f"{name}, balance {balance}\n|log area| {area:.2f}, angles {angle:.1f} degrees", fontsize=9)
+    figure.tight_layout()
+    figure.savefig(target, dpi=75)
+    with Image.open(target) as picture:  # 96 colours take a third of the bytes
+        small = picture.convert("RGB").quantize(96, dither=Image.Dither.NONE)
+    small.save(target, optimize=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
