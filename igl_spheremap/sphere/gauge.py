@@ -28,11 +28,16 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
+    return np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A))
+
+
+def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:
+    """The vectors that a map in the gauge is turned to: normals, and a little of the direction from the middle."""
     normals = mesh_gauss_map(mesh)
     outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
     if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out
         outward = -outward
-    return np.einsum("ij,jk->ik", x, best_rotation(x, normals + _TIE_BREAK * outward, A))
+    return normals + _TIE_BREAK * outward
 
 
 def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:

@@ -20,18 +20,20 @@ from ..sphere.charts import tangent_axes
 from ..sphere.rows import unit_rows, weighted_sum
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_difference
+from .blocks import VertexBlocks
 from .depth import log_edges
-from .embedding import embed_locally
+from .embedding import dilate, embed_locally
 from .nudge import nudge
+from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Added to the Hessian's diagonal, as a share: the Moebius group costs nothing.
-_DAMPING = 1e-8
-#: Steps tried; foldings that they make are mended if they are no more than this share of the faces.
-_LENGTHS = (1.0, 0.5, 0.25)
+#: Foldings that a step makes are embedded again if they are no more than this share of the faces.
 _FEW_SHARE = 0.01
+#: Rings around what that moved that are relaxed with it, and sweeps.
+_RELAXED_RINGS = 2
+_SWEEPS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,30 +62,25 @@ class AngleNewton:
         """Number of vertices of a closed genus-0 mesh."""
         return len(self.f) // 2 + 2
 
-    def step(self, x: FloatArray, smoothing: float) -> FloatArray:
-        """Take one step.
+    @cached_property
+    def _blocks(self) -> VertexBlocks:
+        """Assembly of the steps' matrices."""
+        return VertexBlocks(self.f)
 
-        Parameters
-        ----------
-        x : (n, 3) float64 array
-            Unit rows, free of foldings.
-        smoothing : float
-            Differences below this, in radians, count by their squares.
+    def step(self, x: FloatArray, smoothing: float, damping: float) -> FloatArray:
+        """A map free of foldings with a smaller mean difference; `x` itself where the step does not lead to one.
 
-        Returns
-        -------
-        (n, 3) float64 array
-            Unit rows, free of foldings, of a smaller mean difference; `x` itself where no such step was found.
+        Differences below `smoothing`, in radians, count by their squares. `damping` is the share of the Hessian's
+        diagonal that is added: as vertices move in units of their edges, it bounds how far they go.
         """
         edge = np.exp(log_edges(x, self.f))
         axes = np.stack(tangent_axes(x), axis=1) * edge[:, None, None]
         difference, J = self._linearised(x, axes)
         weight = 1 / np.sqrt(difference**2 + smoothing**2)
-        H = self._normal_equations(J, weight)
-        load = (J * (weight * difference)[:, None]).sum(axis=0).reshape(3, 2, -1).transpose(1, 0, 2)
-        g = np.column_stack([np.bincount(self.f.T.ravel(), part.ravel(), self.n) for part in load])
+        H = self._blocks.gram(J * weight[:, None], J)
+        g = self._blocks.load((J * (weight * difference)[:, None]).sum(axis=0))
         try:
-            factor = factorize(H + sp.diags_array(_DAMPING * H.diagonal() + 1e-12))
+            factor = factorize(H + sp.diags_array(damping * H.diagonal() + 1e-12))
         except FactorisationFailed:
             return x
         if not factor.exact:  # multigrid is made for Laplacians
@@ -94,19 +91,21 @@ class AngleNewton:
         astray = weighted_sum(self.A, x) - self.centroid
         multipliers = np.linalg.lstsq(shift[:, 1:], shift[:, 0] - astray, rcond=None)[0]
         steps = np.einsum("nak,k->na", solved, np.append(-1.0, multipliers))
-        move = np.einsum("na,nai->ni", steps, axes)
-        return self._search(x, move, float(np.degrees(np.abs(difference).mean())))
+        y = unit_rows(x + np.einsum("na,nai->ni", steps, axes))
+        before = float(np.degrees(np.abs(difference).mean()))
+        folded = (orientation_signs(y, self.f) <= 0).sum()
+        if folded > _FEW_SHARE * len(self.f) or self.difference(y) >= before:
+            return x
+        if folded:
+            y = self._embedded(y, smoothing)
+        return y if certify_checked(y, self.f).folding_free and self.difference(y) < before else x
 
-    def _search(self, x: FloatArray, move: FloatArray, before: float) -> FloatArray:
-        """The longest of some steps that lowers the differences, few foldings mended."""
-        for length in _LENGTHS:
-            y = unit_rows(x + length * move)
-            if (orientation_signs(y, self.f) <= 0).sum() > _FEW_SHARE * len(self.f):
-                continue
-            y = embed_locally(nudge(y, self.f), self.f)
-            if certify_checked(y, self.f).folding_free and self.difference(y) < before:
-                return y
-        return x
+    def _embedded(self, x: FloatArray, smoothing: float) -> FloatArray:
+        """Undo the foldings of a step, and relax what that moved with its surroundings."""
+        y = embed_locally(nudge(x, self.f), self.f)
+        movable = dilate(self.f, (y != x).any(axis=1), _RELAXED_RINGS)
+        around = movable[self.f].any(axis=1)
+        return descend(y, self.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=_SWEEPS)
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -131,42 +130,6 @@ class AngleNewton:
                 J[i, k, a] = -(turn[:, j] * along[a, :, k]).sum(axis=0)
                 J[i, i, a] = ((turn[:, j] + turn[:, k]) * along[a, :, i]).sum(axis=0)
         return angles - self.source, J.reshape(3, 6, -1)
-
-    def _normal_equations(self, J: FloatArray, weight: FloatArray) -> sp.csr_matrix:
-        """J^T diag(weight) J, two unknowns a vertex."""
-        n, m = self.n, len(self.f)
-        weighted = J * weight[:, None]
-
-        def block(i: int, j: int) -> FloatArray:
-            left, right = weighted[:, 2 * i:2 * i + 2], J[:, 2 * j:2 * j + 2]
-            return np.stack([(left[:, a] * right[:, b]).sum(axis=0) for a in range(2) for b in range(2)])
-
-        corners = self.f.T
-        diagonal = np.zeros((4, n))
-        half = np.empty((4, 3 * m))
-        for k in range(3):
-            for row, values in zip(diagonal, block(k, k), strict=True):
-                row += np.bincount(corners[k], values, n)
-            half[:, k * m:(k + 1) * m] = block(k, (k + 1) % 3)
-        along, back, where = self._half_edges
-        pairs = half[:, along] + half[[0, 2, 1, 3]][:, back]  # the block of (j, i) is that of (i, j), transposed
-        data = np.empty((where.nnz, 4))
-        loops = where.data < n
-        data[loops], data[~loops] = diagonal.T, pairs.T
-        return sp.bsr_matrix((data.reshape(-1, 2, 2), where.indices, where.indptr), shape=(2 * n, 2 * n)).tocsr()
-
-    @cached_property
-    def _half_edges(self) -> tuple[IntArray, IntArray, sp.csr_matrix]:
-        """Half-edges in the order of a matrix's entries; their opposites; and the matrix's pattern, loops first."""
-        n, start, end = self.n, self.f.T.ravel(), self.f.T[[1, 2, 0]].ravel()
-        ids = np.arange(1, len(start) + 1)
-        order = sp.csr_matrix((ids, (start, end)), shape=(n, n))
-        order.sort_indices()
-        loop = np.arange(n)
-        pattern = sp.csr_matrix((np.append(loop, n + ids - 1), (np.append(loop, start), np.append(loop, end))),
-                                shape=(n, n))
-        pattern.sort_indices()
-        return order.data - 1, order.T.tocsr().data - 1, pattern
 
 
 def _cross(u: FloatArray, w: FloatArray) -> FloatArray:

@@ -8,22 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
+from ..mesh.measure import corner_angles
 from ..operators.laplacian import positive_areas
 from ..sphere.rows import weighted_sum
-from ..verify.distortion import mean_angle_difference
+from ..verify.distortion import mean_angle_difference, mean_difference
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
 
 FloatArray = NDArray[np.float64]
 
-#: Newton steps at the most, sweeps where one fails, and sweeps at the end.
+#: Newton steps at the most, sweeps before them, and sweeps at the end.
 _ROUNDS = 20
 _SWEEPS = 5
 _LAST_SWEEPS = 10
 #: Newton steps end when one lowers the mean by less than this share.
 _LEAST_GAIN = 0.004
-#: Smoothing of the angle differences, in units of their mean.
-_SMOOTHING = 0.03
+#: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which a stiffer loss locks.
+_SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
+#: Damping of the first step, the most that is tried, and the factors after a step that fails and one that succeeds.
+#: Undamped steps move deep limbs by hundreds of their edges.
+_DAMPING, _LARGEST = 1e-3, 0.1
+_RAISED, _LOWERED = 10.0, 1 / 3
+#: Vertices on whose stars the gain of a sweep is tried.
+_SAMPLE = 500
 
 
 def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
@@ -52,42 +59,40 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     return descend(x, mesh.f, loss, sweeps=_LAST_SWEEPS)
 
 
-def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float) -> FloatArray:
-    """Lower the angle differences by Newton steps for the whole map, or sweeps over its vertices where one fails.
+def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float,
+                 sweeps: int = _SWEEPS) -> FloatArray:
+    """Lower the angle differences of a map free of foldings by damped Newton steps (Levenberg and Marquardt).
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows, free of foldings.
-    centroid : (3,) float64 array
-        Where the centroid of the source's area is to be: the origin in the package's gauge.
-    rounds : int
-        Steps at the most.
-    least_gain : float
-        Ends when one lowers the mean by less than this share.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, free of foldings.
+    The centroid of the source's area goes to `centroid`. Ends after `rounds` steps, or when one lowers the mean by
+    less than the share `least_gain`. `sweeps` over the vertices come first: they remove the worst at little cost.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     newton = AngleNewton(mesh.f, loss.source, positive_areas(mesh), centroid)
-    mean = newton.difference(x)
+    if sweeps:
+        x = descend(x, mesh.f, _smoothed(loss, newton.difference(x)), sweeps=sweeps)
+    mean, damping = newton.difference(x), _DAMPING
     for _ in range(rounds):
-        loss = _smoothed(loss, mean)
-        y = newton.step(x, loss.smoothing)
-        if y is x:
-            y = descend(x, mesh.f, loss, sweeps=_SWEEPS)
-        before, mean = mean, newton.difference(y)
-        if mean >= before:
+        y = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9), damping)
+        damping *= _RAISED if y is x else _LOWERED
+        if damping > _LARGEST:
             break
-        x = y
+        if y is x:
+            continue
+        before, mean, x = mean, newton.difference(y), y
         if mean > (1 - least_gain) * before:
             break
     return x
+
+
+def gain_of_a_sweep(mesh: Mesh, x: FloatArray) -> float:
+    """Share by which one sweep would lower the angle differences, from a sample of stars: half of what steps gain."""
+    movable = np.zeros(len(x), dtype=bool)
+    movable[:: max(1, len(x) // _SAMPLE)] = True
+    around = mesh.f[movable[mesh.f].any(axis=1)]
+    source = corner_angles(mesh.v, around)
+    before = mean_difference(source, x, around)
+    y = descend(x, around, _smoothed(AngleLoss(source.T), before), movable, sweeps=1)
+    return 1 - mean_difference(source, y, around) / max(before, 1e-12)
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:

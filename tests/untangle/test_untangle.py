@@ -16,7 +16,7 @@ from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.candidate import Candidate
-from igl_spheremap.untangle.ladder import untangle
+from igl_spheremap.untangle.untangle import untangle
 from igl_spheremap.untangle.mend import is_off_centre, mend_locally, restore_gauge
 from igl_spheremap.untangle.rounding import certified_float32
 from igl_spheremap.verify.certificate import certify, certify_checked

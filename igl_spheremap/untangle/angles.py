@@ -1,0 +1,113 @@
+"""Corner angles that close up in the plane, nearest to given ones: no positions, so no scale that could end.
+
+One face, the hole, is cut out. Angles close if each face sums to pi, each inner vertex to 2 pi, and the ratios of sines
+around each inner vertex multiply to 1: then lengths and directions exist, at any depth of any limb. Gauss-Newton on
+the angles: every step is one solve with two unknowns a vertex and the Laplacian's pattern.
+
+References
+----------
+Sheffer and de Sturler 2001, *Parameterization of Faceted Surfaces for Meshing using Angle-Based Flattening*. Zayer,
+Levy and Seidel 2007, *Linear Angle Based Parameterization*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from ..errors import FactorisationFailed
+from ..operators.factor import factorize
+from .blocks import VertexBlocks
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Steps that aim at the given angles; those after them only close, and converge quadratically.
+_AIMING = 2
+#: Steps at the most: twice what a mesh takes that closes at all.
+_STEPS = 16
+#: Angles close if no sum and no logarithm of a product is off by more than this.
+CLOSED = 1e-8
+#: An angle grows or shrinks by a factor of exp(this) at the most in one step.
+_LONGEST = 1.2
+#: Share of the diagonal that is added to a step's matrix.
+_DAMPING = 1e-12
+#: Given angles are at least so large, in radians: slivers need an angle that can shrink.
+_LEAST = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedAngles:
+    """Angles in the plane, (m, 3) with a meaningless row for the hole, and by how much they fail to close."""
+
+    angles: FloatArray
+    hole: int
+    residual: float
+
+
+def proper_angles(angles: FloatArray) -> FloatArray:
+    """Positive angles near the given ones, three of which sum to pi."""
+    angles = np.maximum(angles, _LEAST)
+    return angles * (np.pi / angles.sum(axis=1))[:, None]
+
+
+def close_angles(f: IntArray, target: FloatArray, hole: int) -> ClosedAngles:
+    """The angles nearest to the target, relative to their size, that close up in the plane but for one face."""
+    wheels = _Wheels(f, hole)
+    a, aim = target.T.copy(), target.T
+    residual = np.inf
+    for step in range(_STEPS):
+        missing = wheels.missing(a)
+        residual = float(np.abs(missing).max())
+        if not CLOSED < residual < np.inf:
+            break
+        aiming = step < _AIMING
+        size = aim if aiming else a  # weights that change while aiming make the steps cycle
+        try:
+            move = wheels.step(a, aim - a if aiming else 0 * a, np.minimum(size, np.pi - size), missing)
+        except FactorisationFailed:
+            break
+        a = a * np.exp(np.clip(move / a, -_LONGEST, _LONGEST))  # positive angles stay so
+        a *= np.pi / a.sum(axis=0)
+    return ClosedAngles(a.T.copy(), hole, residual)
+
+
+class _Wheels:
+    """The conditions at the vertices that are not corners of the hole."""
+
+    def __init__(self, f: IntArray, hole: int) -> None:
+        self.blocks, self.n = VertexBlocks(f), len(f) // 2 + 2
+        self.free = np.ones(self.n, dtype=bool)
+        self.free[f[hole]] = False
+        self.inner = self.free[f.T]  # corner, face
+
+    def missing(self, a: FloatArray) -> FloatArray:
+        """What the sums and the logarithms of the products lack, (n, 2)."""
+        sines = np.log(np.sin(a))
+        rows = np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]]), axis=1)
+        sums = self.blocks.load(rows.reshape(6, -1))
+        return np.where(self.free[:, None], [2 * np.pi, 0] - sums, 0)
+
+    def step(self, a: FloatArray, wish: FloatArray, compliance: FloatArray, missing: FloatArray) -> FloatArray:
+        """The change nearest to a wish, in units of the compliances, that closes all conditions to first order."""
+        cotangent, m = 1 / np.tan(a), a.shape[1]
+        J = np.zeros((3, 6, m))  # angle; condition of a corner: sum, then product; face
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            J[i, 2 * i] = self.inner[i]
+            J[j, 2 * i + 1], J[k, 2 * i + 1] = cotangent[j] * self.inner[i], -cotangent[k] * self.inner[i]
+        share = compliance / compliance.sum(axis=0)
+        # Moves within a face keep its sum: the compliance, less what all three angles share of it.
+        PJ = compliance[:, None] * (J - np.einsum("am,aim->im", share, J))
+        wish = wish - share * wish.sum(axis=0)
+        lack = missing - self.blocks.load((J * wish[:, None]).sum(axis=0))
+        H = self.blocks.gram(PJ, J)
+        fixed = np.repeat(np.where(self.free, 0.0, 1.0), 2)
+        factor = factorize(H + sp.diags_array(_DAMPING * H.diagonal() + fixed))
+        if not factor.exact:  # multigrid is made for Laplacians
+            raise FactorisationFailed("angles: too large for an exact factorisation")
+        at = factor.solve(lack.ravel()).reshape(self.n, 2)[self.blocks.f]  # face, corner, condition
+        return wish + np.einsum("aim,mi->am", PJ, at.reshape(m, 6))

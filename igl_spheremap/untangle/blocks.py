@@ -1,0 +1,61 @@
+"""Normal equations of two unknowns a vertex that only meet within faces: one assembly for angles and for positions."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class VertexBlocks:
+    """Matrices of 2 x 2 blocks, one for each vertex and each half-edge of a closed mesh."""
+
+    def __init__(self, f: IntArray) -> None:
+        self.f, self.n = f, len(f) // 2 + 2
+
+    def gram(self, left: FloatArray, right: FloatArray) -> sp.csr_matrix:
+        """Sum over faces of left^T right, where both are (rows, 6, m) and the product is symmetric.
+
+        Entry 2 k + a of the middle axis belongs to unknown a of corner k.
+        """
+        n, m = self.n, len(self.f)
+
+        def block(i: int, j: int) -> FloatArray:
+            return np.stack([(left[:, 2 * i + a] * right[:, 2 * j + b]).sum(axis=0)
+                             for a in range(2) for b in range(2)])
+
+        diagonal = np.zeros((4, n))
+        half = np.empty((4, 3 * m))
+        for k in range(3):
+            for row, values in zip(diagonal, block(k, k), strict=True):
+                row += np.bincount(self.f[:, k], values, n)
+            half[:, k * m:(k + 1) * m] = block(k, (k + 1) % 3)
+        along, back, where = self._half_edges
+        pairs = half[:, along] + half[[0, 2, 1, 3]][:, back]  # the block of (j, i) is that of (i, j), transposed
+        data = np.empty((where.nnz, 4))
+        loops = where.data < n
+        data[loops], data[~loops] = diagonal.T, pairs.T
+        return sp.bsr_matrix((data.reshape(-1, 2, 2), where.indices, where.indptr), shape=(2 * n, 2 * n)).tocsr()
+
+    def load(self, rows: FloatArray) -> FloatArray:
+        """Sums (n, 2) at the vertices of what each face adds to its corners, (6, m)."""
+        parts = rows.reshape(3, 2, -1).transpose(1, 0, 2)
+        return np.column_stack([np.bincount(self.f.T.ravel(), part.ravel(), self.n) for part in parts])
+
+    @cached_property
+    def _half_edges(self) -> tuple[IntArray, IntArray, sp.csr_matrix]:
+        """Half-edges in the order of a matrix's entries; their opposites; and the matrix's pattern, loops first."""
+        n, start, end = self.n, self.f.T.ravel(), self.f.T[[1, 2, 0]].ravel()
+        ids = np.arange(1, len(start) + 1)
+        order = sp.csr_matrix((ids, (start, end)), shape=(n, n))
+        order.sort_indices()
+        loop = np.arange(n)
+        pattern = sp.csr_matrix((np.append(loop, n + ids - 1), (np.append(loop, start), np.append(loop, end))),
+                                shape=(n, n))
+        pattern.sort_indices()
+        return order.data - 1, order.T.tocsr().data - 1, pattern

@@ -1,0 +1,98 @@
+"""Positions in the plane from closed angles, by sums along the shortest edges, relative to any vertex.
+
+Between two neighbours the tree of shortest edges uses no edge longer than theirs. So positions relative to a tip are
+precise relative to the distance from it, however small that is: the deepest limbs keep their shape.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+
+#: Logarithms of lengths in the unit of the layout are kept within this: float64 ends at 708.
+_LARGEST = 700.0
+
+
+class Layout:
+    """A triangulated sphere without one face, laid out in the plane by its angles.
+
+    Attributes
+    ----------
+    f, hole
+        The faces, and the one that is cut out.
+    log_edge : (n,) float64 array
+        Mean logarithm of the lengths of the edges around each vertex, in any unit.
+    """
+
+    def __init__(self, f: IntArray, angles: FloatArray, hole: int) -> None:
+        self.f, self.hole, self.n = f, hole, len(f) // 2 + 2
+        log_length, direction = lengths_and_directions(f, angles, hole)
+        kept = np.repeat(np.arange(len(f)) != hole, 3)
+        start, end = f[:, [1, 2, 0]].ravel()[kept], f[:, [2, 0, 1]].ravel()[kept]
+        length, turn = log_length.ravel()[kept], direction.ravel()[kept]
+        self.log_edge = np.bincount(start, length, self.n) / np.bincount(start, minlength=self.n)
+        key = np.append(start * self.n + end, end * self.n + start)
+        order = np.argsort(key, kind="stable")
+        self._key = key[order]
+        self._log_length, self._direction = np.append(length, length)[order], np.append(turn, turn + np.pi)[order]
+        graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(self.n, self.n))
+        tree = minimum_spanning_tree(graph.maximum(graph.T))
+        self._tree = (tree + tree.T).tocsr()
+
+    def path(self, root: int) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Vertices but the root, breadth first; the neighbour each hangs on; log length and direction from there."""
+        order, parent = breadth_first_order(self._tree, root, directed=False)
+        child = order[1:].astype(np.int64)
+        above = parent[child].astype(np.int64)
+        at = np.searchsorted(self._key, above * self.n + child)
+        return child, above, self._log_length[at], self._direction[at]
+
+    def about(self, root: int, log_unit: float) -> ComplexArray:
+        """Positions relative to a vertex, in units of exp(log_unit)."""
+        child, above, length, turn = self.path(root)
+        edge = np.exp(np.clip(length - log_unit, -_LARGEST, _LARGEST) + 1j * turn)
+        z = [0j] * self.n
+        for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
+            z[c] = z[a] + e
+        return np.array(z)
+
+
+def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
+    """Log length and direction of each half-edge, (m, 3): column k runs from corner k + 1 to k + 2.
+
+    Faces take the length and the direction of an edge from a neighbour that has them, outwards from one beside the
+    hole. The hole's own row is NaN.
+    """
+    m = len(f)
+    sines = np.log(np.sin(angles))
+    turn = np.column_stack((np.zeros(m), np.pi - angles[:, 2], 2 * np.pi - angles[:, 2] - angles[:, 0]))
+    twin = _twins(f)
+    scale, rotation = np.full(m, np.nan), np.zeros(m)
+    front = twin[3 * hole:3 * hole + 1] // 3
+    done = np.zeros(m, dtype=bool)
+    scale[front], done[front], done[hole] = 0.0, True, True
+    while len(front):
+        half = (3 * front[:, None] + np.arange(3)).ravel()
+        other = twin[half]
+        new = ~done[other // 3]
+        front, first = np.unique(other[new] // 3, return_index=True)
+        half, other = half[new][first], other[new][first]
+        scale[front] = scale[half // 3] + sines.flat[half] - sines.flat[other]
+        rotation[front] = rotation[half // 3] + turn.flat[half] + np.pi - turn.flat[other]
+        done[front] = True
+    return scale[:, None] + sines, rotation[:, None] + turn
+
+
+def _twins(f: IntArray) -> IntArray:
+    """The half-edge that runs the other way, for half-edges opposite to the flattened corners."""
+    n = f.max() + 1
+    forth = f[:, [1, 2, 0]].ravel() * n + f[:, [2, 0, 1]].ravel()
+    back = f[:, [2, 0, 1]].ravel() * n + f[:, [1, 2, 0]].ravel()
+    order = np.argsort(forth)
+    return order[np.searchsorted(forth[order], back)]

@@ -1,0 +1,68 @@
+"""From a map that may be folded to closed angles, laid out: where to cut the hole, and which angles to aim at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..mesh.measure import corner_angles
+from ..sphere.charts import to_chart
+from ..sphere.rows import unit_rows
+from ..verify.certificate import orientation_signs
+from .angles import CLOSED, close_angles, proper_angles
+from .depth import log_edges
+from .layout import Layout
+from .profile import plane_angles
+from .room import Placed, centred
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Faces with the largest images, of which the best shaped one is cut out.
+_LARGEST = 60
+#: A hole lies on a limb if its depth exceeds this quantile of all depths by so many nepers.
+_BODY, _ON_LIMB = 0.02, 5.0
+#: Holes tried.
+_TRIES = 3
+#: Faces with shorter edges keep the mesh's own angles: projection changes theirs by less than its rounding does.
+_SMALL = np.log(1e-4)
+#: Angles to aim at beside the hole are no smaller than this share of the mesh's own (or of half a radian).
+_LEAST_SHARE = 0.05
+
+
+def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
+    """The body laid out in the plane by closed angles, a face of its middle cut out; None if they do not close."""
+    source = proper_angles(corner_angles(mesh.v, mesh.f))
+    depth = -log_edges(x, mesh.f)
+    for _ in range(_TRIES):
+        hole = _hole(mesh.f, source, depth)
+        closed = close_angles(mesh.f, _targets(mesh.f, source, x, hole), hole)
+        if closed.residual > CLOSED:  # a map that is folded all over says nothing
+            closed = close_angles(mesh.f, source, hole)
+        if closed.residual > CLOSED:
+            return None
+        placed = centred(Layout(mesh.f, closed.angles, hole), area)
+        depth = placed.depth
+        if depth[mesh.f[hole]].max() < np.quantile(depth, _BODY) + _ON_LIMB:
+            break
+    return placed
+
+
+def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
+    """The best shaped of the faces with the largest images."""
+    largest = np.argsort(depth[f].max(axis=1), kind="stable")[:_LARGEST]
+    return int(largest[np.argmax(source[largest].min(axis=1))])
+
+
+def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> FloatArray:
+    """What stereographic projection from the hole makes of the mesh's angles, by a map that is good around it."""
+    pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
+    if not np.isfinite(pole).all():
+        return source
+    z = to_chart(x, pole)
+    plane, ball = plane_angles(z[f]), corner_angles(x, f)
+    known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > _SMALL)
+    usable = known & (orientation_signs(x, f) > 0) & (plane > 0).all(axis=1)
+    target = source + np.where(usable[:, None], plane - ball, 0)
+    return proper_angles(np.maximum(target, _LEAST_SHARE * np.minimum(source, 0.5)))

@@ -1,0 +1,161 @@
+"""From a map with foldings to one that is certified to have none, and near the mesh's angles: one straight line.
+
+1. *map*: what the harmonic steps left, certified. Where it is nearly free of foldings it is kept.
+2. *angles*: else the body is laid out in the plane by angles that close, which know no scale; its limbs are shortened
+   where float64 ends, and it is put on the sphere.
+3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding, which always works.
+4. *newton*: damped Newton steps lower the angle differences of the whole map.
+5. *poles*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
+
+A step's map is taken if it is certified and its angle differences are the least so far.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.iterate import Iterate, Listener, Round, Status
+from ..errors import FactorisationFailed
+from ..mesh.check import Mesh
+from ..mesh.measure import corner_angles
+from ..operators.operators import Operators
+from ..verify.certificate import Certificate, certify_checked
+from ..verify.distortion import mean_difference
+from .candidate import Candidate
+from .depth import log_edges
+from .mend import mend_locally, restore_gauge
+from .poles import poles_limbs
+from .polish import gain_of_a_sweep, match_angles
+from .room import make_room, onto_sphere
+from .unrolling import unroll
+
+FloatArray = NDArray[np.float64]
+
+#: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
+#: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
+_FEW = 0.01
+#: Depths in nepers below which no edge is left, tried one after the other: ulps of float64 are 36.7 nepers deep.
+_FLOORS = (35.0, 33.0)
+#: The next floor is tried where undoing foldings raised the mean angle difference by more than this factor.
+_COSTLY = 1.1
+#: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
+_SMALL = 1000
+#: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep would gain less
+#: than this share: Newton steps gain three times that, for four times the cost of the map.
+_GOOD, _WORTH_STEPS = 1.2, 0.02
+#: Newton steps at the most; the share that one must gain for another to follow; the same where nothing was folded; and
+#: sweeps before them, which remove the worst of what embedding leaves.
+_ROUNDS = 12
+_LEAST_GAIN, _LARGE_GAIN = 0.015, 0.04
+_SWEEPS = 5
+#: Image edges shorter than exp(-this) suffer from the rounding of positions: there the poles are better.
+_ROUNDED = 28.0
+
+
+def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
+             poles: bool = False) -> Candidate:
+    """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
+
+    `first` is handed back with its positions where it is free of foldings and steps would gain little. With `poles` the
+    gauge may be changed to `poles_gauge` for bodies beyond float64.
+    """
+    line, x = _Line(mesh, operators, listener), first.x
+    line.accept("map", x)
+    if not line.last.folding_free:
+        few = line.last.foldings <= max(1.0, _FEW * len(mesh.f)) and line.last.degree == 1
+        if not few:
+            line.angles(x)
+        if line.best is None or (not few and len(mesh.v) <= _SMALL):
+            line.accept("embedding", mend_locally(mesh, x))
+        line.newton(_LEAST_GAIN, sweeps=_SWEEPS)
+    elif line.mean > _GOOD and gain_of_a_sweep(mesh, x) > _WORTH_STEPS:
+        line.newton(_LARGE_GAIN, sweeps=0)
+        if len(mesh.v) <= _SMALL:
+            line.newton(_LEAST_GAIN, sweeps=_SWEEPS)
+    if poles:
+        line.poles()
+    return line.result(first)
+
+
+class _Line:
+    """The best map so far, and the steps that lead to better ones."""
+
+    best: FloatArray | None = None
+    kept: str = ""
+    mean: float = np.inf
+    stretch: float = 1.0
+    certificate: Certificate
+    last: Certificate
+
+    def __init__(self, mesh: Mesh, operators: Operators, listener: Listener | None) -> None:
+        self.mesh, self.operators, self.listener = mesh, operators, listener
+        self.rounds: list[Round] = []
+        self._source = corner_angles(mesh.v, mesh.f)
+        self._began = time.perf_counter()
+
+    def accept(self, name: str, x: FloatArray, stretch: float = 1.0) -> bool:
+        """Record a map; take it if it is certified and its angle differences are the least so far."""
+        certificate, mean = certify_checked(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
+        before = self.last.foldings if self.rounds else certificate.foldings
+        k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
+        self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
+                                 now - self._began))
+        self._began, self.last = now, certificate
+        if self.listener is not None:
+            self.listener(Iterate("repair", k, 0, x, energy, float(certificate.foldings),
+                                  details={"rung": name, "angles": mean}))
+        taken = certificate.folding_free and mean < self.mean
+        if taken:
+            self.best, self.kept, self.mean, self.stretch, self.certificate = x, name, mean, stretch, certificate
+        return taken
+
+    def angles(self, x: FloatArray) -> None:
+        """Angles that close, their layout, and room for it in float64."""
+        laid_out = unroll(self.mesh, x, self.operators.A)
+        if laid_out is None:
+            return
+        for floor in _FLOORS:
+            z, stretch = make_room(laid_out, self._source, floor)
+            y = onto_sphere(self.mesh, z, self.operators.A)
+            if not self.accept("angles", y, stretch):
+                placed = self.rounds[-1].mean_angle_difference
+                self.accept("embedding", mend_locally(self.mesh, y), stretch)
+                if self.rounds[-1].mean_angle_difference > _COSTLY * placed:
+                    continue
+            return
+
+    def newton(self, least_gain: float, sweeps: int) -> None:
+        """Lower the angle differences of the best map."""
+        assert self.best is not None
+        self.accept("newton", match_angles(self.mesh, self.best, np.zeros(3), rounds=_ROUNDS, least_gain=least_gain,
+                                           sweeps=sweeps), self.stretch)
+
+    def poles(self) -> None:
+        """The best map in the gauge that has its deepest tips at the poles."""
+        mesh, operators = self.mesh, self.operators
+        if self.best is None or log_edges(self.best, mesh.f).min() > -_ROUNDED:
+            return
+        try:
+            x, limbs = poles_limbs(mesh.v, mesh.f, self.best, operators.L, operators.factor, operators.A)
+        except FactorisationFailed:
+            return
+        if not certify_checked(x, mesh.f).folding_free:
+            x = mend_locally(mesh, x)
+        self.accept("poles", x, limbs.stretch)
+
+    def result(self, first: Candidate) -> Candidate:
+        """The best map, in the package's gauge."""
+        assert self.best is not None
+        x, certificate = self.best, self.certificate
+        if self.kept not in ("map", "poles"):
+            x = restore_gauge(self.mesh, x, self.operators.A)
+            certificate = certify_checked(x, self.mesh.f)
+        energy = first.energy if x is first.x else HarmonicEnergy(self.operators.L).evaluate(x)[0]
+        rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
+        return replace(first, x=x, energy=energy, certificate=certificate, rounds=rounds, stretch=self.stretch,
+                       gauge="poles" if self.kept == "poles" else "centred")
