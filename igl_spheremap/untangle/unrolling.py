@@ -27,6 +27,8 @@ _BODY, _ON_LIMB = 0.02, 5.0
 _TRIES = 3
 #: Faces with shorter edges keep the mesh's own angles: projection changes theirs by less than its rounding does.
 _SMALL = np.log(1e-4)
+#: A map with more of its faces folded says nothing of angles, not even around the hole (needle, dumbbell).
+_LOST = 0.25
 #: Angles to aim at beside the hole are no smaller than this share of the mesh's own (or of half a radian).
 _LEAST_SHARE = 0.05
 
@@ -38,8 +40,6 @@ def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
     for _ in range(_TRIES):
         hole = _hole(mesh.f, source, depth)
         closed = close_angles(mesh.f, _targets(mesh.f, source, x, hole), hole)
-        if closed.residual > CLOSED:  # a map that is folded all over says nothing
-            closed = close_angles(mesh.f, source, hole)
         if closed.residual > CLOSED:
             return None
         placed = centred(Layout(mesh.f, closed.angles, hole), area)
@@ -57,12 +57,13 @@ def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
 
 def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> FloatArray:
     """What stereographic projection from the hole makes of the mesh's angles, by a map that is good around it."""
-    pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
-    if not np.isfinite(pole).all():
+    signs = orientation_signs(x, f)
+    if (signs <= 0).mean() > _LOST:
         return source
+    pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
     z = to_chart(x, pole)
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
     known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > _SMALL)
-    usable = known & (orientation_signs(x, f) > 0) & (plane > 0).all(axis=1)
+    usable = known & (signs > 0) & (plane > 0).all(axis=1)
     target = source + np.where(usable[:, None], plane - ball, 0)
     return proper_angles(np.maximum(target, _LEAST_SHARE * np.minimum(source, 0.5)))

@@ -50,7 +50,7 @@ _SMALL = 1000
 _GOOD, _WORTH_STEPS = 1.2, 0.02
 #: Newton steps at the most; the share that one must gain for another to follow; the same where nothing was folded; and
 #: sweeps before them, which remove the worst of what embedding leaves.
-_ROUNDS = 12
+_ROUNDS = 10
 _LEAST_GAIN, _LARGE_GAIN = 0.015, 0.04
 _SWEEPS = 5
 #: Image edges shorter than exp(-this) suffer from the rounding of positions: there the poles are better.

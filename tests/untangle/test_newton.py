@@ -45,14 +45,15 @@ def test_the_normal_equations_are_those_of_the_dense_jacobian(noisy):
     for i in range(3):
         np.add.at(dense[i], (np.arange(len(f))[:, None], columns), J[i].T)
     dense, w = dense.reshape(-1, 2 * n), weight.ravel()
-    assert np.allclose(newton._normal_equations(J, weight).toarray(), dense.T @ (w[:, None] * dense), atol=1e-10)
+    H = newton._blocks.gram(J * weight[:, None], J)
+    assert np.allclose(H.toarray(), dense.T @ (w[:, None] * dense), atol=1e-10)
 
 
 def test_steps_lead_back_to_the_sphere_quadratically_at_the_end(noisy):
     newton, x = noisy
     differences = [newton.difference(x)]
     for _ in range(6):
-        x = newton.step(x, smoothing=1.0)  # plain least squares: the residual vanishes at the solution
+        x = newton.step(x, smoothing=1.0, damping=1e-8)  # plain least squares: the residual vanishes at the solution
         differences.append(newton.difference(x))
         assert (orientation_signs(x, newton.f) > 0).all()
     assert differences[-1] < 1e-6
@@ -65,11 +66,11 @@ def test_the_centroid_goes_where_it_is_to_be(noisy):
     x = unit(x + np.array([0.0, 0.0, 0.05]))
     astray = np.linalg.norm(newton.A @ x - newton.centroid)
     for _ in range(4):
-        x = newton.step(x, smoothing=1.0)
+        x = newton.step(x, smoothing=1.0, damping=1e-8)
     assert np.linalg.norm(newton.A @ x - newton.centroid) < 1e-4 * astray
 
 
 def test_a_map_that_has_the_angles_stays(noisy):
     newton, _ = noisy
     x = icosphere(3)[0]
-    assert np.abs(newton.step(x, smoothing=0.01) - x).max() < 1e-9
+    assert np.abs(newton.step(x, smoothing=0.01, damping=1e-8) - x).max() < 1e-9

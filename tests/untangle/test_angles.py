@@ -1,0 +1,120 @@
+"""Angles close, lengths agree, depths are those that were planted, and limbs stay above the floor of float64."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bodies import grow, random_body
+from triangulations import icosphere
+
+from igl_spheremap import spherical_conformal_map
+from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.mesh.measure import corner_angles
+from igl_spheremap.operators.laplacian import positive_areas
+from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
+from igl_spheremap.untangle.depth import log_edges
+from igl_spheremap.untangle.layout import Layout, lengths_and_directions
+from igl_spheremap.untangle.room import centred, make_room, onto_sphere, tips_beyond, to_ball
+from igl_spheremap.verify.certificate import certify_checked
+
+
+@pytest.fixture(scope="module")
+def body():
+    """A body with limbs beyond float64, and its closed angles, a face of the ball cut out."""
+    mesh = check_mesh(*random_body(2, depth=60))
+    source = proper_angles(corner_angles(mesh.v, mesh.f))
+    return mesh, source, close_angles(mesh.f, source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
+
+
+def test_angles_close_around_faces_and_vertices(body):
+    mesh, _, closed = body
+    f, n = np.delete(mesh.f, closed.hole, 0), len(mesh.v)
+    a = np.delete(closed.angles, closed.hole, 0)
+    inner = np.ones(n, dtype=bool)
+    inner[mesh.f[closed.hole]] = False
+    assert (a > 0).all()
+    assert np.abs(a.sum(axis=1) - np.pi).max() < 1e-12
+    assert np.abs(np.bincount(f.ravel(), a.ravel(), n) - 2 * np.pi)[inner].max() < CLOSED
+    sines = np.log(np.sin(a))
+    product = np.bincount(f.ravel(), (np.roll(sines, -1, 1) - np.roll(sines, 1, 1)).ravel(), n)
+    assert np.abs(product[inner]).max() < CLOSED
+
+
+def test_closed_angles_stay_near_the_meshs_own_and_angles_that_close_stay(body):
+    mesh, source, closed = body
+    kept = np.arange(len(mesh.f)) != closed.hole
+    assert np.degrees(np.abs(closed.angles - source)[kept].mean()) < 8
+    again = close_angles(mesh.f, closed.angles, closed.hole)
+    assert np.abs(again.angles - closed.angles)[kept].max() < 1e-7
+
+
+def test_lengths_agree_across_every_edge_and_positions_have_the_angles(body):
+    mesh, _, closed = body
+    f = mesh.f
+    length, direction = lengths_and_directions(f, closed.angles, closed.hole)
+    start, end = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
+    n = len(mesh.v)
+    forth, back = np.argsort(start * n + end), np.argsort(end * n + start)
+    away = length.ravel()[forth] - length.ravel()[back]
+    turned = np.exp(1j * (direction.ravel()[forth] - direction.ravel()[back]))
+    known = np.isfinite(away)
+    assert np.abs(away[known]).max() < 1e-6
+    assert np.abs(turned[known] + 1).max() < 1e-6
+    layout = Layout(f, closed.angles, closed.hole)
+    tip = int(np.argmin(layout.log_edge))
+    z = layout.about(tip, layout.log_edge[tip])
+    near = np.flatnonzero((np.abs(z) < 1e6)[f].all(axis=1))
+    plane = np.column_stack((z.real, z.imag, 0 * z.real))
+    assert len(near) > 20
+    assert np.abs(corner_angles(plane, f[near]) - closed.angles[near]).max() < 1e-6
+
+
+def test_a_limb_comes_back_with_the_depth_that_was_planted():
+    for depth in (15.0, 90.0):
+        v, f, _ = grow(np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0)
+        used, f = np.unique(f, return_inverse=True)
+        mesh = check_mesh(v[used], f.reshape(-1, 3).astype(np.int64))
+        area = positive_areas(mesh)
+        source = proper_angles(corner_angles(mesh.v, mesh.f))
+        hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
+        placed = centred(Layout(mesh.f, close_angles(mesh.f, source, hole).angles, hole), area)
+        assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
+        assert np.abs(area @ to_ball(placed.z.astype(np.clongdouble))).max() < 1e-6 * max(1, depth)
+
+
+def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(body):
+    mesh, source, closed = body
+    area = positive_areas(mesh)
+    placed = centred(Layout(mesh.f, closed.angles, closed.hole), area)
+    assert placed.depth.max() > 37
+    for floor in (35.0, 20.0):
+        z, stretch = make_room(placed, source, floor)
+        x = onto_sphere(mesh, z, area)
+        assert stretch > 1
+        assert -log_edges(x, mesh.f).min() < floor + 1.5
+        assert certify_checked(x, mesh.f).foldings < 0.01 * len(mesh.f)
+    z, stretch = make_room(placed, source, placed.depth.max() + 1)
+    assert stretch == 1
+    assert (z == placed.z).all()
+
+
+def test_tips_are_those_of_the_merge_tree():
+    v, f = icosphere(4)
+    peaks = np.array([[0, 0, 1.0], [1, 0, 0], [0.6, 0, 0.8]])
+    depth = (np.array([50, 45, 48]) - 40 * np.arccos(np.clip(v @ peaks.T, -1, 1))).max(axis=1)
+    found = {tip: (parent, set(limb.tolist())) for tip, parent, limb in tips_beyond(depth, f, 40)}
+    a, b, c = (int(np.argmax(v @ p)) for p in peaks)
+    assert set(found) == {a, b, c}
+    assert found[a][0] == -1
+    assert found[c][0] == a
+    assert found[b][0] in (a, c)
+    assert found[a][1] == set(np.flatnonzero(depth > 4).tolist())
+    assert set(tip for tip, _, _ in tips_beyond(depth, f, 49)) == {a}
+
+
+def test_a_random_body_beyond_float64_comes_back_certified_and_near_its_angles():
+    v, f = random_body(1, depth=50)
+    result = spherical_conformal_map(v, f)
+    assert result.certificate.folding_free
+    assert result.stretch > 1
+    assert np.abs(result.angle_differences()).mean() < 10
