@@ -93,7 +93,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class Round:
-    """One iteration of Algorithm 2, or one rung of the repair ladder.
+    """One iteration of Algorithm 2, or one step of untangling.
 
     Attributes
     ----------

@@ -84,7 +84,8 @@ def _medians(z: ComplexArray, area: FloatArray) -> tuple[complex, float]:
 
 
 def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongComplex, float]:
-    """Positions in the plane whose edges on the sphere stay above exp(-floor), and the longest stretch of a limb."""
+    """Positions in the plane whose edges on the sphere stay above exp(-floor), and the largest ratio by which a
+    limb's depth was divided."""
     limbs = _limbs(placed, floor)
     if not limbs:
         return placed.z.astype(np.clongdouble), 1.0
@@ -106,7 +107,7 @@ def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongCom
         done[id(limb)] = where, w[where]
         if id(limb) not in branches:
             z[where] = placed.z[limb.tip] + w[where]
-    return z, float(max(1 / limb.kappa.min() for limb in limbs))
+    return z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs))
 
 
 def _limbs(placed: Placed, floor: float) -> list[Limb]:

@@ -9,6 +9,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..sphere.charts import to_chart
 from ..sphere.rows import unit_rows
+from ..start.punctured import candidate_faces
 from ..verify.certificate import orientation_signs
 from .angles import CLOSED, close_angles, proper_angles
 from .depth import log_edges
@@ -36,16 +37,17 @@ _LEAST_SHARE = 0.05
 def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
     """The body laid out in the plane by closed angles, a face of its middle cut out; None if they do not close."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
-    depth = -log_edges(x, mesh.f)
+    lost = bool((orientation_signs(x, mesh.f) <= 0).mean() > _LOST)
+    hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     for _ in range(_TRIES):
-        hole = _hole(mesh.f, source, depth)
-        closed = close_angles(mesh.f, _targets(mesh.f, source, x, hole), hole)
+        target = source if lost else _targets(mesh.f, source, x, hole)
+        closed = close_angles(mesh.f, target, hole)
         if closed.residual > CLOSED:
             return None
         placed = centred(Layout(mesh.f, closed.angles, hole), area)
-        depth = placed.depth
-        if depth[mesh.f[hole]].max() < np.quantile(depth, _BODY) + _ON_LIMB:
+        if placed.depth[mesh.f[hole]].max() < np.quantile(placed.depth, _BODY) + _ON_LIMB:
             break
+        hole = _hole(mesh.f, source, placed.depth)
     return placed
 
 
@@ -57,13 +59,10 @@ def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
 
 def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> FloatArray:
     """What stereographic projection from the hole makes of the mesh's angles, by a map that is good around it."""
-    signs = orientation_signs(x, f)
-    if (signs <= 0).mean() > _LOST:
-        return source
     pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
     z = to_chart(x, pole)
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
     known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > _SMALL)
-    usable = known & (signs > 0) & (plane > 0).all(axis=1)
+    usable = known & (orientation_signs(x, f) > 0) & (plane > 0).all(axis=1)
     target = source + np.where(usable[:, None], plane - ball, 0)
     return proper_angles(np.maximum(target, _LEAST_SHARE * np.minimum(source, 0.5)))
