@@ -25,9 +25,10 @@ _LAST_SWEEPS = 10
 _LEAST_GAIN = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which a stiffer loss locks.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: Damping of the first step, the most that is tried, and the factors after a step that fails and one that succeeds.
-#: Undamped steps move deep limbs by hundreds of their edges.
-_DAMPING, _LARGEST = 1e-3, 0.1
+#: Damping of the first step on a map that was folded, where undamped ones move limbs by hundreds of their edges; on
+#: any other, where only the Moebius group has to be held; and the most that is tried.
+_DAMPING, UNDAMPED, _LARGEST = 1e-3, 1e-8, 0.1
+#: Factors of the damping after a step that fails, and after one that succeeds.
 _RAISED, _LOWERED = 10.0, 1 / 3
 #: Vertices on whose stars the gain of a sweep is tried.
 _SAMPLE = 500
@@ -60,7 +61,7 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float,
-                 sweeps: int = _SWEEPS) -> FloatArray:
+                 sweeps: int = _SWEEPS, damping: float = _DAMPING) -> FloatArray:
     """Lower the angle differences of a map free of foldings by damped Newton steps (Levenberg and Marquardt).
 
     The centroid of the source's area goes to `centroid`. Ends after `rounds` steps, or when one lowers the mean by
@@ -70,14 +71,15 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int
     newton = AngleNewton(mesh.f, loss.source, positive_areas(mesh), centroid)
     if sweeps:
         x = descend(x, mesh.f, _smoothed(loss, newton.difference(x)), sweeps=sweeps)
-    mean, damping = newton.difference(x), _DAMPING
+    mean = newton.difference(x)
     for _ in range(rounds):
         y = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9), damping)
-        damping *= _RAISED if y is x else _LOWERED
-        if damping > _LARGEST:
-            break
         if y is x:
+            damping = max(_RAISED * damping, _DAMPING)
+            if damping > _LARGEST:
+                break
             continue
+        damping *= _LOWERED
         before, mean, x = mean, newton.difference(y), y
         if mean > (1 - least_gain) * before:
             break

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ from .candidate import Candidate
 from .depth import log_edges
 from .mend import mend_locally, restore_gauge
 from .poles import poles_limbs
-from .polish import gain_of_a_sweep, match_angles
+from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import make_room, onto_sphere
 from .unrolling import unroll
 
@@ -48,11 +49,10 @@ _SMALL = 1000
 #: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep would gain less
 #: than this share: Newton steps gain three times that, for four times the cost of the map.
 _GOOD, _WORTH_STEPS = 1.2, 0.02
-#: Newton steps at the most; the share that one must gain for another to follow; the same where nothing was folded; and
-#: sweeps before them, which remove the worst of what embedding leaves.
+#: Newton steps at the most; the share that one must gain for another to follow; and the same where
+#: nothing was folded.
 _ROUNDS = 10
 _LEAST_GAIN, _LARGE_GAIN = 0.015, 0.04
-_SWEEPS = 5
 #: Image edges shorter than exp(-this) suffer from the rounding of positions: there the poles are better.
 _ROUNDED = 28.0
 
@@ -72,11 +72,11 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             line.angles(x)
         if line.best is None or (not few and len(mesh.v) <= _SMALL):
             line.accept("embedding", mend_locally(mesh, x))
-        line.newton(_LEAST_GAIN, sweeps=_SWEEPS)
+        line.newton(_LEAST_GAIN)
     elif line.mean > _GOOD and gain_of_a_sweep(mesh, x) > _WORTH_STEPS:
-        line.newton(_LARGE_GAIN, sweeps=0)
+        line.newton(_LARGE_GAIN, sweeps=0, damping=UNDAMPED)
         if len(mesh.v) <= _SMALL:
-            line.newton(_LEAST_GAIN, sweeps=_SWEEPS)
+            line.newton(_LEAST_GAIN)
     if poles:
         line.poles()
     return line.result(first)
@@ -129,11 +129,11 @@ class _Line:
                     continue
             return
 
-    def newton(self, least_gain: float, sweeps: int) -> None:
+    def newton(self, least_gain: float, **options: Any) -> None:
         """Lower the angle differences of the best map."""
         assert self.best is not None
         self.accept("newton", match_angles(self.mesh, self.best, np.zeros(3), rounds=_ROUNDS, least_gain=least_gain,
-                                           sweeps=sweeps), self.stretch)
+                                           **options), self.stretch)
 
     def poles(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
