@@ -19,9 +19,6 @@ IntArray = NDArray[np.int64]
 #: The scale is fitted where the image is larger than this, and away from the pole.
 _RELIABLE = np.log(1e-6)
 _NEAR_POLE = 0.3
-#: Nepers from the middle, and number of faces nearest to it, among which the best shaped one is taken.
-_HALFWAY = 2.0
-_SOME = 20
 
 
 def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
@@ -80,37 +77,6 @@ def predicted_log_edges(v: FloatArray, f: IntArray, x: FloatArray, factor: Facto
     if not known.any():
         known[:] = True
     return np.asarray(scale + np.median((image - source - scale)[known]) + source)
-
-
-def middle_face(v: FloatArray, f: IntArray, factor: Factor) -> int:
-    """A face halfway between the two tips that lie deepest in each other's flat metric.
-
-    Punctured there, a long body has both its ends equally deep, where one that is punctured near an end has the other
-    beyond what floating point tells.
-
-    Parameters
-    ----------
-    v : (n, 3) float64 array
-        Source.
-    f : (m, 3) int64 array
-        Faces.
-    factor : Factor
-        Inverse of the Laplacian.
-
-    Returns
-    -------
-    int
-        The best shaped one of some faces in the middle.
-    """
-    K = _defects(v, f)
-    first = int(np.argmin(flat_scale(K, factor, 0)))
-    from_first = flat_scale(K, factor, first)
-    second = int(np.argmin(from_first))
-    from_second = flat_scale(K, factor, second)
-    off = np.abs((from_first - from_first[second]) - (from_second - from_second[first]))
-    farthest = np.where(np.isfinite(off), off, np.inf)[f].max(axis=1)
-    near = np.flatnonzero(farthest <= max(farthest.min() + _HALFWAY, np.sort(farthest)[min(_SOME, len(f)) - 1]))
-    return int(near[np.argmax(corner_angles(v, f[near]).min(axis=1))])
 
 
 def _defects(v: FloatArray, f: IntArray) -> FloatArray:

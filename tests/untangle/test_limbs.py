@@ -14,7 +14,7 @@ from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, vertex_areas
 from igl_spheremap.operators.laplacian import laplacian
 from igl_spheremap.operators.operators import build_operators
-from igl_spheremap.untangle.depth import log_edges, middle_face, predicted_log_edges
+from igl_spheremap.untangle.depth import log_edges, predicted_log_edges
 from igl_spheremap.untangle.nested import solve_limbs
 from igl_spheremap.untangle.poles import poles_gauge, poles_limbs
 from igl_spheremap.verify.certificate import orientation_signs
@@ -142,14 +142,6 @@ def _worm(turns_of_length):
     for k in range(1, last - around, around):
         f += [np.column_stack((k + a, k + b, k + b + around)), np.column_stack((k + a, k + b + around, k + a + around))]
     return check_mesh(v, np.vstack(f))
-
-
-def test_the_middle_of_a_worm_is_half_way():
-    mesh = _worm(12)
-    operators = build_operators(mesh, weights="delaunay")
-    z = mesh.v[:, 2]
-    middle = z[mesh.f[middle_face(mesh.v, mesh.f, operators.factor)]].mean()
-    assert abs(middle - (z.max() + z.min()) / 2) < 0.05 * np.ptp(z)
 
 
 @pytest.mark.parametrize("turns_of_length", [10, 20])
