@@ -1,10 +1,13 @@
 """Balanced maps through the front door: what they promise, from conformal to area-preserving."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.certificate import orientation_signs
 
 V, F = ism.samples.make("dino", n_vertices=1500)
@@ -112,3 +115,15 @@ def test_a_folded_map_is_refused():
     assert not folded.certificate.folding_free
     with pytest.raises(ism.FoldingsRemain, match="repair_foldings"):
         ism.rebalance(folded, 0.5)
+
+
+def test_a_cortex_is_less_distorted_than_by_the_sphere_that_freesurfer_ships():
+    nilearn = pytest.importorskip("nilearn")
+    folder = Path(nilearn.__path__[0]) / "datasets" / "data" / "fsaverage5"
+    v, f = ism.read_mesh(folder / "white_left.gii.gz")
+    positions, _ = ism.read_mesh(folder / "sphere_left.gii.gz")
+    theirs = unit_rows(positions)
+    ours = ism.balanced_spherical_map(v, f, 0.85).sphere
+    limits = {ism.area_distortion: 0.15, ism.angle_differences: 11, ism.edge_distortion: 0.14}
+    for distortion, limit in limits.items():
+        assert np.abs(distortion(v, f, ours)).mean() < limit < np.abs(distortion(v, f, theirs)).mean()
