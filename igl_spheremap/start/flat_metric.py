@@ -60,36 +60,14 @@ class FlatMetric:
 def flat_metric(
     mesh: Mesh, vertex: int, x: FloatArray, *, tolerance: float = 1e-8, max_iterations: int = 100
 ) -> FlatMetric:
-    """Flatten a mesh, with one vertex at infinity.
+    """Flatten a mesh with one vertex at infinity: the only flat metric of this mesh, vertex and condition there.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source; zero-length edges are lengthened by mollification.
-    vertex : int
-        The one to take out.
-    x : (n, 3) float64 array
-        A nearly conformal map to the unit sphere, whose scale factors are the first guess.
-    tolerance : float
-        Largest deviation of an inner vertex's angle sum from 2 pi that may be left, in radians.
-    max_iterations : int
-        Newton steps at the most.
+    `x`, a nearly conformal map to the unit sphere, gives the first guess. The tolerance is the largest deviation of an
+    inner vertex's angle sum from 2 pi, in radians; NotConverged if more is left after `max_iterations` Newton steps.
 
-    Returns
-    -------
-    FlatMetric
-        The only one of this mesh, vertex and condition at infinity.
-
-    Raises
-    ------
-    NotConverged
-        If defects are left after `max_iterations`.
-
-    References
-    ----------
-    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*: the angle defects are the
-    gradient of a convex energy of u, whose Hessian is the cotangent Laplacian of the current metric; where
-    the triangle inequality fails the energy goes on with angles pi, 0, 0.
+    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*: the angle defects are the gradient
+    of a convex energy of u, whose Hessian is the cotangent Laplacian of the current metric; where the triangle
+    inequality fails the energy goes on with angles pi, 0, 0.
     """
     rest = (mesh.f != vertex).all(axis=1)
     f, log_l = mesh.f[rest], np.log(mollified_edge_lengths(mesh.v, mesh.f))
@@ -104,39 +82,21 @@ def flat_metric(
     if worst > tolerance:
         raise NotConverged(f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more")
     broken = np.flatnonzero(rest)[_broken(angles)]
-    return FlatMetric(vertex, u, f, angles, log_l[rest] + _log_scale(u, f), broken, k)
+    return FlatMetric(vertex, u, f, angles, log_l[rest] + edge_log_scale(u, f), broken, k)
 
 
 def lay_out(metric: FlatMetric) -> ComplexArray:
-    """Positions in the plane that have a flat metric's lengths.
+    """Positions in the plane that have a flat metric's lengths, up to a similarity, turned as seen from outside.
 
-    Found as the least-squares conformal map of the flat metric, which is an isometry up to scale: one solve
-    places all vertices, no error travels along a chain of faces, and a broken face, which counts for nothing,
-    spoils its surroundings only.
+    Found as the least-squares conformal map of the flat metric, which is an isometry up to scale: one solve places all
+    vertices, no error travels along a chain of faces, and a broken face, which has no weight, spoils its surroundings
+    only. The vertex that was taken out lies at infinity. MapError if broken faces leave parts that nothing holds.
 
-    Parameters
-    ----------
-    metric : FlatMetric
-        From `flat_metric`.
-
-    Returns
-    -------
-    (n,) complex128 array
-        Positions up to a similarity, the image turned as seen from outside; infinite for the vertex that was
-        taken out.
-
-    Raises
-    ------
-    MapError
-        If broken faces leave parts that nothing holds.
-
-    References
-    ----------
     Levy, Petitjean, Ray, Maillot 2002, *Least squares conformal maps*: Dirichlet energy minus area.
     """
     f, n = metric.faces, len(metric.u)
     sound = ~_broken(metric.angles)
-    L = _laplacian(metric.angles, f, n)
+    L = angle_laplacian(metric.angles, f, n)
     start, stop = f[sound].ravel(), f[sound][:, [1, 2, 0]].ravel()
     S = sp.csr_matrix((np.ones(len(start)), (start, stop)), shape=(n, n))
     half = (S - S.T) / 2  # x . half y is the area: inner edges cancel
@@ -170,12 +130,12 @@ def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(u), u, 0.0))
 
 
-def _log_scale(u: FloatArray, f: IntArray) -> FloatArray:
+def edge_log_scale(u: FloatArray, f: IntArray) -> FloatArray:
     """Logarithm of the factor of the edge opposite each corner."""
     return np.asarray((u[np.roll(f, -1, axis=1)] + u[np.roll(f, -2, axis=1)]) / 2)
 
 
-def _angles(log_lengths: FloatArray) -> FloatArray:
+def triangle_angles(log_lengths: FloatArray) -> FloatArray:
     """Corner angles from the sides opposite; pi, 0, 0 where the triangle inequality fails."""
     # In units of each face's longest side: limbs shrink below any common unit.
     side = np.exp(log_lengths - log_lengths.max(axis=1, keepdims=True))
@@ -189,8 +149,8 @@ def _broken(angles: FloatArray) -> NDArray[np.bool_]:
     return ~((angles.min(axis=1) > 0) & (angles.max(axis=1) < np.pi))
 
 
-def _laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
-    """Cotangent Laplacian from angles; broken triangles have no weight."""
+def angle_laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
+    """Cotangent Laplacian of a mesh with a rim, from its angles; broken triangles have no weight."""
     broken = _broken(angles)[:, None]
     half = np.where(broken, 0.0, 0.5 / np.tan(np.where(broken, 1.0, angles)))
     index = (np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel())
@@ -203,7 +163,7 @@ def _newton(
     u: FloatArray, f: IntArray, log_l: FloatArray, free: IntArray, tolerance: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray, float, int]:
     """Minimise the convex energy over the free vertices; its gradient are the angle defects."""
-    angles = _angles(log_l + _log_scale(u, f))
+    angles = triangle_angles(log_l + edge_log_scale(u, f))
     for k in count():
         K = angle_defects(angles, f, len(u))[free]
         worst = float(np.abs(K).max(initial=0.0))
@@ -214,7 +174,7 @@ def _newton(
         tau = 1.0
         for _ in range(_HALVINGS):  # convex: as long as the slope is not steep, the energy fell
             trial = u + tau * step
-            angles = _angles(log_l + _log_scale(trial, f))
+            angles = triangle_angles(log_l + edge_log_scale(trial, f))
             if angle_defects(angles, f, len(u))[free] @ step[free] <= 0.5 * abs(K @ step[free]):
                 break
             tau /= 2
@@ -223,7 +183,7 @@ def _newton(
 
 
 def _newton_step(angles: FloatArray, f: IntArray, n: int, free: IntArray, K: FloatArray) -> FloatArray:
-    H = _laplacian(angles, f, n)[free][:, free]
+    H = angle_laplacian(angles, f, n)[free][:, free]
     for shift in _SHIFTS:
         try:
             return -factorize(H + shift * sp.identity(len(free))).solve(K)

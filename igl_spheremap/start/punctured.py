@@ -1,4 +1,4 @@
-"""A start that the factorisation gives for free: punctured harmonic map, affine correction, inverse stereography."""
+"""Conformal maps of a mesh without one face, by one factorisation: to the plane, and on to the sphere."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..operators.factor import refined_solve
 from ..operators.operators import Operators
 from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
-from ..sphere.rows import inner
+from ..sphere.rows import inner, row_dots
 from ..verify.distortion import mean_angle_difference
 
 FloatArray = NDArray[np.float64]
@@ -25,7 +25,7 @@ IntArray = NDArray[np.int64]
 _SAMPLE = 4000
 #: A larger mean Beltrami coefficient says that the punctured face was a bad one.
 _LARGEST_STRETCH = 0.5
-#: One larger than this is no stretch but chaos, as slivers make it, and correcting it would flatten the plane.
+#: One larger than this comes of slivers; correcting it would flatten the plane.
 _LARGEST_CORRECTION = 0.95
 #: A start with more energy than this is none: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
@@ -33,38 +33,25 @@ _LARGEST_ENERGY = 6 * np.pi
 _COARSE = 0.95
 #: Sides in the plane below this share of its extent are rounding: deep in limbs nothing is known of a stretch.
 _RELIABLE = 1e-10
-#: Of the start's solves, where the factor is only approximate.
+#: Of the solves for a start, and for a map that is final, where the factor is only approximate.
 _ACCURACY = 1e-6
+_FINAL_ACCURACY = 1e-8
 #: Faces tried before the best of the poor starts is taken.
 _TRIES = 4
 
 
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> FloatArray:
-    """Conformal map but for one face, as good as two solves can make it.
+    """Conformal map but for one face, as good as two solves can make it, Moebius-centred on the vertex areas.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    operators : Operators
-        Its factorised Laplacian.
-    faces : iterable of int, optional
-        Faces to puncture, tried one after the other until a start is good; well-shaped ones by default.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, Moebius-centred on the vertex areas. The Gauss map where no puncture gives finite numbers.
-
-    References
-    ----------
-    Angenent, Haker, Tannenbaum, Kikinis 1999 (reference [11] of Lai et al.) for the punctured map. The affine
-    correction is ours: the discretisation error of the puncture is mostly one global stretch of the plane.
+    The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
+    where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
+    (reference [11] of Lai et al.); its affine correction is ours, for the discretisation error of the puncture is
+    mostly one global stretch of the plane.
     """
     tried = []
     for face in candidate_faces(mesh) if faces is None else faces:
-        z = _plane_map(mesh, operators, mesh.f[face])
-        z, stretch = _unstretch(mesh, z)
+        z = _placed_map(mesh, operators, face)
+        z, stretch = _without_stretch(mesh, z)
         x = center(to_sphere(z, operators.A), operators.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
@@ -79,36 +66,12 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
 
 
 def is_coarse(mesh: Mesh, x: FloatArray) -> bool:
-    """Whether the faces of a map cut deep through the sphere.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows.
-
-    Returns
-    -------
-    bool
-        True if the flat faces have less than 95 percent of the sphere's area.
-    """
+    """True if faces cut so deep through the sphere that 5 percent of its area are lost."""
     return float(face_areas(x, mesh.f).sum()) < _COARSE * 4 * np.pi
 
 
 def candidate_faces(mesh: Mesh) -> Iterator[int]:
-    """A few well-shaped faces of middling size, spread over the mesh.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-
-    Yields
-    ------
-    int
-        Face indices, good ones to puncture.
-    """
+    """Four well-shaped faces of middling size, spread over the mesh: good ones to puncture."""
     m = len(mesh.f)
     sample = np.unique(np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64))
     a, b, c = (mesh.v[mesh.f[sample, k]] for k in range(3))
@@ -123,23 +86,36 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
 
 
-def _plane_map(mesh: Mesh, operators: Operators, corners: IntArray) -> ComplexArray:
+def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
+    """Map a mesh to the plane with a pole inside one face, up to a similarity, as seen from outside.
+
+    With a local coordinate w about the puncture, z = 1 / w solves ``Laplace z = 2 pi (d/dx - i d/dy) delta``: the field
+    of a dipole. Tested with the hat function of a corner, the right-hand side is that function's gradient in the face.
+    Angenent, Haker, Tannenbaum, Kikinis 1999, *On the Laplace-Beltrami operator and brain surface flattening*.
+    """
+    w = np.array([0, *_in_its_plane(mesh, face)])
+    opposite = np.roll(w, -2) - np.roll(w, -1)
+    gradients = 1j * opposite / (w[1].real * w[2].imag)  # of the hat functions: opposite edge, turned inwards
+    load = np.zeros((len(mesh.v), 2))
+    load[mesh.f[face]] = np.column_stack((gradients.real, -gradients.imag))
+    z = refined_solve(operators.P, operators.factor, load, _FINAL_ACCURACY)
+    return np.asarray(z[:, 0] + 1j * z[:, 1])
+
+
+def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
 
     The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
     mesh's Green functions between them give the map.
     """
-    a, b, c = corners
+    a, b, c = mesh.f[face]
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
     green = refined_solve(operators.P, operators.factor, loads, _ACCURACY)
-    p, q = mesh.v[b] - mesh.v[a], mesh.v[c] - mesh.v[a]
-    side = max(float(np.linalg.norm(p)), 1e-300)
-    along = p @ q / side
-    height = np.sqrt(max(q @ q - along**2, 0.0))
+    side, third = _in_its_plane(mesh, face)
     # A face without area is placed as an equilateral one: the affine correction finds its shape.
-    target = np.array([side, along - 1j * height]) if height > 0 else np.array([1, 0.5 - 0.75**0.5 * 1j])
+    target = np.array([side, third.conjugate()]) if third.imag > 0 else np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
             coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
@@ -148,15 +124,15 @@ def _plane_map(mesh: Mesh, operators: Operators, corners: IntArray) -> ComplexAr
         return np.einsum("ij,j->i", green, coefficients)
 
 
-def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
-    """Take out the mean Beltrami coefficient, z + nu conj(z), estimated from some faces by medians."""
+def _without_stretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
+    """Take out the mean Beltrami coefficient, z + nu conj(z), estimated from a sample of faces by medians."""
     f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
     a, b, c = (mesh.v[f[:, k]] for k in range(3))
     p, q = b - a, c - a
-    side = np.sqrt(np.einsum("ij,ij->i", p, p))
+    side = np.sqrt(row_dots(p, p))
     with np.errstate(all="ignore"):
-        along = np.einsum("ij,ij->i", p, q) / side
-        w = along + 1j * np.sqrt(np.einsum("ij,ij->i", q, q) - along**2)  # third corner in the face's own plane
+        along = row_dots(p, q) / side
+        w = along + 1j * np.sqrt(row_dots(q, q) - along**2)  # `_in_its_plane`, NaN for faces without area
         dp, dq = z[f[:, 1]] - z[f[:, 0]], z[f[:, 2]] - z[f[:, 0]]
         # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
         nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
@@ -168,21 +144,17 @@ def _unstretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
     return (z + mean * z.conj() if abs(mean) < _LARGEST_CORRECTION else z), mean
 
 
+def _in_its_plane(mesh: Mesh, face: int) -> tuple[float, complex]:
+    """A face in its own plane, as seen from outside: its corners are 0, a length, and a point above the real line."""
+    a, b, c = mesh.v[mesh.f[face]]
+    p, q = b - a, c - a
+    side = max(float(np.linalg.norm(p)), 1e-300)
+    along = float(p @ q) / side
+    return side, complex(along, np.sqrt(max(q @ q - along**2, 0.0)))
+
+
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
-    """Inverse stereographic projection with about half the weight in each hemisphere.
-
-    Parameters
-    ----------
-    z : (n,) complex128 array
-        Finite positions in the plane; infinity goes to the south pole.
-    weights : (n,) float64 array
-        Non-negative.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows.
-    """
+    """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
     some = slice(None, None, max(1, len(z) // _SAMPLE))  # which half is a matter of scale: centring decides it
     w = weights[some]
     z = z - complex(_middle(z.real[some], w), _middle(z.imag[some], w))

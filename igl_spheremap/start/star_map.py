@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..errors import MeshError
-from ..mesh.check import Mesh, check_mesh, check_rows
+from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
 from ..operators.factor import factorize, refined_solve
@@ -20,7 +19,7 @@ from ..verify.distortion import mesh_conformal_factor
 
 FloatArray = NDArray[np.float64]
 
-#: Shift of the inverse iteration: below the spectrum 0, 2, 2, 2, 6, ... so that A - sigma B_u can be factorised.
+#: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5
 
 
@@ -63,7 +62,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh, or `x` has not one finite row per vertex.
+        If `v, f` is no closed genus-0 mesh, or `x` has not one finite, nonzero row per vertex.
 
     References
     ----------
@@ -80,47 +79,17 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     True
     """
     mesh = check_mesh(v, f)
-    x = check_rows(x, len(mesh.v), "images")
-    if not np.isfinite(x).all():
-        raise MeshError("images are not finite: "
-                        f"vertex {int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])}; correct them")
-    return project(mesh, x)
+    return project(mesh, check_directions(x, len(mesh.v), "images"))
 
 
 def stiffness(mesh: Mesh) -> sp.csr_matrix:
-    """Stiffness matrix A of eq. (26), which is L.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-
-    Returns
-    -------
-    (n, n) sparse matrix
-        Positive semidefinite.
-    """
+    """Stiffness matrix A, which is the Laplacian."""
     return usable_laplacian(mesh.v, mesh.f)  # eq. (26)
 
 
 def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     """Mass matrix B_u of eq. (26) for a weight e^{2u} that is linear on each face, integrated exactly.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    weight : (n,) float64 array
-        e^{2u} at the vertices, non-negative.
-
-    Returns
-    -------
-    (n, n) sparse matrix
-        Symmetric; its entries sum to the integral of the weight.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> import igl_spheremap as ism
     >>> mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=600))
     >>> float(round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9))
@@ -153,19 +122,9 @@ def project(mesh: Mesh, x: FloatArray) -> EigenProjection:
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Conformal factor of eq. (14), finite and positive, as B_u needs it.
+    """Conformal factor e^{2u} of eq. (14), finite and positive as B_u has to have it.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        A map to the unit sphere.
-
-    Returns
-    -------
-    (n,) float64 array
-        e^{2u}; vertices without source area have the largest finite value, and none is below 1e-12 of the mean.
+    Vertices without source area get the largest finite value, and none is below 1e-12 of the mean.
     """
     factor = mesh_conformal_factor(mesh, x)
     finite = np.isfinite(factor)

@@ -11,6 +11,9 @@ from igl_spheremap.sphere.gauge import best_rotation
 
 METHODS = ["auto", "lai2014"]
 V, F = ism.samples.make("dino", n_vertices=1500)
+#: The paper's method takes seconds for limbs; here it is to state what it has in common with the default.
+BODIES = {"auto": (V, F), "lai2014": ism.samples.make("dumbbell", n_vertices=500)}
+BALL, BALL_F = icosphere(3)
 TETRAHEDRON = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]), np.array(
     [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
 
@@ -51,9 +54,9 @@ def test_the_map_of_a_sphere_is_the_identity():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
-    turn = rotation()
-    x = ism.spherical_conformal_map(V, F, method).sphere
-    y = ism.spherical_conformal_map(1e-3 * V @ turn + [5, -3, 2], F, method).sphere
+    turn, (v, f) = rotation(), BODIES[method]
+    x = ism.spherical_conformal_map(v, f, method).sphere
+    y = ism.spherical_conformal_map(1e-3 * v @ turn + [5, -3, 2], f, method).sphere
     # Thousands of steps amplify rounding as they do on any machine: lai2014 stops elsewhere on the same valley.
     assert distance(x @ turn, y) < (1e-6 if method == "auto" else 1e-2)
 
@@ -69,18 +72,19 @@ def test_renumbering_the_input_renumbers_the_sphere():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_results_are_in_the_stated_gauge(method):
-    result = ism.spherical_conformal_map(V, F, method)
-    mesh = ism.check_mesh(V, F)
+    v, f = BODIES[method]
+    result = ism.spherical_conformal_map(v, f, method)
+    mesh = ism.check_mesh(v, f)
     A = positive_areas(mesh)
     assert np.abs(A @ result.sphere).max() < 1e-6
-    moment = (result.sphere.T * A) @ (ism.gauss_map(V, F) + 1e-3 * (mesh.v - A @ mesh.v))
+    moment = (result.sphere.T * A) @ (ism.gauss_map(v, f) + 1e-3 * (mesh.v - A @ mesh.v))
     assert np.allclose(moment, moment.T, atol=1e-4)  # Kabsch: no rotation improves the agreement
     assert (np.linalg.eigvalsh((moment + moment.T) / 2)[1:] > 0).all()
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_two_runs_agree_bit_for_bit(method):
-    one, two = (ism.spherical_conformal_map(V, F, method) for _ in range(2))
+    one, two = (ism.spherical_conformal_map(*BODIES[method], method) for _ in range(2))
     assert np.array_equal(one.sphere, two.sphere)
     assert one.history == two.history or all(
         a[:4] == b[:4] for a, b in zip(one.history, two.history, strict=True))
@@ -88,12 +92,12 @@ def test_two_runs_agree_bit_for_bit(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_record_is_complete(method):
-    seen = []
-    result = ism.spherical_conformal_map(V, F, method, listener=seen.append)
+    seen, (v, f) = [], BODIES[method]
+    result = ism.spherical_conformal_map(v, f, method, listener=seen.append)
     assert result.method == method
-    assert np.array_equal(result.vertices, V)
-    assert np.array_equal(result.faces, F)
-    assert result.sphere.shape == V.shape
+    assert np.array_equal(result.vertices, v)
+    assert np.array_equal(result.faces, f)
+    assert result.sphere.shape == v.shape
     assert result.sphere.dtype == np.float64
     assert result.faces.dtype == np.int64
     assert np.abs(np.linalg.norm(result.sphere, axis=1) - 1).max() < 1e-12
@@ -101,8 +105,9 @@ def test_the_record_is_complete(method):
     assert result.seconds > 0
     assert len(result.history) == len(seen)
     assert result.history[-1].energy == seen[-1].energy
-    assert result.certificate.folding_free == ism.certify(result.sphere, F).folding_free
-    assert np.isclose(result.energy, ism.harmonic_energy(V, F, result.sphere), rtol=1e-3)
+    assert result.certificate.folding_free
+    assert ism.certify(result.sphere, f).folding_free
+    assert np.isclose(result.energy, ism.harmonic_energy(v, f, result.sphere), rtol=1e-3)
     assert method in repr(result)
 
 
@@ -113,6 +118,27 @@ def test_methods_agree_up_to_the_mesh(method):
     assert distance(x, ism.spherical_conformal_map(v, f, "auto", tolerance=1e-9).sphere) < 5e-3
 
 
+@pytest.mark.parametrize(
+    ("method", "worst"),
+    [
+        ("lai2014", 5e-3),
+        ("gu-yau", 5e-3),
+        (ism.Stereographic(), 0.1),
+        (ism.Stereographic("conformal-equivalence"), 0.02),
+    ],
+)
+def test_all_methods_find_the_same_map_but_for_the_mesh(method, worst):
+    """Moebius equivalence of all conformal maps: in one gauge they are one."""
+    v = BALL * [1, 1.3, 2]
+    reference = ism.spherical_conformal_map(v, BALL_F)
+    result = ism.spherical_conformal_map(v, BALL_F, method)
+    assert result.certificate.folding_free
+    A = positive_areas(ism.check_mesh(v, BALL_F))
+    x = result.sphere @ best_rotation(result.sphere, reference.sphere, A)
+    assert np.abs(x - reference.sphere).max() < worst
+    assert np.isclose(result.energy, reference.energy, rtol=2e-2)
+
+
 def test_the_energy_is_that_of_a_conformal_map():
     result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=5000))
     area = igl.doublearea(result.sphere, result.faces).sum() / 2
@@ -121,29 +147,29 @@ def test_the_energy_is_that_of_a_conformal_map():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("v", "f"), [
-    TETRAHEDRON,
-    (1e-7 * V, F),
-    (1e7 * V, F),
-    (V + 1e5, F),
-    (V, F[:, ::-1]),
-    (V.astype(np.float32), F.astype(np.int32)),
-    (V.tolist(), F.tolist()),
+@pytest.mark.parametrize("change", [
+    lambda v, f: TETRAHEDRON,
+    lambda v, f: (1e-7 * v, f),
+    lambda v, f: (1e7 * v, f),
+    lambda v, f: (v + 1e5, f),
+    lambda v, f: (v, f[:, ::-1]),
+    lambda v, f: (v.astype(np.float32), f.astype(np.int32)),
+    lambda v, f: (v.tolist(), f.tolist()),
 ], ids=["tetrahedron", "tiny", "huge", "far off", "inside out", "single", "lists"])
-def test_legitimate_input_comes_through(v, f, method):
+def test_legitimate_input_is_mapped_and_certified(change, method):
+    v, f = change(*BODIES[method])
     result = ism.spherical_conformal_map(v, f, method)
-    assert np.isfinite(result.sphere).all()
-    # The paper's method promises nothing on so coarse a dinosaur, whose tail is a few triangles around.
-    assert result.certificate.foldings <= (0 if method == "auto" else 2)
+    assert result.certificate.folding_free
+    assert ism.certify(result.sphere, f).folding_free
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_faces_without_area_come_through(method):
-    v, f = ism.samples.make("spheroid", n_vertices=800)
+def test_faces_without_area_are_mapped_and_certified(method):
+    record = ism.Auto() if method == "auto" else ism.Lai2014(max_iterations=200)  # mollified slivers are stiff
+    v, f = ism.samples.make("spheroid", n_vertices=300)
     v[f[10, 1]] = v[f[10, 0]]
-    v[f[300, 1]] = (v[f[300, 0]] + v[f[300, 2]]) / 2
-    result = ism.spherical_conformal_map(v, f, method)
-    assert np.isfinite(result.sphere).all()
+    v[f[200, 1]] = (v[f[200, 0]] + v[f[200, 2]]) / 2
+    assert ism.spherical_conformal_map(v, f, record).certificate.folding_free
 
 
 def test_an_inside_out_mesh_maps_to_the_antipodes():
@@ -198,8 +224,7 @@ def test_noise_far_outside_the_surface_does_not_break_the_map():
     rng = np.random.default_rng(5)
     x, f = icosphere(3)
     v = unit(x + 0.3 * rng.normal(size=x.shape))
-    result = ism.spherical_conformal_map(v, f)
-    assert np.isfinite(result.sphere).all()
+    assert ism.spherical_conformal_map(v, f).certificate.folding_free
 
 
 @pytest.mark.corpus

@@ -13,9 +13,8 @@ from ...errors import MapError
 from ...mesh.check import Mesh
 from ...operators.operators import Operators, build_operators
 from ...sphere.moebius import center
-from ...start.dipole import dipole_map
 from ...start.flat_metric import ComplexArray, FlatMetric, flat_metric, lay_out
-from ...start.punctured import candidate_faces, to_sphere
+from ...start.punctured import candidate_faces, dipole_map, to_sphere
 from ...untangle.candidate import Candidate
 from ..options import Stereographic
 

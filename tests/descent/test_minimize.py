@@ -1,0 +1,49 @@
+"""The one loop of minimisation: each way to end, and what listeners may do."""
+
+from dataclasses import replace
+
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.descent.algorithm_1 import CayleyBB
+from igl_spheremap.descent.minimize import minimize
+from igl_spheremap.descent.problem import harmonic_problem
+from igl_spheremap.mesh.normals import mesh_gauss_map
+
+X, F = icosphere(3)
+MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
+PROBLEM = harmonic_problem(MESH)
+
+
+def run(problem=PROBLEM, **options):
+    options = {"tolerance": 1e-5, "max_iterations": 3000} | options
+    return minimize(CayleyBB().iterates(problem, mesh_gauss_map(MESH)), **options)
+
+
+def test_each_way_to_end_has_its_status():
+    assert run(max_iterations=3).status is ism.Status.MAX_ITERATIONS
+    assert run(max_iterations=0).last.iteration == 0
+    assert run(tolerance=0, plateau=1e-6).status is ism.Status.CONVERGED
+    class Uphill:  # an energy that rises along its own descent direction
+        def evaluate(self, x):
+            value, gradient = PROBLEM.energy.evaluate(x)
+            return value, -gradient
+
+    assert run(problem=replace(PROBLEM, energy=Uphill())).status is ism.Status.STALLED
+
+    def stop(iterate):
+        if iterate.iteration == 5:
+            raise StopIteration
+
+    stopped = run(listener=stop)
+    assert stopped.status is ism.Status.STOPPED
+    assert stopped.last.iteration == 5
+
+
+def test_iterates_can_not_be_changed_by_a_listener():
+    def meddle(iterate):
+        iterate.x[0] = 0
+
+    with pytest.raises(ValueError, match="read-only"):
+        run(listener=meddle)

@@ -1,0 +1,54 @@
+"""The paper's algorithms by name: foldings removed in rounds, from any start."""
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+
+X, F = icosphere(3)
+V = X * [1, 1.2, 1.6]
+
+
+def test_foldings_of_a_dinosaur_are_removed_in_at_most_three_rounds():
+    v, f = ism.samples.make("dino", n_vertices=2500)
+    stages = []
+    result = ism.remove_foldings(v, f, listener=lambda it: stages.append((it.round, it.stage)))
+    assert ism.certify(ism.gauss_map(v, f), f).foldings > 500
+    assert result.rounds[0].start == "gauss map"
+    assert result.rounds[0].foldings_before > 500
+    assert [r.start for r in result.rounds[1:]] == ["star map"] * (len(result.rounds) - 1)
+    assert 1 < len(result.rounds) <= 4
+    assert result.rounds[-1].foldings_after == 0
+    assert result.certificate.folding_free
+    assert set(stages) == {(r.round, s) for r in result.rounds for s in (r.start, "harmonic")}
+
+
+def test_a_listener_can_stop_at_a_star_map():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+
+    def stop(iterate):
+        if iterate.stage == "star map":
+            assert np.allclose(iterate.details["eigenvalues"], 2, atol=1)
+            raise StopIteration
+
+    result = ism.remove_foldings(v, f, listener=stop, max_iterations=300)
+    assert result.status is ism.Status.STOPPED
+    assert len(result.rounds) == 2
+
+
+def test_algorithm_1_alone_does_no_eigen_projection():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    result = ism.minimize_harmonic_energy(v, f, max_iterations=50)
+    assert len(result.rounds) == 1
+    assert not result.certificate.folding_free
+
+
+def test_any_directions_are_taken_as_a_start_but_nothing_else():
+    result = ism.minimize_harmonic_energy(V, F, 7 * X)
+    assert result.certificate.folding_free
+    for bad in (0 * X, np.full_like(X, np.nan)):
+        with pytest.raises(ism.MeshError, match="zero or not finite"):
+            ism.minimize_harmonic_energy(V, F, bad)
+    with pytest.raises(ism.MeshError, match="rows"):
+        ism.minimize_harmonic_energy(V, F, X[1:])

@@ -1,0 +1,47 @@
+"""Maps of a punctured mesh: the dipole against inversion, the start against the conformal map."""
+
+import numpy as np
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.sphere.rows import unit_rows
+from igl_spheremap.start.punctured import dipole_map, is_coarse, punctured_start
+
+
+def test_a_dipole_in_the_plane_is_inversion():
+    """Far from the pole on a fine sphere z is 1 / w: stereographic projection, but for a similarity."""
+    errors = []
+    for level in (3, 4, 5):
+        x, f = icosphere(level)
+        mesh = ism.check_mesh(x, f)
+        z = dipole_map(mesh, build_operators(mesh), 0)
+        pole = unit_rows(x[f[0]].mean(axis=0, keepdims=True))[0]
+        across = np.linalg.svd(pole[None])[2][1:]
+        if np.linalg.det(np.vstack((across, -pole))) < 0:
+            across = across[::-1]
+        exact = (x @ across.T @ [1, 1j]) / (1 - x @ pole)
+        far = x @ pole < 0.5
+        basis = np.column_stack((exact[far], np.ones(far.sum())))
+        fit, _, _, _ = np.linalg.lstsq(basis, z[far], rcond=None)
+        errors.append(np.abs(basis @ fit - z[far]).max() / abs(fit[0]))
+    assert errors[0] < 0.1
+    assert (np.array(errors[:-1]) / errors[1:] > 1.7).all()  # first order: a face holds the pole, not a point
+
+
+def test_any_puncture_is_within_a_tenth_of_the_harmonic_energys_minimum_and_the_start_within_a_hundredth():
+    mesh = ism.check_mesh(*ism.samples.make("pear", n_vertices=2000))
+    operators = build_operators(mesh)
+    lowest = ism.spherical_conformal_map(mesh.vertices, mesh.f).energy
+    for faces, share in ((None, 1e-2), ([0], 0.1), ([500], 0.1)):
+        x = punctured_start(mesh, operators, faces)
+        assert np.linalg.norm(operators.A @ x) < 1e-9
+        assert ism.harmonic_energy(mesh.vertices, mesh.f, x) < (1 + share) * lowest
+
+
+def test_a_fine_map_is_not_coarse_and_a_point_is():
+    x, f = icosphere(2)
+    mesh = ism.check_mesh(x, f)
+    assert not is_coarse(mesh, unit_rows(x))
+    assert is_coarse(mesh, np.tile([0.0, 0.0, 1.0], (len(x), 1)))
+    assert is_coarse(ism.check_mesh(*icosphere(0)), icosphere(0)[0])
