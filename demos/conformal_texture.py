@@ -28,7 +28,7 @@ from igl_spheremap.apps.viewer.colouring import colouring
 from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import packed
-from igl_spheremap.apps.viewer.style import CHECKS, FOLDED, INK, linear
+from igl_spheremap.apps.viewer.style import FOLDED, INK
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.distortion import mesh_conformal_factor
 
@@ -85,15 +85,7 @@ class ConformalTexture(App):
             body.paint(colours.colours)
             body.legend = colours.legend if self.factor else None
             if not self.factor:
-                body.mesh.add_parameterization_quantity(
-                    "checks",
-                    corners,
-                    defined_on="corners",
-                    viz_style="checker",
-                    checker_size=1.0,
-                    checker_colors=tuple(tuple(linear(np.array(c))) for c in CHECKS),
-                    enabled=True,
-                )
+                body.check(corners)
         self.mark()
 
     def mark(self) -> None:

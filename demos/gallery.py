@@ -19,38 +19,45 @@ from PIL import Image
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import Body, Stage, window
-from igl_spheremap.apps.viewer.colouring import Colouring, colouring, folded_faces
+from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
+from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
+from igl_spheremap.apps.viewer.lens import look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.style import sequential
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
-from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.shapes.registration.features import FeatureSurface
 
 #: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
+#: Squares around the sphere.
+_SQUARES = 24
 _NONE = np.empty(0, dtype=np.int64)
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 
 
 def dino(path: Path) -> None:
-    """A surface, its Gauss map with the folded faces, and its folding-free map."""
+    """A surface, its Gauss map with the folded faces, its folding-free map, and the head on that map."""
     mesh, turn = _sample("dino")
     gauss = ism.gauss_map(mesh.vertices, mesh.f)
     result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
     angles = np.abs(result.angle_differences()).mean()
-    colours = sequential("from tail to head", 0, 1).colours(_rank(mesh, result.sphere, fit(mesh.v, turn)[:, 0]))
-    captions = (
-        f"a surface\n{len(mesh.v):,} vertices",
-        f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} of {len(mesh.f):,} faces are folded (vermilion)",
-        f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees on average",
-    )
-    stage = _row(3, (1200, 440))
-    for k, (x, caption) in enumerate(zip((None, gauss, result.sphere), captions, strict=True)):
-        body = _body(f"part {k}", mesh, turn, x)
-        folded = _NONE if x is None else folded_faces(mesh, x)
-        Colouring(colours, folded, None).apply(stage.place(0, k, body))
+    forward = fit(mesh.v, turn)[mesh.f, 0].mean(axis=1)
+    lens = look_at(result.sphere @ turn.T, mesh.f[forward > np.percentile(forward, 92)])
+    checks = mercator_corners(result.sphere, mesh.f, deepest_tips(mesh, result.sphere)) * _SQUARES
+    stage = _row(4, (1200, 440))
+    for k, (x, caption) in enumerate(
+        (
+            (fit(mesh.v, turn), f"a surface\n{len(mesh.v):,} vertices"),
+            (gauss @ turn.T, f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} folded faces (red)"),
+            (result.sphere @ turn.T, f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees"),
+            (lens(result.sphere @ turn.T), f"the head on that map, by a\nMoebius map {lens.power:,.0f} times as large"),
+        )
+    ):
+        body = stage.place(0, k, Body(f"part {k}", x, mesh.f, lift=k == 1))
+        body.raised = False
+        body.paint(places(mesh), folded_faces(mesh, gauss) if k == 1 else None)
+        body.check(checks)
         body.caption = caption
     _save(stage, path)
 
@@ -161,16 +168,6 @@ PICTURES: dict[str, Callable[[Path], None]] = {
 def _sample(name: str) -> tuple[ism.Mesh, np.ndarray]:
     mesh = ism.check_mesh(*ism.samples.make(name))
     return mesh, pose(mesh.v)
-
-
-def _rank(mesh: ism.Mesh, x: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Faces in order of height, spread over 0 to 1 so that both surfaces show all colours."""
-    order = np.argsort(height[mesh.f].mean(axis=1), kind="stable")
-    rank = np.zeros(len(mesh.f))
-    for positions in (mesh.v, x):
-        area = face_areas(positions, mesh.f)[order]
-        rank[order] += np.cumsum(area) / area.sum() / 2
-    return rank
 
 
 def _row(columns: int, size: tuple[int, int]) -> Stage:

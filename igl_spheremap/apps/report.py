@@ -17,29 +17,38 @@ from numpy.typing import NDArray
 from ..descent.iterate import Round
 from ..descent.recording import Recording
 from ..draw.markup import page, picture, table
+from ..draw.palette import FOLDED
 from ..draw.plot import plot_run
+from ..draw.scene import MOST_FACES, View, scene
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
 from ..maps.sphere_map import SphereMap, result_rows
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.normals import mesh_gauss_map
 from .viewer import SUBJECTS, picture_of
+from .viewer.colouring import colouring
+from .viewer.pose import fit, pose
+from .viewer.result_view import count_foldings
 from .viewer.timeline import title_of
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #212630; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
 h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2.2rem }
-table { border-collapse: collapse; margin: 0.5rem 0 }
+table { border-collapse: collapse; margin: 0.5rem 0; display: block; overflow-x: auto }
 th, td { text-align: left; vertical-align: top; padding: 0.25rem 0.9rem 0.25rem 0; border-bottom: 1px solid #e3e7eb }
 th { font-weight: 600; white-space: nowrap }
 img, svg { max-width: 100%; height: auto } figure { margin: 1rem 0 } figcaption { color: #5a636c }
 pre { background: #f3f5f7; padding: 0.7rem 1rem; white-space: pre-wrap }
+.scene { display: flex; flex-wrap: wrap; gap: 1rem } .scene figure { flex: 1 1 15rem; margin: 0 }
+canvas { width: 100%; aspect-ratio: 1; touch-action: none; cursor: grab }
+@media (max-width: 40rem) { body { margin: 0.5rem auto } th { white-space: normal } }
 .verdict { padding: 0.7rem 1rem; border-left: 6px solid; font-weight: 600 }
 .free { border-color: #009e73; background: #eef8f4 } .folded { border-color: #d63d00; background: #fdf1ec }
 """
 _SIZE = (900, 470)
 _CAPTIONS = {
-    "foldings": "Folded faces are vermilion, on the surface and on its image.",
-    "conformal factor": "Conformal factor e^{2u}: u is 0 where areas keep their share, purple where the map shrinks.",
+    "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
+    "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
     "angle differences": "Mean size of the angle differences of each face.",
 }
 
@@ -67,6 +76,8 @@ def write_report(
         f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',
         table(result_rows(result)[1:]),
         _rounds(result.rounds),
+        "<h2>Before and after</h2>",
+        _scene(result, up),
         "<h2>Pictures</h2>",
         *_pictures(result, recording, up),
         "<h2>Curves</h2>",
@@ -101,13 +112,32 @@ def _rounds(rounds: Sequence[Round]) -> str:
     return "<h2>Rounds</h2>" + table(rows, header)
 
 
+def _scene(result: SphereMap, up: str) -> str:
+    """Surface, Gauss map and result, to be turned."""
+    mesh = check_mesh(result.vertices, result.faces)
+    if len(mesh.f) > MOST_FACES:
+        return f"<p>A mesh of {len(mesh.f):,} faces is too large to be turned in a page.</p>"
+    turn = pose(mesh.v, up)
+    gauss = mesh_gauss_map(mesh)
+    views = []
+    for name, x in (("Gauss map", gauss), ("Result", result.sphere)):
+        colours = colouring(mesh, x, SUBJECTS[0])
+        painted = colours.colours.copy()
+        painted[colours.folded] = FOLDED
+        views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, painted, sphere=True))
+    surface = View("Surface", fit(mesh.v, turn), views[0].colours)
+    hint = "Drag to turn, scroll on a sphere to magnify what is in front, double-click to reset."
+    return f"{scene(mesh.f, [surface, *views])}<p>{_CAPTIONS[SUBJECTS[0]]} {hint}</p>"
+
+
 def _pictures(result: SphereMap, recording: Recording, up: str) -> list[str]:
-    """The start and the result in the colours of each subject, or why there is none."""
+    """The Gauss map, the last iterate with foldings, and the result in the colours of each subject."""
     mesh = check_mesh(result.vertices, result.faces)
     shots = [("Result", result.sphere, subject) for subject in SUBJECTS]
-    if recording.frames:
-        start = recording.frames[0].iterate
-        shots.insert(0, (f"Start: {title_of(start)}", start.x, SUBJECTS[0]))
+    folded = [frame.iterate for frame in recording.frames if frame.foldings]
+    if folded and folded[-1].stage != "gauss map":
+        shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
+    shots.insert(0, ("Gauss map", mesh_gauss_map(mesh), SUBJECTS[0]))
     try:
         return [
             picture(_shot(mesh, x, title, subject, up), f"{title}. {_CAPTIONS[subject]}") for title, x, subject in shots

@@ -32,11 +32,13 @@ _UNLIT = "flat"
 class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
-    With `lift`, folded faces are brought to the front; for images, where they lie under others.
+    With `lift`, folded faces are drawn apart from the others, and to the front of them while they are `raised`; for
+    images, where they lie under others.
     """
 
     def __init__(self, name: str, x: FloatArray, f: IntArray, *, lift: bool = False) -> None:
         self.name, self.f, self.lift = name, f, lift
+        self.raised = True
         self.x = x
         self.caption = ""
         self.legend: Legend = None
@@ -66,6 +68,18 @@ class Body:
         if self.lift:
             self._bring_to_front(folded)
         self.version += 1
+
+    def check(self, corners: FloatArray) -> None:
+        """Show a checkerboard of unit squares in place of colours, by coordinates (3 m, 2) of the corners of faces."""
+        self.mesh.add_parameterization_quantity(
+            "checks",
+            corners,
+            defined_on="corners",
+            viz_style="checker",
+            checker_size=1.0,
+            checker_colors=tuple(tuple(style.linear(np.array(colour))) for colour in style.CHECKS),
+            enabled=True,
+        )
 
     def dots(self, label: str, positions: FloatArray, colour: style.Colour, radius: float = 0.03) -> None:
         """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
@@ -122,7 +136,7 @@ class Body:
             size = np.sqrt(row_dots(normal, normal))
             middle = (a + b + c) / 3
             depth = np.abs(row_dots(normal, a)) / np.maximum(size, 1e-300)
-            factor = np.clip(_LIFT / np.maximum(depth, 1e-300), 1.0, _FARTHEST)
+            factor = np.clip(_LIFT / np.maximum(depth, 1e-300), 1.0, _FARTHEST if self.raised else 1.0)
             corners = np.stack((a, b, c), axis=1) * factor[:, None, None]
             own = np.arange(3 * len(folded)).reshape(-1, 3)
             self._folded = _register(f"{self.name} folded", corners.reshape(-1, 3), own, _UNLIT)

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, diags_array
 
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
@@ -23,8 +24,10 @@ IntArray = NDArray[np.int64]
 
 #: What can be shown, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences")
-FOLDED_LEGEND = ("folded face; elsewhere the same colour is the same place", style.FOLDED)
+FOLDED_LEGEND = ("folded face; same colour: same place", style.FOLDED)
 _DARKEST = 0.72
+#: A hollow is measured within so many edges of a vertex, as a share of the root of the number of vertices.
+_REACH = 0.05
 _U = "log conformal factor u (purple: shrunk)"
 _ANGLES = "angle difference in degrees"
 
@@ -58,8 +61,11 @@ def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 def relief(mesh: Mesh) -> FloatArray:
     """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
     tail, head = mesh.f[:, [0, 1, 2]].ravel(), mesh.f[:, [1, 2, 0]].ravel()  # every edge, once each way
-    valence = np.bincount(tail, minlength=len(mesh.v))
-    mean = np.column_stack([np.bincount(tail, mesh.v[head, k], len(mesh.v)) for k in range(3)]) / valence[:, None]
+    links = csr_matrix((np.ones(len(tail)), (tail, head)), shape=(len(mesh.v), len(mesh.v)))
+    average = diags_array(1 / np.bincount(tail, minlength=len(mesh.v))) @ links
+    mean = mesh.v
+    for _ in range(1 + int(np.sqrt(len(mesh.v)) * _REACH)):
+        mean = average @ mean
     a, b, c = (mesh.v[mesh.f[:, k]] for k in range(3))
     outward = 1 if np.einsum("ij,ij->", a, np.cross(b, c)) >= 0 else -1  # the sign of the volume
     hollow = outward * np.einsum("ij,ij->i", mean - mesh.v, mesh_gauss_map(mesh))[mesh.f].mean(axis=1)

@@ -118,6 +118,7 @@ class Player(App):
             lens = Lens() if faces is None else look_at(x, faces)
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
+            body.raised = lens.power > 1
             colours = self._colours(slide)
             body.paint(colours.colours, colours.folded)
             body.show_edges(edge_width(self.mesh, self.subject) if lens.power > _NEAR else 0.0)

@@ -74,6 +74,7 @@ class ResultView(App):
         lens = Lens(self._lens.place, self._lens.power * self.zoom)
         x = self.x @ self._turn.T
         self.image.set_positions(lens(x))
+        self.image.raised = lens.power > 1
         colours = colouring(self.mesh, self.x, subject, folded=self._folded)
         colours.apply(self.source, self.image)
         self.inset.show(x, lens, colours)

@@ -43,7 +43,8 @@ def run(args: Namespace) -> Exit:
     args.progress.close()
     mesh = check_mesh(source.v, source.f)
     up = args.up or guess_up(source.name)
-    run_app(ResultView(mesh, x, caption, up=up, subject=_SHOWN[args.show]), args)
+    panel = not (args.screenshot or args.video)
+    run_app(ResultView(mesh, x, caption, up=up, subject=_SHOWN[args.show], panel=panel), args)
     return Exit.OK
 
 
