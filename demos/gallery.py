@@ -20,9 +20,10 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import Body, Stage, window
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
+from igl_spheremap.apps.viewer.colouring import Colouring, colouring, folded_faces, places
 from igl_spheremap.apps.viewer.lens import look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.style import sequential
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError

@@ -168,7 +168,7 @@ told = dict(seen=len(seen), status=status, drawn=drawn(image), error=str(shown.r
 @needs_drawing
 def test_play_writes_a_video_and_what_its_frames_show(tmp_path):
     images = pytest.importorskip("PIL.Image")
-    command = [sys.executable, "-m", "igl_spheremap", "play", "sample:dino:n_vertices=1500", "--rounds", "1"]
+    command = [sys.executable, "-m", "igl_spheremap", "play", "sample:dino:n_vertices=1500"]
     files = ["--video", str(tmp_path / "run.gif"), "--json", str(tmp_path / "run.json")]
     done = run([*command, *files, "--length", "20", "--size", "500", "250"])
     assert done.returncode == 0, done.stderr
