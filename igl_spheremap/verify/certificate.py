@@ -119,17 +119,16 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
 def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
     """`certify` for float64 rows and faces that passed the gate already."""
     nothing = np.empty(0, dtype=np.int64)
-    bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
-    if len(bad):
-        return Certificate(nothing, nothing, 0, not_finite=bad)
+    if not np.isfinite(x).all():
+        return Certificate(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)))
     signs = orientation_signs(x, f)
-    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), _degree(x, f, signs),
-                       off_sphere=np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE))
+    off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
+    degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
+    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere)
 
 
-def _degree(x: FloatArray, f: IntArray, signs: IntArray) -> int:
-    """Sum of the signs of the faces over one direction in general position, exactly."""
-    y = scale_rows(x)
+def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
+    """Sum of the signs of the faces over one direction in general position, exactly; `y` has the rows of x, scaled."""
     for q in _directions(y, f, signs):
         over = _faces_near(y, f, q)
         if not len(over):

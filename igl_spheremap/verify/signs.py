@@ -24,10 +24,10 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
     array([ 1, -1])
     """
-    if _in_range(x).all():
+    if _in_range(x if len(x) < f.size else x[f.ravel()]).all():
         return _predicate(x, f)
     y = scale_rows(x)
-    plain = _in_range(y) & ((y == 0) == (x == 0)).all(axis=1)
+    plain = (_in_range(y) & ((y == 0) == (x == 0))).all(axis=1)
     signs = _predicate(y, f)
     rest = np.flatnonzero(~plain[f].all(axis=1))
     for block in np.array_split(rest, len(rest) // _BLOCK + 1):
@@ -45,9 +45,9 @@ def determinant_signs(a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
 
 
 def _in_range(x: FloatArray) -> NDArray[np.bool_]:
-    """Rows of numbers for which the predicates are exact."""
+    """Numbers for which the predicates are exact."""
     size = np.abs(x)
-    return np.asarray((((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)).all(axis=1))
+    return ((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)
 
 
 def _predicate(x: FloatArray, f: IntArray) -> IntArray:
