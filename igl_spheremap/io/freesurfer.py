@@ -71,4 +71,4 @@ def _check_whole(path: Path, size: int) -> None:
 
 
 FORMAT = Format("FreeSurfer", tuple(f".{kind}" for kind in _KINDS), read, write, magic=(_TRIANGLES, _QUADS),
-                radius=100.0, single=True)
+                radius=100.0, single=True, package="nibabel")

@@ -106,4 +106,5 @@ def _meta(gifti: Any, metadata: Metadata, **entries: str) -> Any:
     return gifti.GiftiMetaData(structure | entries)
 
 
-FORMAT = Format("GIFTI", (".gii", ".gii.gz"), read, write, magic=(b"<?xml", _GZIP), radius=100.0, single=True)
+FORMAT = Format("GIFTI", (".gii", ".gii.gz"), read, write, magic=(b"<?xml", _GZIP), radius=100.0, single=True,
+                package="nibabel")

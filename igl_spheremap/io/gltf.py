@@ -70,4 +70,4 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
         path.write_bytes(files["model.gltf"])
 
 
-FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(_MAGIC,), single=True)
+FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(_MAGIC,), single=True, package="trimesh")

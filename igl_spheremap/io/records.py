@@ -64,3 +64,4 @@ class Format:
     radius: float = 1.0  # of spheres, by the custom of the format's users
     single: bool = False  # positions are held in float32
     ordered: bool = True  # vertices keep their order
+    package: str = ""  # of an extra, without which files are neither read nor written

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from ...errors import FileError, MeshError
+from ...errors import FileError, MeshError, import_optional
 from ...io import FORMATS, Format, LoadedMesh, check_writable, format_of
 from .failures import UsageError
 
@@ -69,8 +69,8 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         raise UsageError("OUT and --json can't both be stdout")
     if STREAM in (target, args.json) and sys.stdout is None:
         raise FileError("can't write stdout: it is closed")
-    if surface:
-        target_format(args)
+    if surface and (kind := target_format(args)).package:
+        import_optional(kind.package, kind.name, "io")
     inputs = {os.path.realpath(path) for path in _paths(args, _INPUTS)}
     for path in _paths(args, _OUTPUTS):
         check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 import numpy as np
 
 from ....draw.palette import colours
+from ....errors import import_optional
 from ....io import write_mesh, write_scalars, write_textured
 from ....shapes.texture import checker_image, texture_atlas
 from ....verify.vertex_maps import vertex_maps
@@ -40,6 +41,8 @@ def run(args: Namespace) -> Exit:
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
         raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
     check_outputs(args)
+    if args.show in _TEXTURES:
+        import_optional("PIL.Image", "a texture", "io")
     source, name, x = load_pair(args)
     figures: dict[str, object] = {"source": source.name, "sphere": name, "target": target, "show": args.show}
     args.progress.stage(f"writing {target}")

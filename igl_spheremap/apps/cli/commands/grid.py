@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....draw.palette import colours
+from ....errors import import_optional
 from ....io import write_picture
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
@@ -42,6 +43,8 @@ def run(args: Namespace) -> Exit:
     if args.rows < 1:
         raise UsageError(f"--rows {args.rows} is out of range: give a whole number from 1")
     check_outputs(args)
+    if target.lower().endswith(".png"):
+        import_optional("PIL.Image", "a picture", "io")
     source, name, x = load_pair(args)
     values = source.v if args.data is None else read_data(args.data, len(source.v), source.name)
     args.progress.stage(f"sampling {source.name}")
