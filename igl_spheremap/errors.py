@@ -5,8 +5,13 @@ A message names calls and arguments of this library; the command line prints its
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from importlib import import_module
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
 
@@ -64,3 +69,18 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
         package = _PACKAGES.get(name, name)
         hint = f" (the extra {extra!r} of igl_spheremap includes it)" if extra else ""
         raise FileError(f"{user} needs {package}, which is not installed: pip install {package}{hint}") from None
+
+
+def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a public function deaf to its caller's ``np.errstate``: it ignores overflow, division by zero and the like.
+
+    Functions check their results wherever these matter.
+    """
+    import numpy as np  # only here: the command line prints its help without it
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        with np.errstate(all="ignore"):
+            return function(*args, **kwargs)
+
+    return call

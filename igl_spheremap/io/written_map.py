@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FileError, MeshError
+from ..errors import FileError, MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_faces, check_rows
 from ..sphere.rows import row_lengths
@@ -68,6 +68,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     return SphereCheck(replace(certificate, off_sphere=off[~np.isin(off, certificate.not_finite)]), radius)
 
 
+@own_errstate
 def write_map(
     path: PathLike,
     result: SphereMap,
@@ -138,6 +139,7 @@ def write_sphere(
         return replace(_check_written(partial, path), moved=moved)
 
 
+@own_errstate
 def read_map(path: PathLike) -> SphereMap:
     """Read a whole map from an NPZ file.
 

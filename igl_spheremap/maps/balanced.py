@@ -12,7 +12,7 @@ from ..balance.family import Family
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Listener, Status
 from ..descent.recording import History
-from ..errors import FoldingsRemain
+from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import turn_to_gauss_map
@@ -28,6 +28,7 @@ from .spherical_conformal_map import spherical_conformal_map
 _SHORT = 0.3
 
 
+@own_errstate
 def balanced_spherical_map(
     v: ArrayLike,
     f: ArrayLike,
@@ -88,6 +89,7 @@ def balanced_spherical_map(
     return rebalance(conformal, balance, listener=listener)
 
 
+@own_errstate
 def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
     """Go on from a map without foldings to another balance of the same surface, as a slider does.
 

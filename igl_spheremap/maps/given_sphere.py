@@ -8,13 +8,14 @@ from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Status
-from ..errors import FoldingsRemain, MeshError
+from ..errors import FoldingsRemain, MeshError, own_errstate
 from ..mesh.check import check_mesh
 from ..verify.certificate import certify_checked
 from .run import check_start
 from .sphere_map import SphereMap
 
 
+@own_errstate
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     """Certify a sphere that another program made, for all that takes a `SphereMap`.
 

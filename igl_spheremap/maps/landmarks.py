@@ -12,7 +12,7 @@ from ..descent.energies.sum import SumEnergy
 from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from ..mesh.check import Mesh, check_rows
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
@@ -25,6 +25,7 @@ from .variational import descend, start_of
 FloatArray = NDArray[np.float64]
 
 
+@own_errstate
 def landmark_map(
     v: ArrayLike,
     f: ArrayLike,

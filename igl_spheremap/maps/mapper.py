@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..balance.family import Family
 from ..descent.iterate import Listener
 from ..descent.recording import History
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from ..mesh.check import check_mesh
 from ..operators.operators import build_operators
 from .balanced import check_balance, rebalance_checked
@@ -62,6 +62,7 @@ class SphereMapper:
     True
     """
 
+    @own_errstate
     def __init__(self, v: ArrayLike, f: ArrayLike, method: Auto = Auto()) -> None:  # noqa: B008 - it is frozen
         self.mesh = check_mesh(v, f)
         self.method = method
@@ -72,6 +73,7 @@ class SphereMapper:
         """What its balanced maps share."""
         return Family(self.mesh)
 
+    @own_errstate
     def map(
         self,
         start: ArrayLike | None = None,
@@ -112,6 +114,7 @@ class SphereMapper:
         return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
 
 
+    @own_errstate
     def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
         """Go on from a map of this surface to another balance; what depends on the mesh alone is made once.
 

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..descent.problem import p_harmonic_problem
+from ..errors import own_errstate
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from .run import run
@@ -13,6 +14,7 @@ from .sphere_map import SphereMap
 from .variational import descend, start_of
 
 
+@own_errstate
 def p_harmonic_map(
     v: ArrayLike,
     f: ArrayLike,

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..descent.line_search import BarzilaiBorwein
+from ..errors import own_errstate
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from .methods.lai2014 import lai2014
@@ -14,6 +15,7 @@ from .run import check_start, run
 from .sphere_map import SphereMap
 
 
+@own_errstate
 def minimize_harmonic_energy(
     v: ArrayLike,
     f: ArrayLike,
@@ -68,6 +70,7 @@ def minimize_harmonic_energy(
                            rho=rho, delta=delta, xi=xi, bb=bb, listener=listener)
 
 
+@own_errstate
 def remove_foldings(
     v: ArrayLike,
     f: ArrayLike,

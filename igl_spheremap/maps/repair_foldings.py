@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.recording import History
+from ..errors import own_errstate
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.mend import mend_locally
@@ -25,6 +26,7 @@ FloatArray = NDArray[np.float64]
 _UNIT = 1e-6
 
 
+@own_errstate
 def repair_foldings(
     v: ArrayLike,
     f: ArrayLike,

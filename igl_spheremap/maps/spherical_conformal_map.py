@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
+from ..errors import own_errstate
 from .options import METHODS, Auto, Gauge, Method, Polish
 
 if TYPE_CHECKING:
     from .sphere_map import SphereMap
 
 
+@own_errstate
 def spherical_conformal_map(
     v: ArrayLike,
     f: ArrayLike,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +41,7 @@ class Mesh:
     f: IntArray
 
 
+@own_errstate
 def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
 
@@ -78,6 +79,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     return Mesh(vertices, _unit_area(vertices, faces), faces)
 
 
+@own_errstate
 def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.
 

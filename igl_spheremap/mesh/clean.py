@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from .check import check_mesh, check_rows, check_triangles
 from .explain import components
 from .measure import enclosed_volume
@@ -49,6 +49,7 @@ class RepairedMesh:
         return iter((self.v, self.f))
 
 
+@own_errstate
 def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> RepairedMesh:
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh, where that needs no new geometry.
 

@@ -6,11 +6,13 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from .check import Mesh, check_mesh
 
 FloatArray = NDArray[np.float64]
 
 
+@own_errstate
 def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     """Gauss map: each vertex goes to its unit normal, Definition 1.
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import own_errstate
 from .animals import bird, dino, octopus
 from .cortex import brain
 from .helix import spring
@@ -42,6 +43,7 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(_SHAPES))
 
 
+@own_errstate
 def make(name: str, **parameters: Any) -> Mesh:
     """Make a sample by its name.
 
@@ -78,6 +80,7 @@ def make(name: str, **parameters: Any) -> Mesh:
     return _SHAPES[name](**parameters)
 
 
+@own_errstate
 def from_spec(spec: str) -> Mesh:
     """Make a sample from one string, as the command line takes it after ``sample:``.
 

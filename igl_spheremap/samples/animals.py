@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import own_errstate
 from .arguments import number
 from .implicit import mesh_implicit
 from .limbs import Limb, SmoothUnion, limb
@@ -69,6 +70,7 @@ OCTOPUS_MANTLE = (
 )
 
 
+@own_errstate
 def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
     """Four-legged dinosaur with a long neck and tail, walking along x.
 
@@ -86,6 +88,7 @@ def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
+@own_errstate
 def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
     """Bird in flight along x, with spread wings and tail.
 
@@ -110,6 +113,7 @@ def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
+@own_errstate
 def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[Float, Int]:
     """Octopus with eight arms.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import own_errstate
 from .arguments import number
 from .implicit import mesh_implicit
 from .limbs import SmoothUnion, limb
@@ -23,6 +24,7 @@ FISSURE = 0.12  # half width of the fissure between the hemispheres
 STEEPEST = 3.0  # walls of the deepest folds, against the hull
 
 
+@own_errstate
 def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
     """Two hemispheres with gyri and sulci, a cerebellum and a stem.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import own_errstate
 from .arguments import number
 from .rings import loft
 
@@ -15,6 +16,7 @@ TUBE = 0.22  # radius of the tube, where that of the coil is 1
 PITCH = 0.8  # rise in one turn
 
 
+@own_errstate
 def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[Float, Int]:
     """Tube along a helix of radius 1 about the z axis, closed by round ends.
 

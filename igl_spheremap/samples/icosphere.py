@@ -6,12 +6,14 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import own_errstate
 from .arguments import number
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 
+@own_errstate
 def sphere(n_vertices: int = 2562) -> tuple[Float, Int]:
     """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
 

@@ -11,6 +11,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from ..errors import own_errstate
 from .arguments import number
 from .rings import loft
 
@@ -51,12 +52,14 @@ class SurfaceOfRevolution:
     half_length: float = 1.0
     radius: tuple[float, ...] = (1.0,)
 
+    @own_errstate
     def __post_init__(self) -> None:
         if not (np.isfinite(self.half_length) and self.half_length > 0.0):
             raise ValueError(f"half_length must be positive, not {self.half_length}")
         if not np.all(self._rho(np.linspace(-1.0, 1.0, 1001)) > 0.0):
             raise ValueError(f"the radius polynomial {self.radius} is not positive on all of [-1, 1]")
 
+    @own_errstate
     def mesh(self, n_vertices: int = 4000) -> tuple[Float, Int]:
         """Near-equilateral triangles with all vertices on the surface.
 
@@ -79,11 +82,13 @@ class SurfaceOfRevolution:
         v = self.embed(np.stack([np.sin(t) * np.cos(angle), np.sin(t) * np.sin(angle), np.cos(t)], axis=1))
         return v, f
 
+    @own_errstate
     def embed(self, p: Float) -> Float:
         """Points of the surface for (n, 3) points p of the unit sphere, the same c and longitude."""
         rho = self._rho(p[:, 2])
         return np.stack([rho * p[:, 0], rho * p[:, 1], self.half_length * p[:, 2]], axis=1)
 
+    @own_errstate
     def conformal_map(self, v: Float) -> Float:
         """Exact conformal map of points of the surface to the unit sphere.
 
@@ -149,6 +154,7 @@ def _chebyshev(function: Callable[[Float], Float]) -> Chebyshev:
     return series
 
 
+@own_errstate
 def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[Float, Int]:
     """Spheroid about the z axis, ``SurfaceOfRevolution(aspect)``.
 
@@ -169,6 +175,7 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[Float, Int]:
     return SurfaceOfRevolution(half_length=aspect).mesh(n_vertices)
 
 
+@own_errstate
 def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[Float, Int]:
     """Two bulbs and a neck, ``SurfaceOfRevolution(2.5, (waist, 0, 2))``.
 
@@ -189,6 +196,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[Float, Int]:
     return SurfaceOfRevolution(half_length=2.5, radius=(waist, 0.0, 2.0)).mesh(n_vertices)
 
 
+@own_errstate
 def pear(n_vertices: int = 4000) -> tuple[Float, Int]:
     """Surface with a thick and a thin end, ``SurfaceOfRevolution(1.4, (1, -0.4, 0.1, 0.2))``.
 

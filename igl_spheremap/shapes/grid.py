@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_rows
 from ..sphere.rows import unit_rows
@@ -18,6 +18,7 @@ FloatArray = NDArray[np.float64]
 Kind = Literal["equirectangular", "gauss"]
 
 
+@own_errstate
 def to_grid(
     result: SphereMap,
     values: ArrayLike | None = None,
@@ -71,6 +72,7 @@ def to_grid(
     return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
 
 
+@own_errstate
 def from_grid(
     grid: ArrayLike, target: SphereMap | ArrayLike, kind: Kind = "equirectangular", labels: bool = False
 ) -> NDArray[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FoldingsRemain
+from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import check_directions, check_faces, check_rows
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, certify_checked
@@ -77,6 +77,7 @@ class SphereLocator:
     True
     """
 
+    @own_errstate
     def __init__(self, x: ArrayLike, f: ArrayLike) -> None:
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
@@ -86,6 +87,7 @@ class SphereLocator:
         low, high = _face_boxes(self.x, self.f)
         self._tree = BoxTree(low, high)
 
+    @own_errstate
     def locate(self, points: ArrayLike) -> Location:
         """Find the faces that hold points.
 

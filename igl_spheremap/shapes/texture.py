@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
+from ..errors import own_errstate
 from ..mesh.check import check_directions, check_triangles
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
@@ -36,6 +37,7 @@ class Atlas:
     f: IntArray
     weights: csr_matrix
 
+    @own_errstate
     def carry(self, values: ArrayLike) -> FloatArray:
         """Values at the atlas' vertices.
 
@@ -52,6 +54,7 @@ class Atlas:
         return np.asarray(self.weights @ np.asarray(values, dtype=np.float64))
 
 
+@own_errstate
 def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirectangular") -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.
 

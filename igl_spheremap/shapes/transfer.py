@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError
+from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_rows, check_triangles
 from ..samples import sphere as regular_sphere
@@ -56,6 +56,7 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     return np.einsum("ij,ij...->i...", location.weights, values[corners])
 
 
+@own_errstate
 def transfer(
     values: ArrayLike, source: SphereMap | SphereLocator, target: SphereMap | ArrayLike, labels: bool = False
 ) -> NDArray[Any]:
@@ -129,6 +130,7 @@ def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
     return regular_sphere(10 * 4 ** int(depth) + 2)
 
 
+@own_errstate
 def resample(source: SphereMap, to: str | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 

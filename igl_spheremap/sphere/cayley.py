@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from .rows import row_dots
 
 FloatArray = NDArray[np.float64]
 
 
+@own_errstate
 def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     r"""Move along the Cayley path of Theorem 1, which keeps the length of each row for every `tau`.
 

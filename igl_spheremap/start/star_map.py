@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ..errors import own_errstate
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
@@ -42,6 +43,7 @@ class EigenProjection:
     eigenvalues: FloatArray
 
 
+@own_errstate
 def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> EigenProjection:
     """Solve the eigenproblem weighted by the conformal factor of `x`, and take the star map.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from ..mesh.check import check_faces, check_rows
 from ..sphere.rows import along, row_lengths, scale_rows
 from .signs import determinant_signs, orientation_signs
@@ -72,6 +73,7 @@ class Certificate:
         return "not folding-free: " + "; ".join(faults)
 
 
+@own_errstate
 def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
     """Certify a map of a closed genus-0 mesh to the unit sphere, from whatever program it comes.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from ..mesh.check import Mesh, check_mesh, check_rows
 from ..mesh.measure import corner_angles, vertex_areas
 
@@ -12,6 +13,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+@own_errstate
 def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Change of every corner angle, image minus source, in degrees.
 
@@ -108,6 +110,7 @@ def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
     return float(np.degrees(np.abs(corner_angles(x, f) - source).mean()))
 
 
+@own_errstate
 def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, eq. (14).
 

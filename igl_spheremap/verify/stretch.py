@@ -6,12 +6,14 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from ..mesh.check import Mesh, check_mesh, check_rows
 from ..mesh.measure import face_areas
 
 FloatArray = NDArray[np.float64]
 
 
+@own_errstate
 def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Logarithm of image area over source area of every face, each surface having area 1.
 
@@ -54,6 +56,7 @@ def mesh_area_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
     return _log_ratio(image / image.sum(), source / source.sum())
 
 
+@own_errstate
 def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Logarithm of image length over source length of every edge, each surface having area 1.
 

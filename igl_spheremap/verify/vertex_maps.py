@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import own_errstate
 from ..mesh.check import check_mesh, check_rows
 from .distortion import mesh_angle_differences, mesh_conformal_factor
 
 FloatArray = NDArray[np.float64]
 
 
+@own_errstate
 def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArray]:
     """What a map does to areas and angles around each vertex.
 

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from ...errors import own_errstate
 from ...mesh.check import Mesh, check_mesh, check_rows
 from ...operators.laplacian import usable_laplacian
 from ...sphere.rows import inner
@@ -32,6 +33,7 @@ class HarmonicEnergy:
         return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 
+@own_errstate
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     """Harmonic energy of a map, eq. (6).
 

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from ...errors import own_errstate
 from ...mesh.check import Mesh, check_mesh, check_rows
 from ...operators.laplacian import is_usable, laplacian, mollified_edge_lengths
 from ...sphere.rows import row_dots
@@ -64,6 +65,7 @@ class PHarmonicEnergy:
         return value, self.sides.T @ side
 
 
+@own_errstate
 def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> float:
     """p-harmonic energy of a map, eq. (8).
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import MeshError
+from ...errors import MeshError, own_errstate
 from ...maps.sphere_map import SphereMap
 from ...mesh.check import check_rows
 from ...mesh.measure import vertex_areas
@@ -67,6 +67,7 @@ class SphericalHarmonics:
         """The largest degree L."""
         return degree_of(self.coefficients)
 
+    @own_errstate
     def evaluate(self, points: ArrayLike) -> FloatArray:
         """Values at points of the sphere, in the source's units and place.
 
@@ -82,6 +83,7 @@ class SphericalHarmonics:
         """
         return synthesis(self.coefficients, unit_rows(check_rows(points, name="points")))
 
+    @own_errstate
     def surface(self, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
         """The surface that the coefficients describe, on a mesh of the sphere.
 
@@ -107,6 +109,7 @@ class SphericalHarmonics:
         x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
         return self.evaluate(x), np.asarray(f, dtype=np.int64)
 
+    @own_errstate
     def error(self) -> FloatArray:
         """How far the sum up to each degree is from the source.
 
@@ -130,6 +133,7 @@ class SphericalHarmonics:
         diagonal = np.linalg.norm(np.ptp(source.values, axis=0))
         return np.asarray(100 * np.sqrt(total / source.areas.sum()) / diagonal)
 
+    @own_errstate
     def power(self) -> FloatArray:
         """Power of each degree, which no rotation of the sphere or of the surface about its centre changes.
 
@@ -140,6 +144,7 @@ class SphericalHarmonics:
         """
         return power(self.coefficients)
 
+    @own_errstate
     def rotated(self, R: ArrayLike) -> SphericalHarmonics:
         """The same shape with its sphere turned; the surface stays where it is.
 
@@ -164,6 +169,7 @@ class SphericalHarmonics:
         source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
         return SphericalHarmonics(rotate(self.coefficients, R), source)
 
+    @own_errstate
     def align(self, template: SphericalHarmonics | None = None) -> AlignedHarmonics:
         """Put sphere and surface into the frame of the first-order ellipsoid, its centre at the origin.
 
@@ -253,6 +259,7 @@ class AlignedHarmonics:
     sphere_rotation: FloatArray
 
 
+@own_errstate
 def spherical_harmonics(
     result: SphereMap, values: ArrayLike | None = None, degree: int = 15, oversampling: float = 4
 ) -> SphericalHarmonics:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...descent.iterate import Iterate, Listener
+from ...errors import own_errstate
 from ...maps.given_sphere import sphere_map
 from ...maps.options import METHODS
 from ...maps.repair_foldings import repair_foldings
@@ -93,6 +94,7 @@ class Registration:
         return self.candidates[0].correlation - self.candidates[1].correlation if len(self.candidates) > 1 else np.nan
 
 
+@own_errstate
 def register(
     moving: SphereMap,
     fixed: SphereMap,

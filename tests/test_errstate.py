@@ -1,0 +1,45 @@
+"""The caller's np.errstate decides nothing: numbers that over- and underflow on the way give the same results."""
+
+import inspect
+
+import numpy as np
+import pytest
+from triangulations import icosphere
+
+import igl_spheremap as ism
+
+X, F = icosphere(2)
+WILD = X * 10 ** np.random.default_rng(0).uniform(-200, 150, size=(len(X), 1))  # rows of all sizes
+FOLDED = np.where(np.isin(np.arange(len(X)), [3, 5])[:, None], -X, X)
+FILES = {"read_coefficients", "read_mesh", "write_coefficients", "write_mesh", "screenshot", "show"}  # no arithmetic
+
+
+@pytest.mark.parametrize("call", [
+    lambda: ism.check_mesh(WILD, F).v,
+    lambda: ism.certify(WILD, F).degree,
+    lambda: ism.certify(1e200 * X, F).off_sphere,
+    lambda: ism.cayley_update(X, X[::-1], 1e200),
+    lambda: ism.cayley_update(X, X[::-1], 1e-200),
+    lambda: ism.gauss_map(WILD, F),
+    lambda: ism.angle_differences(WILD, F, X),
+    lambda: ism.conformal_factor(WILD, F, X),
+    lambda: ism.harmonic_energy(WILD, F, X),
+    lambda: ism.p_harmonic_energy(WILD, F, X, 1.5),
+    lambda: ism.weighted_eigen_projection(X, F, FOLDED).star_map,
+    lambda: ism.spherical_conformal_map(1e-200 * X, F).sphere,
+    lambda: ism.repair_foldings(X, F, FOLDED).sphere,
+    lambda: ism.SphereLocator(X, F).locate(WILD[:40]).weights,
+    lambda: ism.texture_atlas(WILD, F).uv,
+    lambda: ism.samples.make("octopus", n_vertices=1500)[0],
+    lambda: ism.samples.make("spheroid", n_vertices=500, aspect=30)[0],
+], ids=lambda call: inspect.getsource(call).split(":")[1].split("(")[0].strip())
+def test_results_do_not_depend_on_the_callers_errstate(call):
+    with np.errstate(all="ignore"):
+        expected = call()
+    with np.errstate(all="raise"):
+        assert np.array_equal(call(), expected, equal_nan=True)
+
+
+def test_every_public_function_has_an_errstate_of_its_own():
+    functions = {name for name in ism.__all__ if inspect.isfunction(getattr(ism, name))}
+    assert {name for name in functions if not hasattr(getattr(ism, name), "__wrapped__")} == FILES
