@@ -1,6 +1,7 @@
 """Reports, plots, and what notebooks show."""
 
 import base64
+import ctypes
 import os
 import re
 import sys
@@ -10,7 +11,9 @@ import pytest
 from drawing import needs_drawing, run
 
 import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.report import write_report
+from igl_spheremap.apps.viewer import window
 from igl_spheremap.draw.markup import page, table
 from igl_spheremap.verify.figures import angle_figures
 
@@ -94,39 +97,36 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     assert len(text) < 1_500_000
 
 
-def test_a_report_without_opengl_says_why_it_has_no_pictures(tmp_path):
-    words = ["map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--report", tmp_path / "report"]
-    code = """
-import ctypes, sys
-def missing(name):
-    raise OSError(name)
-sys.platform, ctypes.CDLL = 'linux', missing
-from igl_spheremap.apps.cli import main
-sys.exit(main(sys.argv[1:]))
-"""
-    done = run([sys.executable, "-c", code, *map(str, words)])
-    assert done.returncode == 0, done.stderr
+def test_a_report_without_opengl_says_why_it_has_no_pictures(tmp_path, monkeypatch):
+    def missing(name):
+        raise OSError(name)
+
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(ctypes, "CDLL", missing)
+    monkeypatch.setattr(window, "_offscreen", None)  # as in a process that has drawn nothing
+    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--report", str(tmp_path / "report")]
+    assert main([*words, "-q"]) == 0
     assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
 def test_curves_are_drawn_in_the_format_that_is_named(tmp_path, name, start):
-    done = command("map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--plot", tmp_path / name)
-    assert done.returncode == 0, done.stderr
+    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--plot", str(tmp_path / name)]
+    assert main([*words, "-q"]) == 0
     assert (tmp_path / name).read_bytes().startswith(start)
 
 
-def test_a_plot_of_no_known_format_is_refused_before_the_work(tmp_path):
-    done = command("map", "sample:sphere:n_vertices=200", tmp_path / "out.obj", "--plot", tmp_path / "a.doc")
-    assert done.returncode == 64
-    assert len(done.stderr.splitlines()) == 1
+def test_a_plot_of_no_known_format_is_refused_before_the_work(tmp_path, capsys):
+    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--plot", str(tmp_path / "a.doc")]
+    assert main(words) == 64
+    assert len(capsys.readouterr().err.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @needs_drawing
 def test_view_draws_a_map_that_is_given(tmp_path):
     source, sphere = "sample:dino:n_vertices=1200", tmp_path / "sphere.npz"
-    assert command("map", source, sphere).returncode == 0
+    assert main(["map", source, str(sphere), "-q"]) == 0
     pictures = [tmp_path / f"{k}.png" for k in range(2)]
     for picture, words in zip(pictures, ([source, sphere], [sphere]), strict=True):
         done = command("view", *words, "--screenshot", picture, "--show", "angles")
@@ -134,10 +134,13 @@ def test_view_draws_a_map_that_is_given(tmp_path):
         assert picture.stat().st_size > 20_000
 
 
-def test_view_without_a_display_is_one_line(tmp_path):
-    done = run([sys.executable, "-m", "igl_spheremap", "view", "sample:sphere"], DISPLAY="", WAYLAND_DISPLAY="")
-    assert done.returncode == 70
-    assert len(done.stderr.splitlines()) == 1
+def test_view_without_a_display_is_one_line(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(window, "_offscreen", None)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["view", "sample:sphere"]) == 70
+    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_a_report_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):

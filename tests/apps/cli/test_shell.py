@@ -74,8 +74,8 @@ def test_a_full_disk_behind_stdout_is_one_line(tmp_path):
 
 
 def test_descriptors_of_closed_streams_are_not_given_to_files(tmp_path):
-    done = sh(f"$I map {BALL} out.obj >&- 2>&- <&- && $I check {BALL} out.obj -q", tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert sh(f"$I map {BALL} out.obj >&- 2>&- <&-", tmp_path).returncode == 0
+    assert main(["check", BALL, str(tmp_path / "out.obj"), "-q"]) == 0
 
 
 def test_numbers_have_points_where_people_write_commas(tmp_path):
