@@ -13,7 +13,7 @@ from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
 from ..errors import MeshError, own_errstate
-from ..mesh.check import Mesh, check_rows
+from ..mesh.check import Mesh, check_rows, plain_array
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows
@@ -123,7 +123,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     array([[0., 0., 1.],
            [1., 0., 0.]])
     """
-    index = np.asarray(vertices)
+    index = plain_array(vertices, "landmarks")
     if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
         raise MeshError("landmarks are no list of vertex indices; give one whole number each, at least one")
     bad = np.flatnonzero((index < 0) | (index >= n))
@@ -136,7 +136,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     bad = np.flatnonzero(~np.isfinite(length) | (length == 0))
     if len(bad):
         raise MeshError(f"the target of landmark {bad[0]} is zero or not finite; give a direction")
-    w = np.broadcast_to(np.asarray(weights, dtype=np.float64), index.shape)
+    w = np.broadcast_to(plain_array(weights, "weights").astype(np.float64), index.shape)
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):
         raise MeshError(f"the weight of landmark {bad[0]} is {w[bad[0]]:g}; give a finite one, not negative")

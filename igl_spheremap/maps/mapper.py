@@ -13,7 +13,7 @@ from ..balance.family import Family
 from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..errors import MeshError, own_errstate
-from ..mesh.check import check_mesh
+from ..mesh.check import check_mesh, plain_array
 from ..operators.operators import build_operators
 from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
@@ -143,7 +143,7 @@ class SphereMapper:
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:
     """Weights of sum 1; a MeshError where no Moebius map balances them."""
-    w = np.asarray(weights, dtype=np.float64)
+    w = plain_array(weights, "weights").astype(np.float64)
     if w.shape != (n,):
         raise MeshError(f"weights have shape {w.shape} but the mesh has {n} vertices; give one number each")
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))

@@ -112,12 +112,22 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     return faces
 
 
+def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
+    """`values` as an array, or MeshError where rows differ in length or entries are masked."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise MeshError(f"{name} are a masked array; give plain numbers and fill what is masked")
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
+
+
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
     """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
 
     Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
     """
-    array = _array(x, name)
+    array = plain_array(x, name)
     if array.dtype.kind not in "fiub":
         raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -142,7 +152,7 @@ def check_triangles(f: ArrayLike) -> IntArray:
 
     Raises MeshError for anything else, and where there are no faces.
     """
-    array = _array(f, "faces")
+    array = plain_array(f, "faces")
     if array.size == 0:
         raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -154,16 +164,6 @@ def check_triangles(f: ArrayLike) -> IntArray:
     elif array.dtype.kind not in "iu":
         raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
     return np.array(array, dtype=np.int64, order="C")
-
-
-def _array(values: ArrayLike, name: str) -> NDArray[Any]:
-    """`values` as an array; ragged and masked input is refused."""
-    if isinstance(values, np.ma.MaskedArray):
-        raise MeshError(f"{name} are a masked array; give plain numbers, without the masked rows")
-    try:
-        return np.asarray(values)
-    except ValueError as error:
-        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
 
 
 def _transposed(array: NDArray[Any]) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
-from ..mesh.check import check_rows
+from ..mesh.check import check_rows, plain_array
 from ..sphere.rows import unit_rows
 from .harmonics.transform import gauss_rows, grid_points, longitudes
 from .transfer import transfer
@@ -109,7 +109,7 @@ def from_grid(
     >>> bool(abs(heights - result.sphere[:, 2]).max() < 0.01)
     True
     """
-    values = np.asarray(grid)
+    values = plain_array(grid, "values of the grid")
     if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
         raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
     points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))

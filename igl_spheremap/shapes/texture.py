@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
 from ..errors import own_errstate
-from ..mesh.check import check_directions, check_triangles
+from ..mesh.check import check_directions, check_triangles, plain_array
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
 
@@ -51,7 +51,7 @@ class Atlas:
         (k,) or (k, d) float64 array
             Linear along cut edges.
         """
-        return np.asarray(self.weights @ np.asarray(values, dtype=np.float64))
+        return np.asarray(self.weights @ plain_array(values, "values").astype(np.float64))
 
 
 @own_errstate

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
-from ..mesh.check import check_rows, check_triangles
+from ..mesh.check import check_rows, check_triangles, plain_array
 from ..samples import sphere as regular_sphere
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
@@ -46,7 +46,7 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     >>> interpolate([10.0, 20.0, 30.0], f, location), interpolate([10, 20, 30], f, location, labels=True)
     (array([17.]), array([10]))
     """
-    values = np.asarray(values)
+    values = plain_array(values, "values")
     n = int(f.max()) + 1
     if len(values) != n:
         raise MeshError(f"{len(values)} values for {n} vertices; give one for each")

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
+from ..mesh.check import plain_array
 
 FloatArray = NDArray[np.float64]
 
 
 def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
     """Take data as (n, k) float64 rows, one for each vertex, or raise a MeshError that says why not."""
-    array = np.asarray(values)
+    array = plain_array(values, name)
     if array.dtype.kind not in "fiub":
         raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
     if array.ndim not in (1, 2) or len(array) != n_vertices:

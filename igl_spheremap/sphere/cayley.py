@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import own_errstate
+from ..mesh.check import check_rows
 from .rows import row_dots
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +33,11 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     (n, 3) float64 array
         Y[tau], each row as long as that of `x` up to rounding.
 
+    Raises
+    ------
+    MeshError
+        If an array is not real or not of that shape.
+
     References
     ----------
     Lai et al., Theorem 1. With T the part of H orthogonal to F and s = ``tau |F| |T| / 2`` its coefficients are those
@@ -43,7 +49,7 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     >>> ism.cayley_update([[0.0, 0.0, 1.0]], [[-1.0, 0.0, 5.0]], 2.0)
     array([[1., 0., 0.]])
     """
-    f, h = np.asarray(x, dtype=np.float64), np.asarray(h, dtype=np.float64)
+    f, h = check_rows(x), check_rows(h, name="directions")
     ff = row_dots(f, f)
     t = h - (row_dots(f, h) / ff)[:, None] * f
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))

@@ -167,3 +167,28 @@ def test_characteristic_two_is_not_enough():
     f = f.reshape(-1, 3)
     assert len(used) - len(f) * 3 // 2 + len(f) == 2
     assert "3 components" in fault(np.random.default_rng(0).normal(size=(len(used), 3)), f)
+
+
+def test_results_share_no_memory_with_what_was_given():
+    v, f, x = V.copy(), F.copy(), V.copy()
+    for result in (ism.spherical_conformal_map(v, f), ism.repair_foldings(v, f, x), ism.sphere_map(v, f, x)):
+        for made in (result.vertices, result.faces, result.sphere):
+            assert not any(np.shares_memory(made, given) for given in (v, f, x))
+
+
+@pytest.mark.parametrize("use", [
+    lambda masked: ism.certify(masked, F),
+    lambda masked: ism.repair_foldings(V, F, masked),
+    lambda masked: ism.cayley_update(V, masked, 1.0),
+    lambda masked: ism.angle_differences(V, F, masked),
+    lambda masked: ism.SphereLocator(V, F).locate(masked),
+    lambda masked: ism.transfer(masked[:, 0], ism.SphereLocator(V, F), V),
+    lambda masked: ism.texture_atlas(V, F).carry(masked),
+    lambda masked: ism.texture_atlas(masked, F),
+    lambda masked: ism.from_grid(masked[:4, :2], V),
+    lambda masked: ism.SphereMapper(V, F).map(weights=masked[:, 0] + 3),
+    lambda masked: ism.spherical_harmonics(ism.sphere_map(V, F, V), masked),
+])
+def test_masked_arrays_are_refused_wherever_arrays_are_taken(use):
+    with pytest.raises(ism.MeshError, match="are a masked array"):
+        use(np.ma.masked_array(V, V > 0.9))
