@@ -49,7 +49,7 @@ class History:
             self._listener(iterate)
 
 
-class Recording:
+class Recording(History):
     """Listener that keeps the numbers of every iterate, and as many positions as its budget holds.
 
     Where the positions outgrow the budget every second one is dropped, and from then on only every second
@@ -74,25 +74,25 @@ class Recording:
     """
 
     def __init__(self, f: IntArray, budget: int = BUDGET) -> None:
+        super().__init__()
         self._f = f
         self._budget = budget
         self._stride = 1
         self._lock = threading.Lock()
         self._frames: list[Frame] = []
-        self._steps: list[Step] = []
         self._foldings: list[int] = []
 
     def __call__(self, iterate: Iterate) -> None:
         """Keep the iterate."""
         foldings = int((orientation_signs(iterate.x, self._f) <= 0).sum())
         with self._lock:
-            frame = Frame(len(self._steps), iterate, foldings)
-            self._steps.append(iterate.step)
+            frame = Frame(len(self.steps), iterate, foldings)
+            super().__call__(iterate)
             self._foldings.append(foldings)
             if len(self._frames) > 1 and not self._stays(len(self._frames) - 1, frame):
                 self._frames.pop()  # it was kept only while it was the latest
             self._frames.append(frame)
-            while self._stride < len(self._steps) and len(self._frames) * iterate.x.nbytes > self._budget:
+            while self._stride < len(self.steps) and len(self._frames) * iterate.x.nbytes > self._budget:
                 self._thin()
 
     @property
@@ -105,7 +105,7 @@ class Recording:
     def history(self) -> tuple[Step, ...]:
         """The numbers of every iterate."""
         with self._lock:
-            return tuple(self._steps)
+            return tuple(self.steps)
 
     @property
     def foldings(self) -> IntArray:

@@ -54,18 +54,18 @@ class SphereMap:
     notes : tuple of str
         What was done beyond the ordinary, such as other weights where the mesh's own can't be used.
     settings : dict
-        The options that were given.
+        The method's options that are not at their defaults.
     gauge : str
-        "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says so where huge faces do
-        not bear it. "turned", of balanced maps: turned to the Gauss map only. "poles", only if asked for: the two
-        deepest tips at the poles.
+        "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says where that would fold
+        huge faces, so that the map is not quite centred. "turned", of balanced maps: turned to the Gauss map only.
+        "poles", only by that option: the two deepest tips at the poles. "given": left where another program put it.
     balance : float
         0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`.
     conformal : SphereMap, optional
         The conformal map that a balanced one started from.
     stretch : float
-        How far limbs beyond the reach of float64 had to be drawn out, as a ratio of lengths; 1 if none had to. Angles
-        had to give there.
+        By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was. Angles are
+        off there.
     """
 
     vertices: FloatArray
@@ -143,18 +143,7 @@ class SphereMap:
 
 
 def result_rows(result: SphereMap) -> list[tuple[str, str]]:
-    """What there is to say of a map, as labels and texts.
-
-    Parameters
-    ----------
-    result : SphereMap
-        A map.
-
-    Returns
-    -------
-    list of (str, str)
-        In the order of interest.
-    """
+    """Figures of a map as labels and texts, the most important first."""
     angles = angle_figures(result.angle_differences())
     backend = f", factorised by {result.backend}" if result.backend else ""
     options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
@@ -176,4 +165,3 @@ def result_rows(result: SphereMap) -> list[tuple[str, str]]:
         ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),
     ]
     return rows + [("note", note) for note in result.notes]
-

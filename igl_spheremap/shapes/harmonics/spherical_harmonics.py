@@ -47,7 +47,7 @@ class Expanded:
 class SphericalHarmonics:
     """Coefficients in the real orthonormal basis, and what they describe.
 
-    Y_lm is P_lm(cos theta) times 1 for m = 0, sqrt(2) cos(m phi) for m > 0 and sqrt(2) sin(|m| phi) for m < 0. P_lm
+    Y_lm is P_lm(cos theta) times 1 for m = 0, sqrt(2) cos(m phi) for m > 0 and ``sqrt(2) sin(|m| phi)`` for m < 0. P_lm
     makes exp(i m phi) P_lm orthonormal on the unit sphere and carries no Condon-Shortley phase (-1)^m.
 
     Attributes

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...descent.iterate import Iterate, Listener
 from ...errors import own_errstate
+from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import sphere_map
-from ...maps.options import METHODS
+from ...maps.options import METHODS, Auto
 from ...maps.repair_foldings import repair_foldings
 from ...maps.sphere_map import SphereMap
-from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.measure import face_areas
 from ...verify.certificate import certify_checked
 from .correlation import Candidate
@@ -49,7 +49,7 @@ class RegistrationStage:
     correlation : (k,) float64 array
         Of each feature as it was given, over the moving surface's area.
     strain : float
-        Mean of |log J| over the sphere, J the ratio of areas after and before; for "elastic" before means after the
+        Mean of ``|log J|`` over the sphere, J the ratio of areas after and before; for "elastic" before means after the
         Moebius map, else the moving sphere as it came.
     strain_95 : float
         What 95 percent of the sphere's area is below.
@@ -205,9 +205,11 @@ class _Course:
 
 def reflected(result: SphereMap) -> SphereMap:
     """The mirror image of a surface, mapped anew by the method and options that made its map."""
-    method = METHODS[result.method](**result.settings) if result.method in METHODS else "auto"
+    options = {name: value for name, value in result.settings.items() if name != "balance"}
+    method = METHODS[result.method](**options) if result.method in METHODS else Auto()
     mirrored = result.vertices * [-1.0, 1.0, 1.0]
-    return spherical_conformal_map(mirrored, np.ascontiguousarray(result.faces[:, ::-1]), method)
+    faces = np.ascontiguousarray(result.faces[:, ::-1])
+    return balanced_spherical_map(mirrored, faces, result.balance, method=method)
 
 
 def unfolded(result: SphereMap, x: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from igl_spheremap.shapes.harmonics.rotation import euler_rotation
 from igl_spheremap.shapes.registration.correlation import rotation_angle
 from igl_spheremap.shapes.registration.features import FeatureSurface
 from igl_spheremap.shapes.registration.picture import Picture
+from igl_spheremap.shapes.registration.register import reflected
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -128,6 +129,14 @@ def test_a_mirror_image_is_reflected_first(dino):
     assert np.array_equal(result.map.vertices, dino.vertices)
     assert np.array_equal(np.sort(result.map.faces), np.sort(dino.faces))
     assert np.abs(result.map.sphere - dino.sphere).max() < 1e-3
+
+
+def test_a_mirror_image_is_mapped_by_the_method_options_and_balance_of_its_map():
+    v, f = ism.samples.make("pear", n_vertices=600)
+    result = ism.balanced_spherical_map(v, f, 0.5, method=ism.Auto(tolerance=1e-5))
+    mirror = reflected(result)
+    assert (mirror.method, mirror.settings, mirror.balance) == (result.method, result.settings, 0.5)
+    assert mirror.certificate.folding_free
 
 
 def test_the_same_input_gives_the_same_bits():
