@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..mesh.measure import vertex_areas
-from ..operators.factor import Factor, factorize, refined_solve
+from ..operators.factor import Factor, factorize
 from ..sphere.rows import row_dots, tangent
 
 FloatArray = NDArray[np.float64]
@@ -60,16 +60,15 @@ class Diagonal(Metric):
 class SobolevH1(Metric):
     """P = L + tiny M, factorised: the harmonic energy's own Hessian, but for the sphere's curvature."""
 
-    P: sp.csr_matrix
     factor: Factor
 
     def solve(self, covector: FloatArray) -> FloatArray:
         """P^-1 times a covector, to a tenth where the factor is only approximate."""
-        return refined_solve(self.P, self.factor, covector, _ACCURACY)
+        return self.factor.solve(covector, _ACCURACY)
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """The sum of a . P b."""
-        return float(np.vdot(a, self.P @ b))
+        return float(np.vdot(a, self.factor.P @ b))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +79,6 @@ class SobolevH2(Metric):
     are continuous, and a penalty at single vertices has a gradient that does not fold their neighbourhood.
     """
 
-    P: sp.csr_matrix
     factor: Factor
     B: FloatArray
 
@@ -89,8 +87,7 @@ class SobolevH2(Metric):
         """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite."""
         B = vertex_areas(x, f)
         B = np.maximum(B, _LEAST_AREA * B.mean())
-        P = (L + sp.diags(B)).tocsr()
-        return cls(P, factorize(P), B)
+        return cls(factorize((L + sp.diags(B)).tocsr()), B)
 
     def solve(self, covector: FloatArray) -> FloatArray:
         """P^-1 B P^-1 times a covector."""
@@ -98,4 +95,4 @@ class SobolevH2(Metric):
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """The sum of P a . B^-1 P b."""
-        return float(np.vdot(self.P @ a, (self.P @ b) / self.B[:, None]))
+        return float(np.vdot(self.factor.P @ a, (self.factor.P @ b) / self.B[:, None]))

@@ -24,7 +24,6 @@ class Operators:
     """L, the vertex areas, and P^-1 for P = L + 1e-9 M."""
 
     L: sp.csr_matrix
-    P: sp.csr_matrix
     A: FloatArray  # vertex areas, none vanishing, with sum 1
     factor: Factor
     weights: Weights
@@ -44,13 +43,12 @@ def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotan
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
-        P = L + sp.diags_array(_REGULARISATION * A, format="csr")
         try:
-            factor = factorize(P, backend)
+            factor = factorize(L + sp.diags_array(_REGULARISATION * A, format="csr"), backend)
         except FactorisationFailed:
             if choice == "uniform":
                 raise
             notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             continue
         break
-    return Operators(L, P, A, factor, choice, tuple(notes))
+    return Operators(L, A, factor, choice, tuple(notes))

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
-from ..operators.factor import refined_solve
 from ..operators.operators import Operators
 from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
@@ -98,7 +97,7 @@ def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     gradients = 1j * opposite / (w[1].real * w[2].imag)  # of the hat functions: opposite edge, turned inwards
     load = np.zeros((len(mesh.v), 2))
     load[mesh.f[face]] = np.column_stack((gradients.real, -gradients.imag))
-    z = refined_solve(operators.P, operators.factor, load, _FINAL_ACCURACY)
+    z = operators.factor.solve(load, _FINAL_ACCURACY)
     return np.asarray(z[:, 0] + 1j * z[:, 1])
 
 
@@ -112,7 +111,7 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
-    green = refined_solve(operators.P, operators.factor, loads, _ACCURACY)
+    green = operators.factor.solve(loads, _ACCURACY)
     side, third = _in_its_plane(mesh, face)
     # A face without area is placed as an equilateral one: the affine correction finds its shape.
     target = np.array([side, third.conjugate()]) if third.imag > 0 else np.array([1, 0.5 - 0.75**0.5 * 1j])

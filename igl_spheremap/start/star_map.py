@@ -14,7 +14,7 @@ from ..errors import own_errstate
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
-from ..operators.factor import factorize, refined_solve
+from ..operators.factor import factorize
 from ..operators.laplacian import usable_laplacian
 from ..verify.distortion import mesh_conformal_factor
 
@@ -142,7 +142,7 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
         return values[1:4], vectors[:, 1:4]
     P = (A - _SIGMA * B).tocsr()
     factor = factorize(P)
-    inverse = LinearOperator((n, n), matvec=lambda b: refined_solve(P, factor, b, 1e-10), dtype=np.float64)
+    inverse = LinearOperator((n, n), matvec=lambda b: factor.solve(b, 1e-10), dtype=np.float64)
     start = np.ones(n) + np.sin(np.arange(n))  # fixed, so that every run gives the same numbers
     values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)
     order = np.argsort(values)

@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from .base import Factor, refined_solve
+from .base import Factor
 
-__all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize", "refined_solve"]
+__all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize"]
 
 #: Of each backend the module that it needs and the file here that drives it. The fastest measured comes first.
 _BACKENDS = {

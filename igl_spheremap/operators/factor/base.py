@@ -1,4 +1,4 @@
-"""What every solver looks like from outside, and solves to a stated accuracy with any of them."""
+"""What every solver looks like from outside."""
 
 from __future__ import annotations
 
@@ -13,22 +13,44 @@ Solver = Callable[[np.ndarray], np.ndarray]
 _MAX_STEPS = 200
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Factor:
-    """A fixed symmetric positive definite operator ``b -> P^-1 b``, exact or approximate."""
+    """A symmetric positive definite matrix and a fixed operator that is its inverse, exactly or about."""
 
     backend: str
-    n: int  # number of unknowns
+    P: sp.csr_matrix
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
-    exact: bool = True  # False for a multigrid cycle
+    exact: bool = True  # False for a multigrid cycle, which is symmetric positive definite, too
     nnz: int | None = None  # entries stored, where that is known without cost
 
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array."""
+    def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:
+        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
+
+        Where the operator is not exact it preconditions at most 200 steps of conjugate gradients, until the residual of
+        each column has fallen to `accuracy` times that of `b`, in the norm of P^-1.
+        """
         b = np.asarray(b, dtype=np.float64)
-        if b.ndim not in (1, 2) or b.shape[0] != self.n:
-            raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
-        return self.apply(b)
+        n = self.P.shape[0]
+        if b.ndim not in (1, 2) or b.shape[0] != n:
+            raise ValueError(f"right-hand side has shape {b.shape}; expected ({n},) or ({n}, k)")
+        return self.apply(b) if self.exact else self._refined(b.reshape(n, -1), accuracy).reshape(b.shape)
+
+    def _refined(self, b: np.ndarray, accuracy: float) -> np.ndarray:
+        """Conjugate gradients, column by column."""
+        r, x = b.copy(), np.zeros_like(b)
+        d = z = self.apply(r)
+        rz = first = np.einsum("ij,ij->j", r, z)
+        for _ in range(_MAX_STEPS):
+            if (rz <= accuracy**2 * first).all():
+                break
+            Pd = self.P @ d
+            alpha = _ratio(rz, np.einsum("ij,ij->j", d, Pd))
+            x += alpha * d
+            r -= alpha * Pd
+            z = self.apply(r)
+            before, rz = rz, np.einsum("ij,ij->j", r, z)
+            d = z + _ratio(rz, before) * d
+        return x
 
 
 def reordered(order: np.ndarray, solve: Solver) -> Solver:
@@ -40,31 +62,6 @@ def reordered(order: np.ndarray, solve: Solver) -> Solver:
         return x
 
     return apply
-
-
-def refined_solve(P: sp.csr_matrix, factor: Factor, b: np.ndarray, rtol: float = 1e-6) -> np.ndarray:
-    """Solve ``P x = b``: at once by an exact factor, else by at most 200 steps of conjugate gradients.
-
-    `rtol` is the residual to reach in each column, in the norm of P^-1 and relative to that of `b`.
-    """
-    if factor.exact:
-        return factor.solve(b)
-    r = np.array(b, dtype=np.float64).reshape(len(b), -1)
-    x = np.zeros_like(r)
-    z = factor.solve(r)
-    d = z
-    rz = first = np.einsum("ij,ij->j", r, z)
-    for _ in range(_MAX_STEPS):
-        if (rz <= rtol**2 * first).all():
-            break
-        Pd = P @ d
-        alpha = _ratio(rz, np.einsum("ij,ij->j", d, Pd))
-        x += alpha * d
-        r -= alpha * Pd
-        z = factor.solve(r)
-        before, rz = rz, np.einsum("ij,ij->j", r, z)
-        d = z + _ratio(rz, before) * d
-    return x.reshape(np.shape(b))
 
 
 def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ def build(P: sp.csc_matrix) -> Factor:
         x = cholmod.spsolve(symbolic, sparse(matrix(np.asfortranarray(b.reshape(len(b), -1)))))
         return np.asarray(matrix(x)).reshape(b.shape)
 
-    return Factor("cvxopt", P.shape[0], reordered(order, solve))
+    return Factor("cvxopt", P.T, reordered(order, solve))
 
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:

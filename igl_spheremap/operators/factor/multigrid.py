@@ -50,9 +50,9 @@ def build(P: sp.csc_matrix) -> Factor:
     nnz = sum(level.A.nnz + 2 * level.prolong.nnz for level in levels) + (coarsest.nnz or 0)
 
     def cycle(b: np.ndarray) -> np.ndarray:
-        return _cycle(levels, coarsest.solve, b.reshape(len(b), -1)).reshape(b.shape)
+        return _cycle(levels, coarsest.apply, b.reshape(len(b), -1)).reshape(b.shape)
 
-    return Factor("multigrid", P.shape[0], reordered(order, cycle), exact=False, nnz=nnz)
+    return Factor("multigrid", P.T, reordered(order, cycle), exact=False, nnz=nnz)
 
 
 def _coarsen(A: sp.csr_matrix) -> _Level:

@@ -37,7 +37,7 @@ def build(P: sp.csc_matrix) -> Factor:
         raise FactorisationFailed(f"SuperLU: {error}") from error
     solve = reordered(order, lu.solve)
     _probe(P, solve)
-    return Factor("scipy", P.shape[0], solve, nnz=lu.nnz)
+    return Factor("scipy", P.T, solve, nnz=lu.nnz)
 
 
 def _probe(P: sp.csc_matrix, solve: Solver) -> None:
