@@ -1,1 +1,1 @@
-"""One loop of minimisation, many energies and metrics."""
+"""How an energy is minimised: one loop, with any energy, metric and solver."""

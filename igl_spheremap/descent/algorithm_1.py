@@ -32,32 +32,18 @@ class CayleyBB:
     be confined to the set of diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy.
     And the search gives up, visibly, when no step above rounding lowers the energy.
 
-    Parameters
-    ----------
-    rho : float
-        Share of the predicted decrease that a step must reach.
-    delta : float
-        Factor by which a refused step is shortened.
-    xi : float
-        Memory of the nonmonotone search.
-    bb : {"alternating", "tau_1", "tau_2"}
-        Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
-        iterations and tau_2 at even ones.
-    tau_0 : float
-        First step tried, in units of the source's area; the paper suggests 1.
-    keep_injective : bool
-        Whether steps that fold are refused if the start has no foldings.
-
-    References
-    ----------
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
     """
 
+    #: As of `NonmonotoneSearch`.
     rho: float = 1e-4
     delta: float = 0.1
     xi: float = 0.85
+    #: Which quotient is the first step tried; "alternating" takes tau_1 at odd iterations and tau_2 at even ones.
     bb: BarzilaiBorwein = "alternating"
+    #: First step tried at the start, in units of the source's area; the paper suggests 1.
     tau_0: float = 1.0
+    #: Whether steps that fold are refused if the start has no foldings.
     keep_injective: bool = False
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:

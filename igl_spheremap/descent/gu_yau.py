@@ -28,22 +28,15 @@ _SLACK = 1.02
 class ProjectedDescent:
     """Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map.
 
-    Parameters
-    ----------
-    step : float
-        Step size in the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
-        ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
-    stage : str
-        What the iterates are called.
-
-    References
-    ----------
-    Gu and Yau 2002, *Computing conformal structures of surfaces* (reference [1] of Lai et al.); Gu, Wang,
-    Chan, Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface
-    mapping*, algorithms 1 and 2. They leave the step to the user.
+    Gu and Yau 2002, *Computing conformal structures of surfaces* (reference [1] of Lai et al.); Gu, Wang, Chan,
+    Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface mapping*,
+    algorithms 1 and 2. They leave the step to the user.
     """
 
+    #: In the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
+    #: ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
     step: float = 1.8
+    #: What the iterates are called.
     stage: str = "harmonic"
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
@@ -74,12 +67,10 @@ def step_metric(L: sp.csr_matrix, uniform: bool = False) -> Diagonal:
 
 
 def largest_eigenvalue(L: sp.csr_matrix) -> float:
-    """Upper bound of the spectrum of a positive semidefinite matrix, tight to a few percent.
+    """Upper bound of the spectrum of a positive semidefinite matrix, tight to 3 percent.
 
     By Lanczos from a fixed start; Gershgorin's bound for matrices too small for it.
 
-    Examples
-    --------
     >>> L = sp.diags_array(np.arange(10.0) ** 3).tocsr()
     >>> largest_eigenvalue(L)
     729.0

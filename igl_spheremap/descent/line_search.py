@@ -27,32 +27,21 @@ class Accepted(Generic[T]):
 class NonmonotoneSearch:
     """Backtracking against a running average of the energies seen, Algorithm 1, steps 3 and 5.
 
-    Parameters
-    ----------
-    energy : float
-        Energy at the start: C_0.
-    rho : float
-        Share of the predicted decrease that is asked for.
-    delta : float
-        Factor by which a refused step is shortened.
-    xi : float
-        Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
-
-    References
-    ----------
     Zhang and Hager 2004, *A nonmonotone line search technique and its application to unconstrained optimization*.
 
-    Examples
-    --------
     >>> search = NonmonotoneSearch(energy=1.0)
     >>> step = search.search(lambda tau: ((1 - tau) ** 2, None), tau=4.0, slope=-2.0)
     >>> round(step.tau, 3)
     0.4
     """
 
+    #: At the start: C_0.
     energy: float
+    #: Share of the predicted decrease that is asked for.
     rho: float = 1e-4
+    #: Factor by which a refused step is shortened.
     delta: float = 0.1
+    #: Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
     xi: float = 0.85
 
     def __post_init__(self) -> None:
@@ -62,8 +51,8 @@ class NonmonotoneSearch:
     def search(self, trial: Callable[[float], tuple[float, T]], tau: float, slope: float) -> Accepted[T] | None:
         """Shorten `tau` until the energy is below the line that starts at the running average.
 
-        `trial` takes a step size, and returns the energy there and anything worth keeping; `slope` is the derivative
-        of the energy along the path at 0. None if no size above rounding is acceptable.
+        `trial` takes a step size, and returns the energy there and whatever the caller wants back; `slope` is the
+        derivative of the energy along the path at 0. None if no size above rounding is acceptable.
         """
         for _ in range(_MAX_REDUCTIONS):
             energy, extra = trial(tau)

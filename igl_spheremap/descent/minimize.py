@@ -12,7 +12,7 @@ from ..verify.distortion import mean_angle_difference
 from .iterate import Iterate, Listener, Round, Status
 from .problem import Problem
 
-#: Steps over which a plateau is judged: Barzilai-Borwein energies go up and down over some tens.
+#: Steps over which a plateau is judged: Barzilai-Borwein energies oscillate with periods of tens.
 _WINDOW = 100
 
 
@@ -45,24 +45,11 @@ def minimize(
     listener: Listener | None = None,
     round: int = 0,
 ) -> Minimum:
-    """Run a solver until its residual is small.
+    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2.
 
-    Parameters
-    ----------
-    iterates : iterator of Iterate
-        What a solver yields: its start, then every iterate; it ends where no step is acceptable.
-    tolerance : float
-        The run has converged when the residual is at most this, Algorithm 1, step 2. Each solver says what its
-        residual is.
-    max_iterations : int
-        The run ends after so many steps.
-    plateau : float
-        The run has also converged when the lowest energy fell by less than this share of it over the last 100 steps.
-        0 switches this rule off.
-    listener : callable, optional
-        Called with every iterate; may raise StopIteration.
-    round : int
-        Folding-removal round to stamp on the iterates.
+    The solver yields its start, then every iterate, and ends where no step is acceptable; what the residual is depends
+    on the solver. The run has also converged when the lowest energy fell by less than the share `plateau` over the last
+    100 steps; 0 switches this rule off. A listener may raise StopIteration. `round` is stamped on the iterates.
     """
     energies: list[float] = []
     status = Status.STALLED

@@ -80,7 +80,7 @@ class PreconditionedCayley:
 def _boost(x: FloatArray, g: FloatArray, density: FloatArray) -> FloatArray:
     """Boost to take out of the covector `g` in proportion to the density, so that it sums to zero.
 
-    A uniform shift would load the vertices of limbs, whose image is tiny, as much as all others, and spoil them.
+    A uniform shift would load the vertices of limbs, whose image is tiny, like all others, and distort them.
     """
     gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
     return np.linalg.solve(gram, g.sum(axis=0))

@@ -25,27 +25,17 @@ Trial = Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """All that a solver has to know of the mesh; what else it takes are its own options.
-
-    Attributes
-    ----------
-    energy : Energy
-        The objective.
-    metric : Metric
-        In which its gradient is taken.
-    A : (n,) float64 array
-        Vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
-    f : (m, 3) int64 array
-        Faces.
-    gauge : bool
-        True if the energy does not tell Moebius-equivalent maps apart but for its discretisation error: boosts are
-        kept out of the descent then (see `remove_boosts`), and the map is kept centred.
-    """
+    """All that a solver has to know of the mesh; what else it takes are its own options."""
 
     energy: Energy
+    #: In which the gradient is taken.
     metric: Metric
+    #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
     A: FloatArray
+    #: (m, 3) faces.
     f: NDArray[np.int64]
+    #: True if the energy is the same for Moebius-equivalent maps, but for its discretisation error: boosts are kept out
+    #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True
 
     @classmethod
@@ -111,8 +101,6 @@ def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArr
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
 
-    Examples
-    --------
     >>> from igl_spheremap.sphere.rows import tangent
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> boost = tangent(x, np.tile([1.0, 2.0, 3.0], (6, 1)))

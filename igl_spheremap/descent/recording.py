@@ -19,17 +19,7 @@ BUDGET = 400_000_000
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """An iterate that was kept.
-
-    Attributes
-    ----------
-    index : int
-        Its place among all iterates of the run, those that were dropped included.
-    iterate : Iterate
-        With its positions, read-only.
-    foldings : int
-        Faces that are flipped or degenerate in it.
-    """
+    """An iterate that was kept, its place among all iterates of the run, and how many of its faces are folded."""
 
     index: int
     iterate: Iterate

@@ -57,7 +57,7 @@ def landmark_map(
     targets : (k, 3) array_like
         Their targets, as directions.
     weights : float or (k,) array_like
-        Of the squared chords, against an energy of about 4 pi; 100 leaves misses of some thousandths.
+        Of the squared chords, against an energy of about 4 pi; 100 leaves distances of thousandths.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.

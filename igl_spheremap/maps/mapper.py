@@ -1,4 +1,4 @@
-"""Many maps of one surface: its Laplacian is factorised once, and each map costs three or four solves."""
+"""Maps of one surface from any start, with any weights, by one factorisation of its Laplacian."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 class SphereMapper:
-    """The stateful twin of `spherical_conformal_map`, for many maps of one surface.
+    """The stateful twin of `spherical_conformal_map`, for repeated maps of one surface.
 
     Parameters
     ----------

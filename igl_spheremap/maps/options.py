@@ -43,7 +43,7 @@ class Auto(Method):
         "poles" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
         the map is better for it; the result's ``gauge`` says which it is.
     polish : {"angles", "mips"}, optional
-        Lower the angle differences themselves (the mean falls by 10 percent or more on many meshes), or the MIPS
+        Lower the angle differences themselves (the mean falls by 10 percent and more on meshes with limbs), or the MIPS
         energy (the largest differences fall), when the map is done. Nothing by default.
 
     Raises
@@ -87,7 +87,7 @@ class Lai2014(Method):
         Iterations at the most, counted anew for each round.
     plateau : float
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
-        limbs creep for thousands of iterations after all else has settled.
+        limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int
         Eigen-projections at the most; 0 is Algorithm 1 alone.
     rho : float

@@ -92,8 +92,8 @@ def repair_foldings(
     before = certify_checked(y, mesh.f)
     record("map", y)
     if not before.folding_free:
-        y = mend_locally(mesh, y, None if listener is None else lambda part: record("mending", part))
-        record("mended", y)
+        y = mend_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
+        record("repaired", y)
     if polish is not None:
         y = polish_map(mesh, y, polish)
         record("polished", y)

@@ -55,7 +55,7 @@ def spherical_conformal_map(
     ------
     MeshError
         If `v, f` is no closed, oriented, connected genus-0 mesh: one line that says what is wrong, where, and what
-        would mend it.
+        would fix it.
     ValueError
         If the method or an option's value is unknown.
     TypeError

@@ -27,33 +27,22 @@ _SHIFTS = (1e-10, 1e-6, 1e-3)
 
 @dataclass(frozen=True, eq=False)
 class FlatMetric:
-    """Edge lengths ``exp((u_i + u_j) / 2) l_ij`` that make a mesh without one vertex and its star flat.
+    """Edge lengths ``exp((u_i + u_j) / 2) l_ij`` that make a mesh without one vertex and its star flat."""
 
-    Attributes
-    ----------
-    vertex : int
-        The vertex that was taken out; it lies at infinity.
-    u : (n,) float64 array
-        Logarithmic scale factors. All edges to the vertex at infinity are scaled to length 1.
-    faces : (k, 3) int64 array
-        The faces that are left.
-    angles : (k, 3) float64 array
-        Their angles in radians, which sum to 2 pi around each inner vertex.
-    log_lengths : (k, 3) float64 array
-        Logarithms of their sides, each opposite its corner.
-    broken : int64 array
-        Faces of the mesh in which one side is longer than the two others together, so that there is no flat
-        metric but for them. The theory asks for other edges (flips) there, which would be another mesh.
-    iterations : int
-        Newton steps.
-    """
-
+    #: The vertex that was taken out; it lies at infinity.
     vertex: int
+    #: (n,) logarithmic scale factors; all edges to the vertex at infinity are scaled to length 1.
     u: FloatArray
+    #: (k, 3) faces that are left.
     faces: IntArray
+    #: (k, 3) angles in radians, which sum to 2 pi around each inner vertex.
     angles: FloatArray
+    #: (k, 3) logarithms of the sides, each opposite its corner.
     log_lengths: FloatArray
+    #: Faces of the mesh in which one side is longer than the two others together, so that there is no flat metric but
+    #: for them. The theory asks for other edges (flips) there, which would be another mesh.
     broken: IntArray
+    #: Newton steps.
     iterations: int
 
 

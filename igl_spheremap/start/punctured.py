@@ -22,7 +22,7 @@ IntArray = NDArray[np.int64]
 
 #: Faces that are looked at for the affine correction, and for a face to puncture.
 _SAMPLE = 4000
-#: A larger mean Beltrami coefficient says that the punctured face was a bad one.
+#: A larger mean Beltrami coefficient comes of a badly shaped punctured face.
 _LARGEST_STRETCH = 0.5
 #: One larger than this comes of slivers; correcting it would flatten the plane.
 _LARGEST_CORRECTION = 0.95
@@ -59,7 +59,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
             break
     if not tried:
         return center(mesh_gauss_map(mesh), operators.A)
-    if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it says nothing
+    if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it can't rank maps
         return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
     return min(tried, key=lambda pair: pair[0])[1]
 
@@ -154,11 +154,11 @@ def _in_its_plane(mesh: Mesh, face: int) -> tuple[float, complex]:
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
-    some = slice(None, None, max(1, len(z) // _SAMPLE))  # which half is a matter of scale: centring decides it
-    w = weights[some]
-    z = z - complex(_middle(z.real[some], w), _middle(z.imag[some], w))
+    sample = slice(None, None, max(1, len(z) // _SAMPLE))  # an estimate is enough: centring comes later
+    w = weights[sample]
+    z = z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
     radius = np.abs(z)
-    middle = _middle(radius[some], w)
+    middle = _middle(radius[sample], w)
     z = z / (middle if middle > 0 else radius.max())
     z = z / np.maximum(np.abs(z) / INFINITE, 1)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))

@@ -27,29 +27,10 @@ def unfold(
     rounds: int,
     listener: Listener | None = None,
 ) -> Candidate:
-    """Alternate Algorithm 1 and eigen-projection until no folding is left.
+    """Alternate Algorithm 1, `descend`, and up to `rounds` eigen-projections until no folding is left.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    problem : Problem
-        Its harmonic energy.
-    x : (n, 3) float64 array
-        The first map.
-    name : str
-        What the first map is called in the record.
-    descend : callable
-        Algorithm 1, from the start of a round.
-    rounds : int
-        Eigen-projections at the most.
-    listener : callable, optional
-        Called with the start of every round.
-
-    Returns
-    -------
-    Candidate
-        The map of the round that left the fewest foldings, of the last such, and the record of all rounds.
+    `name` is what the first map is called in the record; the listener sees the start of every round. The map is that of
+    the round that left the fewest foldings, of the last such.
     """
     done: list[Round] = []
     x = problem.centred(x)

@@ -13,36 +13,23 @@ from ..verify.certificate import Certificate
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A map, and what is known of it.
+    """A map, and what is known of it."""
 
-    Attributes
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    energy : float
-        Harmonic energy.
-    status : Status
-        How its minimisation ended.
-    rounds : tuple of Round
-        Foldings before and after each round, where there were rounds.
-    certificate : Certificate, optional
-        Of `x`, which is in its final gauge then and may not be moved any more.
-    gauge : str
-        "centred", or "poles".
-    stretch : float
-        By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was.
-    backend : str
-        The factorisation that was used, if one was.
-    notes : tuple of str
-        What was done beyond the ordinary.
-    """
-
+    #: (n, 3) unit rows.
     x: NDArray[np.float64]
+    #: Harmonic energy.
     energy: float
+    #: How its minimisation ended.
     status: Status
+    #: Foldings before and after each round, where there were rounds.
     rounds: tuple[Round, ...] = ()
+    #: Of `x`, which is in its final gauge then and may not be moved any more.
     certificate: Certificate | None = None
+    #: As of `SphereMap`.
     gauge: str = "centred"
+    #: By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was.
     stretch: float = 1.0
+    #: The factorisation that was used, if one was.
     backend: str = ""
+    #: What was done beyond the ordinary.
     notes: tuple[str, ...] = ()

@@ -9,8 +9,6 @@ from triangulations import icosphere, unit
 from igl_spheremap import samples
 from igl_spheremap.descent.iterate import Status
 from igl_spheremap.descent.preconditioned import harmonic_map
-from igl_spheremap.errors import MeshError
-from igl_spheremap.maps.repair_foldings import repair_foldings
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
@@ -140,41 +138,6 @@ def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mended = _untangle(mesh, operators, x, poles=True)
     assert mended.gauge == "centred"
     assert (mended.x == x).all()
-
-
-def test_any_map_is_mended_and_the_listener_sees_foldings_vanish(folded):
-    mesh, _, x = folded
-    seen = []
-    result = repair_foldings(mesh.v, mesh.f, x, listener=seen.append)
-    assert result.certificate.folding_free
-    assert seen[0].residual == certify(x, mesh.f).foldings > 0
-    assert seen[-1].residual == 0
-    assert {it.stage for it in seen} == {"map", "mending", "mended"}
-
-
-def test_a_good_map_of_another_program_stays_bit_for_bit():
-    x, f = icosphere(2)
-    single = x.astype(np.float32)
-    result = repair_foldings(x, f, single)
-    assert (result.sphere == single).all()
-    assert result.certificate.folding_free
-
-
-def test_a_map_turned_inside_out_is_reflected():
-    x, f = icosphere(3)
-    v = x * [1.0, 1.1, 1.2]
-    result = repair_foldings(v, f, -x)
-    assert result.certificate.folding_free
-    assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(angle_differences(v, f, x)).mean())
-
-
-@pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
-def test_rows_without_direction_are_refused(bad):
-    x, f = icosphere(1)
-    y = x.copy()
-    y[5] = bad
-    with pytest.raises(MeshError):
-        repair_foldings(x, f, y)
 
 
 @pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])

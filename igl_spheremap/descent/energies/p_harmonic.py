@@ -19,23 +19,15 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PHarmonicEnergy:
-    """The integral of ``|grad F|^p / p`` over the source, for a map that is linear on each face.
+    """The integral of ``|grad F|^p / p`` over the source, for a map that is linear on each face."""
 
-    Attributes
-    ----------
-    p : float
-        Exponent above 1; 2 gives the harmonic energy.
-    sides : (3 m, n) sparse matrix
-        Takes positions to the vectors along the side opposite each corner.
-    half_cotangents : (m, 3) float64 array
-        Of the source's corners.
-    areas : (m,) float64 array
-        Of the source's faces, positive.
-    """
-
+    #: Exponent above 1; 2 gives the harmonic energy.
     p: float
+    #: (3 m, n), takes positions to the vectors along the side opposite each corner.
     sides: sp.csr_matrix
+    #: (m, 3), of the source's corners.
     half_cotangents: FloatArray
+    #: (m,), of the source's faces, positive.
     areas: FloatArray
 
     @classmethod
