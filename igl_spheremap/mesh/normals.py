@@ -11,6 +11,11 @@ from .check import Mesh, check_mesh
 
 FloatArray = NDArray[np.float64]
 
+#: Shorter normals have lost digits, for their squares underflow.
+_SHORTEST = np.sqrt(np.finfo(float).tiny)
+#: Sums of unit vectors shorter than this are rounding.
+_CANCELLED = 4096 * np.finfo(float).eps
+
 
 @own_errstate
 def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
@@ -60,7 +65,7 @@ def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
     Where nothing has a direction, all get the z axis.
     """
     length = np.linalg.norm(x, axis=1)
-    known = np.isfinite(length) & (length > 0.5e-150)
+    known = np.isfinite(length) & (length > _SHORTEST)
     if known.all():
         return x / length[:, None]
     x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)
@@ -73,7 +78,7 @@ def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
         total = np.column_stack([np.bincount(reach[:, 1], x[reach[:, 0], k], minlength=len(x)) for k in range(3)])
         new = np.unique(reach[:, 1])
         size = np.linalg.norm(total[new], axis=1)
-        flat = size < 1e-12
+        flat = size < _CANCELLED
         if flat.any():  # opposite neighbours cancel: any one of them will do then
             _, first = np.unique(reach[:, 1], return_index=True)
             total[new[flat]] = x[reach[first[flat], 0]]

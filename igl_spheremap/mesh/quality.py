@@ -85,7 +85,7 @@ def mesh_quality(mesh: Mesh) -> MeshQuality:
         smallest_angle=float(np.degrees(smallest)),
         largest_angle=float(np.degrees(largest)),
         slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
-        zero_area_faces=int((areas <= 1e-15 * areas.mean()).sum()),
+        zero_area_faces=int((areas <= 4 * np.finfo(float).eps * areas.mean()).sum()),
         non_delaunay_edges=_non_delaunay(f, angles, len(p)),
         coincident_vertices=len(p) - len(weld(p)[0]),
         largest_valence=int(np.bincount(i).max()),

@@ -9,7 +9,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips. Meshes that no bound
-#: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can turn a few edges for ever.
+#: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can turn edges to and fro for ever.
 _ROUNDS = 400
 _FLIPS_PER_FACE, _FLIPS_AT_LEAST = 6, 100_000
 #: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.

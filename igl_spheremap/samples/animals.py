@@ -143,10 +143,10 @@ def _arm(k: int, circumferences: float) -> Limb:
     length = circumferences * np.pi * (root + tip)
     t = np.linspace(0.0, 1.0, 16 + int(12 * circumferences))
     s = length * t
-    untangle = -0.9 * np.exp(-s / 0.6) + 1.1 * t**4
+    rise = -0.9 * np.exp(-s / 0.6) + 1.1 * t**4
     swing = 0.6 * np.sin(2.6 * s + 2.4 * k) * np.clip(s - 0.3, 0.0, 1.0) + 0.25 * np.pi * (k + 0.5)
-    out = np.cos(untangle)
-    direction = np.stack([out * np.cos(swing), out * np.sin(swing), np.sin(untangle)], axis=1)
+    out = np.cos(rise)
+    direction = np.stack([out * np.cos(swing), out * np.sin(swing), np.sin(rise)], axis=1)
     steps = 0.5 * (direction[1:] + direction[:-1]) * (length / (len(t) - 1))
     start = np.array([0.4 * np.cos(swing[0]), 0.4 * np.sin(swing[0]), 0.55])
     return Limb(np.concatenate([start[None], start + np.cumsum(steps, axis=0)]), root + (tip - root) * t)

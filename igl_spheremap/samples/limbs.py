@@ -11,24 +11,16 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 Float = NDArray[np.float64]
 
-NEGLIGIBLE = 20.0  # limbs so many blend lengths apart don't feel each other: exp(-20) = 2e-9
+NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20) = 2e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """Union of round balls along a polyline, their radius linear on each segment.
+    """Union of round balls along a polyline, their radius linear on each segment."""
 
-    Attributes
-    ----------
-    centres : (k, 3) ndarray
-    radii : (k,) ndarray
-    squash : tuple of 3 floats
-        The limb is made in space divided by these factors: below 1 it becomes flat along that axis.
-    """
-
-    centres: Float
-    radii: Float
-    squash: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    centres: Float  # (k, 3)
+    radii: Float  # (k,)
+    squash: tuple[float, float, float] = (1.0, 1.0, 1.0)  # space is divided by these: below 1, flat along an axis
 
     def __call__(self, points: Float) -> Float:
         """Lower bound of the distance of (k, 3) points to the limb, negative inside."""
@@ -63,7 +55,7 @@ def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = 
 
 @dataclass(frozen=True, eq=False)
 class SmoothUnion:
-    """Union of limbs, blended where they are within a few ``blend`` lengths of each other."""
+    """Union of limbs, blended where they are closer than `NEGLIGIBLE` blend lengths."""
 
     limbs: tuple[Limb, ...]
     blend: float

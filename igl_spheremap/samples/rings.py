@@ -12,25 +12,10 @@ Int = NDArray[np.int64]
 
 
 def loft(radius: Callable[[Float], Float], length: float, n_vertices: int) -> tuple[Float, Float, Int]:
-    """Closed mesh over (arc length, angle), for a surface swept by circles of the given radius.
+    """Arc length and angle (radians) of each vertex, and faces, of a closed mesh swept by circles about an axis.
 
-    Parameters
-    ----------
-    radius : callable
-        Radius of the circle at arc lengths s of the profile; 0 at both ends, the poles.
-    length : float
-        Arc length of the profile, from pole to pole.
-    n_vertices : int
-        Approximate number of vertices.
-
-    Returns
-    -------
-    s : (n,) float64 ndarray
-        Arc length of each vertex along the profile.
-    angle : (n,) float64 ndarray
-        Angle of each vertex around the axis, in radians.
-    f : (m, 3) int64 ndarray
-        Faces, counterclockwise seen from outside where s grows along the axis that angles turn around.
+    `radius` gives that of the circle at arc lengths of the profile, which runs from pole to pole with radius 0 at both
+    ends. Faces are counterclockwise seen from outside if the arc length grows along the axis that angles turn around.
     """
     counts = _ring_counts(radius, length, n_vertices)
     ring = np.repeat(np.arange(len(counts)), counts)

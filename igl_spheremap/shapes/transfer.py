@@ -69,7 +69,7 @@ def transfer(
     values : (n,) or (n, ...) array_like
         At the vertices of the source.
     source : SphereMap or SphereLocator
-        Where the data are; a locator is worth keeping for many transfers.
+        Where the data are; keep a locator if there are several transfers.
     target : SphereMap or (k, 3) array_like
         Where they shall be: at the vertices of another map, or at points of the sphere.
     labels : bool

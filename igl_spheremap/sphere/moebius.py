@@ -33,7 +33,7 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     y = x - c
     y *= ((1 - cc) / row_dots(y, y))[:, None]
     y -= c
-    # The rounding of a strong boost leaves the sphere by a few ulp: put it back.
+    # The rounding of a strong boost leaves the sphere by some units in the last place: put it back.
     y /= np.sqrt(row_dots(y, y))[:, None]
     return y
 

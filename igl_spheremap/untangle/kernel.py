@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sphere.charts import tangent_axes
-from ..sphere.rows import row_crosses, row_dets, row_dots
+from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -118,7 +118,7 @@ class _HalfPlanes:
     def lift(self, z: FloatArray) -> FloatArray:
         """Unit vectors of the chart's points."""
         x = self.centre + np.einsum("ki,kij->kj", z, self.axes)
-        return x / np.sqrt(row_dots(x, x))[:, None]
+        return unit_rows(x)
 
 
 def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes:
@@ -129,7 +129,7 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
     reach = np.maximum.reduceat(np.abs(da).max(axis=1), stars.start)
     size = np.where(reach > 0, reach, 1.0)[:, None]
     da, db = da / size[owner], db / size[owner]
-    e1, e2 = tangent_axes(centre / np.sqrt(row_dots(centre, centre))[:, None])
+    e1, e2 = tangent_axes(unit_rows(centre))
     # (a x b)/size = centre x (db - da) + size (da x db)
     c = row_crosses(at, db - da) + size[owner] * row_crosses(da, db)
     slope = np.stack((row_dots(c, e1[owner]), row_dots(c, e2[owner])), axis=1)

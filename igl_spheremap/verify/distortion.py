@@ -1,4 +1,4 @@
-"""What a map does to angles and areas. Imports no solver: an independent witness."""
+"""What a map does to angles, and its conformal factor."""
 
 from __future__ import annotations
 
@@ -55,58 +55,17 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_angle_differences(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`angle_differences` for a mesh that passed the gate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Images of the vertices.
-
-    Returns
-    -------
-    (m, 3) float64 array
-        Degrees, image minus source.
-    """
+    """`angle_differences` of a mesh that passed the gate."""
     return np.degrees(corner_angles(x, mesh.f) - corner_angles(mesh.v, mesh.f))
 
 
 def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
-    """Mean size of the angle differences of a mesh that passed the gate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Images of the vertices.
-
-    Returns
-    -------
-    float
-        Degrees.
-    """
+    """Mean size of the angle differences, in degrees, of a mesh that passed the gate."""
     return mean_difference(corner_angles(mesh.v, mesh.f), x, mesh.f)
 
 
 def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
-    """Mean size of the differences from given corner angles.
-
-    Parameters
-    ----------
-    source : (m, 3) float64 array
-        Corner angles to compare with, in radians.
-    x : (n, 3) float64 array
-        Images of the vertices.
-    f : (m, 3) int64 array
-        Faces.
-
-    Returns
-    -------
-    float
-        Degrees.
-    """
+    """The same from the source's corner angles in radians, for programs that compare many maps of one mesh."""
     return float(np.degrees(np.abs(corner_angles(x, f) - source).mean()))
 
 
@@ -150,24 +109,9 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`conformal_factor` for a mesh that passed the gate.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Images of the vertices.
-
-    Returns
-    -------
-    (n,) float64 array
-        e^{2u}; infinite where all faces around a vertex have zero area in the source and not in the image.
-    """
+    """`conformal_factor` of a mesh that passed the gate; infinite where only the source's faces have no area."""
     n = len(mesh.v)
     image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
     ratio = np.full(n, np.inf)
     ratio[image == 0] = 0.0
     return np.divide(image, source, out=ratio, where=source > 0)  # eq. (14)
-
-

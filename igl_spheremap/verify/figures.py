@@ -1,4 +1,4 @@
-"""The figures of a result in words and numbers, for tables."""
+"""Statistics of distortions, for tables."""
 
 from __future__ import annotations
 
@@ -17,26 +17,11 @@ def log_figures(ratios: NDArray[np.float64]) -> dict[str, float]:
 
 
 def angle_figures(differences: NDArray[np.float64]) -> dict[str, float]:
-    """How the sizes of the angle differences are spread.
+    """Mean, median, 95th and 99th percentile and maximum of the sizes of angle differences, in their units.
 
-    Parameters
-    ----------
-    differences : (m, 3) float64 array
-        Degrees.
-
-    Returns
-    -------
-    dict
-        Mean, median, 95th and 99th percentile, and maximum, in degrees.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> angle_figures(np.array([[1.0, -2.0, 3.0]]))["median"]
     2.0
     """
     size = np.abs(differences).ravel()
     median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
     return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
-
-

@@ -1,4 +1,4 @@
-"""What a map does to areas and lengths. Imports no solver: an independent witness."""
+"""What a map does to areas and lengths."""
 
 from __future__ import annotations
 

@@ -71,7 +71,10 @@ def _coarsen(A: sp.csr_matrix) -> _Level:
 
 
 def _largest_eigenvalue(A: sp.csr_matrix, diagonal: np.ndarray) -> float:
-    """Largest eigenvalue of D^-1 A, by a few power steps from a fixed rough vector."""
+    """Largest eigenvalue of D^-1 A, by power steps from a fixed rough vector.
+
+    A smoother needs no more than that, and Lanczos iteration, as Gu and Yau's descent has it, would take longer.
+    """
     x = np.cos(np.arange(len(diagonal), dtype=np.float64) ** 2 % 1009.0)
     for _ in range(_POWER_STEPS):
         x = A @ (x / np.linalg.norm(x)) / diagonal

@@ -20,7 +20,7 @@ _LARGEST_BACKWARD_ERROR = 1e-8
 def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where its factors aren't those of a positive definite matrix.
 
-    Minimum degree in a mesh's own order can fill in twenty times as much (spikes): it breaks ties by index.
+    Minimum degree in a mesh's own order can make twenty times the fill (spikes): it breaks ties by index.
     """
     if P.shape[0] < _DISSECT_FROM:
         order, rule = bandwidth_order(P.T), "MMD_AT_PLUS_A"
@@ -41,7 +41,7 @@ def build(P: sp.csc_matrix) -> Factor:
 
 
 def _probe(P: sp.csc_matrix, solve: Solver) -> None:
-    """SuperLU takes indefinite matrices without a word: try the inverse on a few right-hand sides."""
+    """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
     b = np.stack([np.ones_like(i), np.cos(i), np.cos(i * i % 1009.0)], axis=1)
     x = solve(b)
