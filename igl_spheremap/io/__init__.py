@@ -4,7 +4,7 @@ from .coefficients import read_coefficients, write_coefficients
 from .files import read_mesh, read_sphere, write_mesh
 from .formats import FORMATS, format_of
 from .marks import make_mark, read_mark
-from .picture import write_picture
+from .picture import read_picture, write_picture
 from .records import Format, LoadedMesh
 from .replacing import check_writable
 from .scalars import read_scalars, write_scalars
@@ -24,6 +24,7 @@ __all__ = [
     "read_map",
     "read_mark",
     "read_mesh",
+    "read_picture",
     "read_scalars",
     "read_sphere",
     "write_coefficients",

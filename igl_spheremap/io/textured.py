@@ -69,10 +69,12 @@ def _write_obj(
         partial.write_text(f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n")
     with replacing(path, force) as partial, partial.open("wb") as file:
         file.write(f"mtllib {material.name}\nusemtl texture\n".encode())
-        write_rows(file, "v %r %r %r\n", v)
+        _, one = np.unique(atlas.vertex, return_index=True)  # OBJ counts texture coordinates apart from vertices
+        write_rows(file, "v %r %r %r\n", v[one])
         write_rows(file, "vt %r %r\n", atlas.uv)
-        write_rows(file, "vn %r %r %r\n", normals)
-        write_rows(file, "f %r/%r/%r %r/%r/%r %r/%r/%r\n", np.repeat(atlas.f + 1, 3, axis=1))
+        write_rows(file, "vn %r %r %r\n", normals[one])
+        corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1)
+        write_rows(file, "f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners.reshape(-1, 9) + 1)
 
 
 def _write_glb(

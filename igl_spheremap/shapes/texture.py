@@ -1,4 +1,4 @@
-"""Texture coordinates from the sphere: faces are cut at the seam, and its vertices doubled."""
+"""Texture coordinates from the sphere, of faces that are cut at the seam or of the mesh as it is."""
 
 from __future__ import annotations
 
@@ -26,16 +26,20 @@ class Atlas:
     Attributes
     ----------
     uv : (k, 2) float64 array
-        Between 0 and 1, v upwards; one row per vertex of the atlas.
+        Between 0 and 1, v upwards; one row per vertex of the atlas. Uncut faces across the date line go beyond.
     f : (m, 3) int64 array
         Faces of the atlas: those of the mesh, cut where they crossed the seam.
     weights : (k, n) sparse matrix
         Takes values at the mesh's vertices (positions, normals, data) to values at those of the atlas.
+    vertex : (k,) int64 array
+        Which vertex each is: below n one of the mesh, from n on one that a cut has made. Copies of a vertex along
+        the seam have the same number.
     """
 
     uv: FloatArray
     f: IntArray
     weights: csr_matrix
+    vertex: IntArray
 
     @own_errstate
     def carry(self, values: ArrayLike) -> FloatArray:
@@ -55,11 +59,14 @@ class Atlas:
 
 
 @own_errstate
-def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirectangular") -> Atlas:
+def texture_atlas(
+    x: ArrayLike, f: ArrayLike, projection: Projection = "equirectangular", *, cut: bool = True
+) -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.
 
     Faces across the seam are cut there, which adds vertices on edges and changes no geometry. The poles
-    become vertices, with one copy for each face around them.
+    become vertices, with one copy for each face around them. Without cuts the mesh stays as it is, and faces across
+    the date line have coordinates beyond 1, where pictures repeat; the faces that hold a pole show the picture wrongly.
 
     Parameters
     ----------
@@ -70,6 +77,8 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
     projection : {"equirectangular", "octahedral"}
         Longitude and latitude, poles up and down; or the octahedron ``|x| + |y| + |z| = 1`` unfolded onto the
         square, which has no poles and leaves no part of the picture unused.
+    cut : bool
+        Cut faces at the seam; the octahedral projection always does.
 
     Returns
     -------
@@ -81,7 +90,7 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
     MeshError
         If the arrays are not of that shape.
     ValueError
-        If the projection is unknown.
+        If the projection is unknown, or has no form without cuts.
 
     Examples
     --------
@@ -96,15 +105,17 @@ def texture_atlas(x: ArrayLike, f: ArrayLike, projection: Projection = "equirect
         raise ValueError(f"unknown projection {projection!r}: choose one of {', '.join(_CHARTS)}")
     points = check_directions(x, name="images")
     faces = check_triangles(f)
-    cut = cut_along_planes(unit_rows(points), faces, (0, 1, 2) if projection == "octahedral" else (0, 1))
-    uv = _CHARTS[projection](cut)
+    if not cut and projection == "octahedral":
+        raise ValueError("the octahedral projection cuts faces; choose equirectangular, or cut=True")
+    planes = () if not cut else (0, 1, 2) if projection == "octahedral" else (0, 1)
+    pieces = cut_along_planes(unit_rows(points), faces, planes)
+    uv = _CHARTS[projection](pieces) if cut else _unwrapped(pieces)
     # Away from the seam a vertex has the same coordinates in all its faces.
-    corner = cut.f.ravel()
+    corner = pieces.f.ravel()
     values, index = np.unique(np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True)
+    vertex = values[:, 0].astype(np.int64)
     return Atlas(
-        np.ascontiguousarray(values[:, 1:]),
-        index.reshape(-1, 3).astype(np.int64),
-        cut.weights[values[:, 0].astype(np.int64)],
+        np.ascontiguousarray(values[:, 1:]), index.reshape(-1, 3).astype(np.int64), pieces.weights[vertex], vertex
     )
 
 
@@ -115,12 +126,28 @@ def _equirectangular(cut: CutMesh) -> FloatArray:
     # A corner at longitude pi belongs to -pi in faces on the other side of the seam: give its 0 the face's
     # sign.
     y = np.copysign(corners[..., 1], side[:, None, 1])
-    longitude = np.arctan2(y, corners[..., 0])
-    pole = (corners[..., 0] == 0) & (corners[..., 1] == 0)
-    beside = np.where(pole, 0, longitude).sum(axis=1) / np.maximum((~pole).sum(axis=1), 1)
-    longitude = np.where(pole, beside[:, None], longitude)
+    return _longitude_latitude(corners, np.arctan2(y, corners[..., 0]) / (2 * np.pi))
+
+
+def _unwrapped(mesh: CutMesh) -> FloatArray:
+    """(m, 3, 2) coordinates of the corners of uncut faces: longitudes of a face within half a turn of its first one."""
+    corners = mesh.x[mesh.f]
+    turns = np.arctan2(corners[..., 1], corners[..., 0]) / (2 * np.pi)
+    at_pole = _is_pole(corners[:, 0])
+    first = np.where(at_pole, turns[:, 1], turns[:, 0])[:, None]
+    return _longitude_latitude(corners, turns - np.rint(turns - first))
+
+
+def _longitude_latitude(corners: FloatArray, turns: FloatArray) -> FloatArray:
+    """Coordinates from longitudes (m, 3) in turns; a corner at a pole takes the mean of the others in its face."""
+    pole = _is_pole(corners)
+    beside = np.where(pole, 0, turns).sum(axis=1) / np.maximum((~pole).sum(axis=1), 1)
     latitude = np.arctan2(corners[..., 2], np.hypot(corners[..., 0], corners[..., 1]))
-    return np.stack([0.5 + longitude / (2 * np.pi), 0.5 + latitude / np.pi], axis=-1)
+    return np.stack([0.5 + np.where(pole, beside[:, None], turns), 0.5 + latitude / np.pi], axis=-1)
+
+
+def _is_pole(x: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray((x[..., 0] == 0) & (x[..., 1] == 0))
 
 
 def _octahedral(cut: CutMesh) -> FloatArray:

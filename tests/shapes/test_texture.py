@@ -147,3 +147,15 @@ def test_the_checker_tells_the_place():
     corners = image[[0, 0, -1, -1], [0, -1, 0, -1]].astype(int)
     assert (corners[[1, 3], 0] > corners[[0, 2], 0]).any()
     assert (image[:16, :16] != image[:16, 16:32]).any()
+
+
+def test_without_cuts_the_mesh_stays_and_longitudes_run_on():
+    for x, f in meshes().values():
+        atlas = texture_atlas(x, f, cut=False)
+        assert np.array_equal(atlas.vertex[atlas.f], f)
+        assert np.array_equal(atlas.carry(x), x[atlas.vertex])
+        back = from_equirectangular(atlas.uv)
+        assert np.allclose(back, unit_rows(x)[atlas.vertex], atol=1e-12)
+        assert np.ptp(atlas.uv[atlas.f][..., 0], axis=1).max() <= 1
+    with pytest.raises(ValueError, match="octahedral"):
+        texture_atlas(x, f, "octahedral", cut=False)

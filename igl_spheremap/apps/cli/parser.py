@@ -9,10 +9,13 @@ from ..._version import __version__
 from .commands import COMMANDS
 from .exits import HELP, Exit
 
-_FILES = """\
+#: Written out, for the package of samples imports numpy.
+SAMPLES = ("bird", "brain", "dino", "dumbbell", "octopus", "pear", "sphere", "spheroid", "spring")
+_FILES = f"""\
 files:
   .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere.conformal);
-  sample:NAME[:key=value,...] is a shape that the package makes itself
+  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of
+  {', '.join(SAMPLES)}
 """
 
 

@@ -10,15 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import samples
 from ...errors import MeshError
 from ...io import read_mesh
 from ...mesh.check import check_mesh
 from ...mesh.clean import repair_mesh
 from .failures import UsageError
 from .streams import STREAM, add_format, read_stream
-
-_SAMPLE = "sample:"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +71,6 @@ def read_source(
     if keep_largest and not repair:
         raise UsageError("--keep-largest goes with --repair")
     stage(f"reading {name}")
-    if name.startswith(_SAMPLE):
-        try:
-            v, f = samples.from_spec(name.removeprefix(_SAMPLE))
-        except ValueError as error:
-            raise UsageError(str(error)) from None
-        return Source(name, v, f, {})
     mesh = read_stream(name, kind, lambda path: read_mesh(path, triangulate=repair))
     name = "stdin" if name == STREAM else name
     stage(f"checking {name}")

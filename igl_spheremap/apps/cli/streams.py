@@ -10,14 +10,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+from ... import samples
 from ...errors import FileError, MeshError, import_optional
 from ...io import FORMATS, Format, LoadedMesh, check_writable, format_of
 from .failures import UsageError
 
 STREAM = "-"
+_SAMPLE = "sample:"
 _READ = tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS)
 _WRITTEN = ("obj", "off")  # text: nothing that would garble a terminal
-_INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "template")
+_INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "json", "plot")
 _T = TypeVar("_T")
 
@@ -41,7 +43,12 @@ def add_target(parser: ArgumentParser, help: str) -> None:
 
 
 def read_stream(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
-    """Read a file, or stdin as a file of that kind where the name is `-`."""
+    """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
+    if name.startswith(_SAMPLE):
+        try:
+            return LoadedMesh(*samples.from_spec(name.removeprefix(_SAMPLE)))
+        except ValueError as error:
+            raise UsageError(str(error)) from None
     if name != STREAM:
         return read(name)
     if sys.stdin is None:

@@ -23,6 +23,11 @@ def add_data(parser: ArgumentParser) -> None:
 
 def read_data(path: str, n_vertices: int, mesh: str) -> FloatArray:
     """The maps of a file as columns (n, k)."""
+    return np.stack(list(read_maps(path, n_vertices, mesh).values()), axis=1)
+
+
+def read_maps(path: str, n_vertices: int, mesh: str) -> dict[str, FloatArray]:
+    """The maps of a file by name, (n,) each; the mesh is named in errors."""
     file, colon, name = path.rpartition(":")
     if colon and not Path(path).exists():
         maps = read_scalars(file)
@@ -35,4 +40,4 @@ def read_data(path: str, n_vertices: int, mesh: str) -> FloatArray:
         if len(values) != n_vertices:
             raise MeshError(f"{path}: {key} has {len(values)} values but {mesh} has {n_vertices} vertices; "
                             "give data of this mesh")
-    return np.stack(list(maps.values()), axis=1)
+    return maps

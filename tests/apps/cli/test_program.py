@@ -10,7 +10,7 @@ import sys
 import pytest
 from shell import SAMPLE, one_line
 
-from igl_spheremap import MeshError
+from igl_spheremap import MeshError, samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import COMMANDS
 from igl_spheremap.apps.cli.commands import map as map_command
@@ -60,6 +60,11 @@ def test_failures_within_are_told_in_one_line(error, status, tmp_path, monkeypat
     assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == status
     one_line(capsys)
     assert os.listdir(tmp_path) == []
+
+
+def test_help_lists_the_samples(capsys):
+    assert main(["--help"]) == 0
+    assert ", ".join(samples.names()) in capsys.readouterr().out
 
 
 def test_help_shows_examples_that_parse():

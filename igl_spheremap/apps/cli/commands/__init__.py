@@ -48,6 +48,7 @@ igl-spheremap check bunny_map.npz""",
 igl-spheremap info sample:octopus
 igl-spheremap info lh.pial --json -""",
     ),
+    Command("samples", "list the shapes that the package makes itself", "igl-spheremap samples"),
     Command(
         "view",
         "show a surface beside its sphere, in a window or as a picture",
@@ -78,10 +79,18 @@ igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
 igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply""",
     ),
     Command(
+        "transfer",
+        "carry data over a mapped surface to another one, or to an icosphere",
+        """\
+igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
+igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply""",
+    ),
+    Command(
         "export",
         "write a texture, vertex colours or a scalar map of a mapped surface",
         """\
 igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
 igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
 igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
 igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor""",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 
 import numpy as np
 
 from ....draw.palette import colours
 from ....errors import import_optional
-from ....io import write_mesh, write_scalars, write_textured
+from ....io import read_picture, write_mesh, write_scalars, write_textured
 from ....shapes.texture import checker_image, texture_atlas
 from ....verify.vertex_maps import vertex_maps
 from ..exits import Exit
@@ -29,9 +30,10 @@ def configure(parser: ArgumentParser) -> None:
         "--show",
         choices=(*_TEXTURES, *_MAPS),
         required=True,
-        help="a checker texture by one of two projections or a scalar map: factor (u of the conformal factor "
+        help="a texture by one of two projections or a scalar map: factor (u of the conformal factor "
         "e^2u, on the scale of equal areas) or angles (mean angle difference at each vertex, degrees)",
     )
+    parser.add_argument("--image", metavar="FILE", help="the picture of a texture; default: a checkerboard")
     add_output(parser)
 
 
@@ -40,17 +42,25 @@ def run(args: Namespace) -> Exit:
     target: str = args.target
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
         raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
+    if args.image is not None and args.show not in _TEXTURES:
+        raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
+    if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
+        raise UsageError(f"{args.image} is where the texture of {target} goes; write another OUT")
     check_outputs(args)
     if args.show in _TEXTURES:
         import_optional("PIL.Image", "a texture", "io")
+    image = checker_image() if args.image is None else read_picture(args.image)
     source, name, x = load_pair(args)
     figures: dict[str, object] = {"source": source.name, "sphere": name, "target": target, "show": args.show}
     args.progress.stage(f"writing {target}")
     if args.show in _TEXTURES:
-        atlas = texture_atlas(x, source.f, args.show)
-        write_textured(target, source.v, source.f, atlas, checker_image(), force=args.force)
-        figures |= {"vertices": len(atlas.uv), "faces": len(atlas.f)}
-        outcome = f"{len(atlas.uv)} vertices, {len(atlas.f)} faces, seam cut"
+        # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
+        cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
+        atlas = texture_atlas(x, source.f, args.show, cut=cut)
+        write_textured(target, source.v, source.f, atlas, image, force=args.force)
+        figures |= {"vertices": int(atlas.vertex.max()) + 1, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
+        kind = "cut along the seam" if cut else "the mesh as it is"
+        outcome = f"{figures['vertices']} vertices, {len(atlas.f)} faces, {kind}"
     else:
         maps = vertex_maps(source.v, source.f, x / np.median(np.linalg.norm(x, axis=1)))
         values = maps[args.show]

@@ -6,37 +6,29 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ....io import read_sphere, write_mesh
-from ....mesh.check import check_faces
+from ....io import write_mesh
 from ....shapes.locate import SphereLocator
-from ....shapes.transfer import interpolate, regular_mesh
+from ....shapes.transfer import interpolate
 from ..exits import Exit
-from ..failures import UsageError
 from ..output import add_output, mesh_row, report, row
 from ..pair import add_pair, load_pair
 from ..streams import add_target, check_outputs, target_format, write_target
+from ..target_sphere import add_target_sphere, read_target_sphere
 
 
 def configure(parser: ArgumentParser) -> None:
     """Add the arguments."""
     add_pair(parser, "IN")
     add_target(parser, "the resampled surface; - for stdout")
-    parser.add_argument(
-        "--to",
-        metavar="MESH",
-        default="ico:5",
-        help="ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a sphere mesh, "
-        "such as another surface's map; default: ico:5",
-    )
+    add_target_sphere(parser)
     add_output(parser)
 
 
 def run(args: Namespace) -> Exit:
     """Locate the new vertices on the map, and interpolate; a map that folds is an error, Exit.FOLDINGS."""
     check_outputs(args, surface=True)
-    points, faces = _target_sphere(args.to)
+    points, faces = read_target_sphere(args)
     source, name, x = load_pair(args)
     args.progress.stage(f"resampling {source.name}")
     locator = SphereLocator(x / np.median(np.linalg.norm(x, axis=1)), source.f)
@@ -57,13 +49,3 @@ def run(args: Namespace) -> Exit:
     ]
     report(args, figures, summary)
     return Exit.OK
-
-
-def _target_sphere(to: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    if not to.startswith("ico:"):
-        x, f = read_sphere(to)
-        return x, check_faces(f, len(x))
-    try:
-        return regular_mesh(to)
-    except ValueError as error:
-        raise UsageError(f"--to {error}") from None

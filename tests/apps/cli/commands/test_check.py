@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from shell import SAMPLE, one_line
@@ -13,6 +15,14 @@ from igl_spheremap.io import read_mesh, write_mesh
 def test_check_needs_one_archive_only(tmp_path, capsys):
     assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "-q"]) == 0
     assert main(["check", str(tmp_path / "a.npz")]) == 0
+
+
+def test_check_takes_samples_on_both_sides(capsys):
+    ball = "sample:sphere:n_vertices=162"
+    assert main(["check", ball, ball, "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["angle_differences"]["max"] < 1e-9
+    assert main(["check", ball, "sample:unicorn"]) == 64
+    assert main(["check", ball, "sample:sphere:n_vertices=42"]) == 2
 
 
 def test_check_tells_foldings_from_other_meshes(sphere, tmp_path, capsys):

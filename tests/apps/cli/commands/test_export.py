@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io import write_mesh, write_sphere
+from igl_spheremap.io import read_mesh, write_mesh, write_sphere
+from igl_spheremap.mesh.check import check_faces
 
 
 @pytest.fixture
@@ -36,3 +38,51 @@ def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
     assert main(["export", *files, str(tmp_path / "a.stl"), "--show", "angles"]) == 74
     assert capsys.readouterr().err.count("\n") == 2
+
+
+def obj(path):
+    """Numbers of an OBJ file by the words of its lines; faces as (m, 3, 3) counts of v, vt and vn."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    rows = {key: np.array([line[1:] for line in lines if line[0] == key], float) for key in ("v", "vt", "vn")}
+    faces = np.array([[word.split("/") for word in line[1:]] for line in lines if line[0] == "f"], int)
+    return rows, faces - 1
+
+
+def test_an_obj_keeps_the_vertices_of_the_mesh(files, tmp_path):
+    pytest.importorskip("PIL")
+    assert main(["export", *files, str(tmp_path / "a.obj"), "--show", "equirectangular", "-q"]) == 0
+    (v, f), (x, _) = (read_mesh(name) for name in files)
+    rows, faces = obj(tmp_path / "a.obj")
+    assert np.array_equal(rows["v"], v)
+    assert np.array_equal(faces[..., 0], f)
+    longitude, latitude = np.arctan2(x[:, 1], x[:, 0]), np.arcsin(x[:, 2])
+    turns = rows["vt"][faces[..., 1]] - np.stack([longitude / (2 * np.pi), latitude / np.pi], axis=-1)[f] - 0.5
+    away = np.abs(x[f][..., 2]).max(axis=1) < 0.98  # from the poles
+    assert np.allclose(turns[away][..., 0], np.rint(turns[away][..., 0]), atol=1e-12)
+    assert np.allclose(turns[..., 1], 0, atol=1e-9)
+    assert np.ptp(rows["vt"][faces[..., 1]][away][..., 0], axis=1).max() < 0.5  # no face runs around the picture
+    assert len(rows["vt"]) > len(v)  # vertices beside the date line have two places in the picture
+
+
+def test_a_cut_obj_has_the_mesh_s_vertices_first_and_none_twice(files, tmp_path):
+    pytest.importorskip("PIL")
+    assert main(["export", *files, str(tmp_path / "a.obj"), "--show", "octahedral", "-q"]) == 0
+    v, _ = read_mesh(files[0])
+    rows, faces = obj(tmp_path / "a.obj")
+    assert np.array_equal(rows["v"][: len(v)], v)
+    assert len(np.unique(rows["v"], axis=0)) == len(rows["v"]) > len(v)
+    check_faces(faces[..., 0], len(rows["v"]))  # closed, though its texture has a seam
+
+
+def test_any_picture_is_a_texture(files, tmp_path, capsys):
+    images = pytest.importorskip("PIL.Image")
+    picture = np.random.default_rng(0).integers(0, 256, (20, 40, 3), dtype=np.uint8)
+    images.fromarray(picture).save(tmp_path / "picture.bmp")
+    words = ["export", *files, str(tmp_path / "a.obj"), "--show", "equirectangular", "-q"]
+    assert main([*words, "--image", str(tmp_path / "picture.bmp")]) == 0
+    assert np.array_equal(np.asarray(images.open(tmp_path / "a.png")), picture)
+    assert main([*words, "-f", "--image", str(tmp_path / "a.png")]) == 64
+    assert main([*words, "-f", "--image", files[0]]) == 74
+    assert main([*words, "-f", "--image", str(tmp_path / "nowhere.png")]) == 74
+    assert main(["export", *files, str(tmp_path / "b.ply"), "--show", "angles", "--image", "a.png"]) == 64
+    assert capsys.readouterr().err.count("\n") == 4

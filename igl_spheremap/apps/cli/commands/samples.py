@@ -1,0 +1,31 @@
+"""`igl-spheremap samples`: list the shapes that the package makes itself."""
+
+from __future__ import annotations
+
+import inspect
+from argparse import ArgumentParser, Namespace
+
+from .... import samples
+from ..exits import Exit
+from ..output import add_output, report, row
+from ..streams import check_outputs
+
+
+def configure(parser: ArgumentParser) -> None:
+    """Add the arguments."""
+    add_output(parser)
+
+
+def run(args: Namespace) -> Exit:
+    """Print names, what they are, and their parameters with defaults."""
+    check_outputs(args)
+    figures, summary = {}, []
+    for name in samples.names():
+        shape = getattr(samples, name)
+        line = (inspect.getdoc(shape) or "").partition("\n")[0]
+        parameters = {key: entry.default for key, entry in inspect.signature(shape).parameters.items()}
+        figures[name] = {"is": line, "parameters": parameters}
+        listed = ", ".join(f"{key}={value}" for key, value in parameters.items())
+        summary.append(row(name, f"{line} ({listed})"))
+    report(args, figures, summary)
+    return Exit.OK

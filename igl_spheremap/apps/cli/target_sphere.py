@@ -1,0 +1,35 @@
+"""`--to`: the sphere mesh whose vertices data or a surface is carried to."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io import read_sphere
+from ...mesh.check import check_faces
+from ...shapes.transfer import regular_mesh
+from .failures import UsageError
+
+
+def add_target_sphere(parser: ArgumentParser) -> None:
+    """Add the flag."""
+    parser.add_argument(
+        "--to",
+        metavar="MESH",
+        default="ico:5",
+        help="ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a sphere mesh, "
+        "such as another surface's map; default: ico:5",
+    )
+
+
+def read_target_sphere(args: Namespace) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices and faces of the sphere mesh."""
+    if not args.to.startswith("ico:"):
+        x, f = read_sphere(args.to)
+        return x, check_faces(f, len(x))
+    try:
+        return regular_mesh(args.to)
+    except ValueError as error:
+        raise UsageError(f"--to {error}") from None
