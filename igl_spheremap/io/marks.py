@@ -20,7 +20,7 @@ from .records import FloatArray, IntArray
 
 _LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
 _HEAD = 4096  # every writer puts the mark within so many bytes
-_MARK = re.compile(rb"igl_spheremap \S+ \S+ \S+ [0-9a-f]{24}")
+_MARK = re.compile(rb"igl_spheremap( [!-~]+){3} [0-9a-f]{24}")
 
 
 def make_mark(v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any]) -> str:

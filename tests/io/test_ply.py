@@ -100,15 +100,38 @@ def test_dialects(data, tmp_path):
     assert mesh.f.tolist() == [[0, 1, 2]]
 
 
-def test_lists_before_the_positions_are_passed_over(tmp_path):
-    lists = TEXT.replace("property float x", "property list uchar float weights\nproperty float x")
-    mesh = read(tmp_path, lists.replace("0 0 0\n1 0 0\n0 1 0\n", "2 7 8 0 0 0\n0 1 0 0\n1 9 0 1 0\n"))
+@pytest.mark.parametrize(
+    ("before", "row", "longer"),
+    [
+        ("property float x", "1 0 0\n", "2 7 8 1 0 0\n"),
+        ("property list uchar int", "3 0 1 2\n", "2 7 8 3 0 1 2\n"),
+    ],
+)
+def test_lists_before_what_is_wanted_are_refused_in_text(before, row, longer, tmp_path):
+    """Else numbers of the list would be taken for coordinates or indices."""
+    text = TEXT.replace(before, f"property list uchar float weights\n{before}").replace(row, longer)
+    with pytest.raises(MeshError, match="not read from text"):
+        read(tmp_path, text)
+
+
+def test_lists_before_what_is_wanted_are_passed_over_in_binary(tmp_path):
+    head = LITTLE.replace(b"property float x", b"property list uchar float weights\nproperty float x").replace(
+        b"property list uchar int", b"property list uchar short flags\nproperty list uchar int")
+    vertices = b"".join(struct.pack(f"<B{k}f", k, *[9] * k) + p.astype("<f4").tobytes() for k, p in enumerate(CORNERS))
+    mesh = read(tmp_path, head + vertices + struct.pack("<BhhB3i", 2, 7, 8, 3, 0, 1, 2))
     assert np.array_equal(mesh.v, CORNERS)
+    assert mesh.f.tolist() == [[0, 1, 2]]
 
 
-def test_lists_before_the_corners_are_passed_over(tmp_path):
-    lists = TEXT.replace("property list uchar int", "property list uchar float texcoord\nproperty list uchar int")
-    assert read(tmp_path, lists.replace("3 0 1 2", "2 0.5 0.5 3 0 1 2")).f.tolist() == [[0, 1, 2]]
+@pytest.mark.parametrize("sizes", [[3, 3], [4, 4, 4], [5, 5], [3, 4, 5], []])
+def test_faces_of_any_size_are_read(sizes, tmp_path):
+    rng = np.random.default_rng(0)
+    faces = [rng.integers(0, 3, size).tolist() for size in sizes]
+    head = LITTLE.replace(b"face 1", b"face %d" % len(sizes))
+    body = CORNERS.astype("<f4").tobytes() + b"".join(struct.pack(f"<B{len(f)}i", len(f), *f) for f in faces)
+    (tmp_path / "a.ply").write_bytes(head + body)
+    fans = [[face[0], face[k], face[k + 1]] for face in faces for k in range(1, len(face) - 1)]
+    assert read_mesh(tmp_path / "a.ply", triangulate=True).f.tolist() == fans
 
 
 def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
@@ -121,7 +144,8 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (TEXT.replace("vertex 3", "vertex 999999999999"), "cut off"),
         (TEXT.replace("vertex 3", "vertex 5"), "cut off"),
         (BINARY.replace(b"vertex 3", b"vertex 999999999999"), "cut off"),
-        (BINARY.replace(b"face 1", b"face 2"), "early end-of-file"),
+        (BINARY.replace(b"face 1", b"face 3"), "early end-of-file"),
+        (BINARY.replace(b"face 1", b"face 40"), "49 bytes follow where 40 rows of face"),
         (BINARY.replace(b"face 1", b"face -1"), "-1 rows of face"),
         (TEXT.replace("face 1", "face -1"), "-1 rows of face"),
         (BINARY.replace(b"list uchar", b"list char").replace(b"\x03\0\0\0\0", b"\xff\0\0\0\0"), "vertex_indices"),
@@ -141,13 +165,3 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
 def test_the_fault_is_named(data, words, tmp_path):
     with pytest.raises(MeshError, match=words):
         read(tmp_path, data)
-
-
-def test_polygons_are_read_face_by_face(tmp_path):
-    v, quads = np.random.default_rng(0).normal(size=(50, 3)), [[0, 1, 2, 3], [4, 5, 6], [7, 8, 9, 10, 11]]
-    head = LITTLE.replace(b"vertex 3", b"vertex 50").replace(b"face 1", b"face 3")
-    body = b"".join(struct.pack(f"<B{len(face)}i", len(face), *face) for face in quads)
-    (tmp_path / "a.ply").write_bytes(head + v.astype("<f4").tobytes() + body)
-    mesh = read_mesh(tmp_path / "a.ply", triangulate=True)
-    assert mesh.triangulated == 2
-    assert mesh.f.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6], [7, 8, 9], [7, 9, 10], [7, 10, 11]]
