@@ -1,7 +1,7 @@
 """PLY, text and binary of either byte order, by plyfile; written as binary doubles, which are exact.
 
 plyfile handles one row at a time, in Python: 20 us for a face in text, 4 us for one that it reads or writes in binary.
-So text is read as that of OFF files is, binary triangles and quads are read at once, and plyfile writes the header only.
+So text is read as that of OFF files, binary triangles and quads are read at once, and plyfile writes the header only.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def read(path: Path) -> RawMesh:
     found = _HEADER.match(data[:_LONGEST])
     if found is None:
         raise MeshError("damaged: no PLY header; check that the file is what its name says")
-    header = b"\n".join(line.strip() for line in found[0].split(found[1])).decode("ascii", "ignore").encode()
+    text = b"\n".join(line.strip() for line in found[0].split(found[1]))
+    header = text.decode("ascii", "replace").encode("ascii", "replace")  # comments may hold any bytes
     layout = plyfile.PlyData.read(BytesIO(_COUNT.sub(rb"\1 0", header)))  # elements without rows
     sizes = [int(size) for _, size in _COUNT.findall(header)]
     for element, size in zip(layout, sizes, strict=True):

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..errors import FileError, MeshError
 
-#: A file may expand to so many times its size. Structured grids expand 8 times, repeated bytes 1,000 times.
+#: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
 _EXPANSION = 64
-#: Any file may expand to so many bytes: the shortest ones are mostly header.
+#: Bytes that any file may expand to: the shortest ones are mostly header.
 _ALWAYS = 1 << 20
 
 

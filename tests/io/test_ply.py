@@ -158,6 +158,7 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (TEXT.replace("ascii 1.0", "morse 1.0"), "morse"),
         (TEXT.replace("vertex 3", "vertex many"), "expected integer count"),
         (TEXT.replace("property float x", "property complex x"), "complex"),
+        (BINARY.replace(b"list uchar", b"list \xf5char"), "\\?char"),
         (TEXT.replace("end_header\n", ""), "no PLY header"),
         ("ply\n" + "x" * 300000, "no PLY header"),
     ],
