@@ -19,7 +19,7 @@ _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to im
 class MeshError(ValueError):
     """The input is no closed, oriented, connected genus-0 triangle mesh.
 
-    The message is one line: what is wrong, where (the first indices), and what mends it.
+    The message is one line: what is wrong, where (the first indices), and what repairs it.
     """
 
 

@@ -60,7 +60,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     Raises
     ------
     MeshError
-        One line that says what is wrong, where, and what would mend it.
+        One line that says what is wrong, where, and what repairs it.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     Raises
     ------
     MeshError
-        One line that says what is wrong, where, and what would mend it.
+        One line that says what is wrong, where, and what repairs it.
 
     Examples
     --------

@@ -87,7 +87,7 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
-        check_mesh(vertices, faces)  # raises, and says where
+        check_mesh(vertices, faces)  # raises
     work = _Work(vertices, faces)
     work.weld_open_edges()
     work.drop_repeated_indices()

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh, where, and what mends it."""
+"""Messages of what is wrong with a mesh, where, and what repairs it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-#: The call that mends a fault. The command line prints it as the flags that stand for it.
+#: The call that repairs a fault. The command line prints it as the flags that stand for it.
 REPAIR = "repair_mesh(v, f)"
 REPAIR_LARGEST = "repair_mesh(v, f, keep_largest=True)"
 

@@ -1,1 +1,1 @@
-"""The witness: certificates and distortion. It imports no solver."""
+"""Certificates and distortion, by code that imports no solver."""

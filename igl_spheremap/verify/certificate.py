@@ -23,7 +23,7 @@ _ROOM = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What exact arithmetic says of a map to the sphere.
+    """What exact arithmetic finds out about a map to the sphere.
 
     Attributes
     ----------

@@ -150,7 +150,7 @@ def test_handles_are_counted():
     assert "genus 1" in fault(v, grid(twist=False))
 
 
-def test_one_sided_surfaces_are_told_from_misoriented_ones():
+def test_one_sided_surfaces_are_distinguished_from_misoriented_ones():
     v = np.random.default_rng(0).normal(size=(64, 3))
     assert "not orientable" in fault(v, grid(twist=True))
 

@@ -1,4 +1,4 @@
-"""Repair mends planted faults, leaves sound meshes alone, and says what it can't mend."""
+"""Repair removes planted faults, leaves sound meshes alone, and names what it can't repair."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def plant_inside_out(v, f):
         (plant_inside_out, "turned the surface outward"),
     ],
 )
-def test_planted_faults_are_mended(plant, words, ball):
+def test_planted_faults_are_repaired(plant, words, ball):
     v, f = plant(*ball)
     repaired = repair_mesh(v, f)
     assert words in "; ".join(repaired.actions)
@@ -141,7 +141,7 @@ def test_a_pinched_vertex_is_split(ball):
     assert_consistent(repaired, w, pinched)
 
 
-def test_what_cannot_be_mended_is_said(ball):
+def test_what_cannot_be_repaired_is_named(ball):
     v, f = ball
     for w, g, words in (
         (v, f[1:], "3 boundary edges"),

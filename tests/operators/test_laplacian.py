@@ -79,7 +79,7 @@ def test_mollification_leaves_a_good_mesh_alone():
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_zero_area_faces_are_told_and_mended():
+def test_zero_area_faces_are_found_and_repaired():
     v, f = with_zero_area_faces()
     assert not is_usable(laplacian(v, f))
     for weights in ("mollified", "delaunay"):

@@ -102,7 +102,7 @@ def test_gauss_map_of_the_dinosaur_folds_badly():
 
 
 def test_octopus_arms_are_as_long_as_asked():
-    """An arm's area is near its length times its circumference, so areas tell two lengths apart."""
+    """An arm's area is near its length times its circumference, so areas differ as lengths do."""
     area = [igl.doublearea(*samples.octopus(4000, arm_length=k)).sum() / 2.0 for k in (1.0, 3.0)]
     circumference = np.pi * 0.37
     assert area[1] - area[0] == pytest.approx(8 * 2 * circumference**2, rel=0.05)

@@ -51,7 +51,7 @@ def double_cover():
     return np.array(x), np.array(f)
 
 
-def test_a_double_cover_is_told_by_its_degree_alone():
+def test_a_double_cover_is_found_by_its_degree_alone():
     certificate = ism.certify(*double_cover())
     assert len(certificate.flipped) == len(certificate.degenerate) == 0
     assert certificate.degree == 2

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
 
-# The cutting planes are placed by every so many-th vertex: medians need no more.
+# The cutting planes are medians over every fourth vertex.
 _SAMPLE = 4
 
 
