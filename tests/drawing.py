@@ -57,7 +57,7 @@ def start(module, arguments, offscreen=True):
 
 
 def drive(code):
-    """Run code that ends with a dict called `told`, and return it."""
+    """Run code that ends with a dict called `judged`, and return it."""
     script = f"{_PREAMBLE}\n{code}\nprint(json.dumps(told))"
     done = run([sys.executable, "-c", script])
     assert done.returncode == 0, done.stderr

@@ -13,7 +13,7 @@ from ..descent.recording import History
 from ..errors import own_errstate
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_lengths, unit_rows
-from ..untangle.mend import mend_locally
+from ..untangle.local_repair import repair_locally
 from ..untangle.polish import polish_map
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_angle_difference
@@ -92,7 +92,7 @@ def repair_foldings(
     before = certify_checked(y, mesh.f)
     record("map", y)
     if not before.folding_free:
-        y = mend_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
+        y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
     if polish is not None:
         y = polish_map(mesh, y, polish)

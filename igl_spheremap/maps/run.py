@@ -16,7 +16,7 @@ from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
 from ..untangle.candidate import Candidate
-from ..untangle.mend import mend_locally
+from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
 from .sphere_map import SphereMap
 
@@ -52,7 +52,7 @@ def finish(
         x = fix_gauge(mesh, found.x, positive_areas(mesh))
         certificate = certify_checked(x, mesh.f)
         if not certificate.folding_free and certify_checked(found.x, mesh.f).folding_free:
-            x = mend_locally(mesh, x)
+            x = repair_locally(mesh, x)
             certificate = certify_checked(x, mesh.f)
             notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
     moves = sum(step.iteration > 0 for step in history.steps)

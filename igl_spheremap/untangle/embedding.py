@@ -88,7 +88,7 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
     x = unit_rows(x)
     if certify_checked(x, f).folding_free:
         return x
-    y = embed_locally(upright(x, f), f, watch=watch)
+    y = embed_locally(fix_orientation(x, f), f, watch=watch)
     if certify_checked(y, f).folding_free:
         return y
     everywhere = np.ones(len(x), dtype=bool)
@@ -124,17 +124,17 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
         return x
     forced = np.zeros(len(x), dtype=bool)
     with suppress(_TooCoarse):
-        return _mend_locally(x, f, bad, forced, grid or unit_rows, watch, homing=True)
+        return _rebuild_locally(x, f, bad, forced, grid or unit_rows, watch, keep_positions=True)
     for rings in _RINGS:
         try:
-            return _mend_locally(x, f, bad, forced, grid or unit_rows, watch)
+            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, watch)
         except _TooCoarse as failure:
             forced[failure.vertices] = True
             forced = dilate(f, forced, rings)
     return x
 
 
-def upright(x: FloatArray, f: IntArray) -> FloatArray:
+def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
     """The map or its mirror image: that which has more faces positively oriented.
 
     Parameters
@@ -164,11 +164,11 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
     return marked
 
 
-def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
-                  watch: Watch | None, homing: bool = False) -> FloatArray:
+def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
+                  watch: Watch | None, keep_positions: bool = False) -> FloatArray:
     """Remove and rebuild the forced vertices, and around bad faces as little as possible.
 
-    What is put back goes to where it was, or as near as it may, if it is `homing`; else it shares out the room.
+    What is put back goes to where it was, or as near as it may, if it is `keep_positions`; else it shares out the room.
     """
     around = forced.copy()
     around[f[bad]] = True
@@ -184,7 +184,7 @@ def _mend_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray,
         part = x[vertices]
         try:
             mesh = Complex(local[f[faces]], part, frozen[vertices], grid)
-            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch), homing)
+            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _within(x, vertices, watch), keep_positions)
         except _RegionTooSmall:
             margin *= 2
             continue
@@ -208,9 +208,9 @@ def _within(x: FloatArray, vertices: IntArray, watch: Watch | None) -> Watch | N
     return watch_part
 
 
-def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None, homing: bool = False) -> None:
+def _rebuild(mesh: Complex, forced: BoolArray, watch: Watch | None, keep_positions: bool = False) -> None:
     """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
-    f, home = mesh.f.copy(), mesh.x.copy() if homing else None
+    f, home = mesh.f.copy(), mesh.x.copy() if keep_positions else None
     batches = list(_removals(mesh, forced))
     if mesh.bad.any() or (forced & mesh.present).any():
         if mesh.frozen.any():

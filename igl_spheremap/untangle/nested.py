@@ -31,7 +31,7 @@ BoolArray = NDArray[np.bool_]
 #: Discs begin where the image's edges are shorter than exp(-this), and again each `_STEP` nepers further.
 _ONSET = 9.0
 _STEP = 7.0
-#: Limbs are drawn out until no edge is shorter than exp(-this), about which float64 ends.
+#: Limbs are stretched until no edge is shorter than exp(-this), about which float64 ends.
 FLOOR = 36.0
 _FLOOR_AT_TIPS = 230.0
 #: Weights below this share of the largest in their row are raised to it: the matrix stays an M-matrix.
@@ -63,7 +63,7 @@ class Limbs:
     pole : (k, 3) float64 array
         The point of the sphere at which its limb's chart touches.
     stretch : float
-        How far the limb that had to give most was drawn out, as a ratio of lengths; 1 if none was.
+        How far the most stretched limb was stretched, as a ratio of lengths; 1 if none was.
     """
 
     frame: IntArray
@@ -123,7 +123,7 @@ def solve_limbs(x: FloatArray, L: sp.csr_matrix, depth: FloatArray, area: FloatA
     area : (n,) float64 array
         Vertex areas of the source.
     tips : sequence of int
-        Vertices at (0, 0, 1) or (0, 0, -1), where floating point is far finer: their limbs are drawn out only
+        Vertices at (0, 0, 1) or (0, 0, -1), where floating point is far finer: their limbs are stretched only
         if it ends even there.
     floor : float
         Depth that the deepest edges of all other limbs are kept above.

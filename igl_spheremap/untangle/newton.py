@@ -88,8 +88,8 @@ class AngleNewton:
         C = self.A[:, None, None] * axes  # how the centroid moves
         solved = factor.solve(np.column_stack((g.ravel(), C.reshape(2 * self.n, 3)))).reshape(self.n, 2, 4)
         shift = np.einsum("nai,nak->ik", C, solved)
-        astray = weighted_sum(self.A, x) - self.centroid
-        multipliers = np.linalg.lstsq(shift[:, 1:], shift[:, 0] - astray, rcond=None)[0]
+        off_centre = weighted_sum(self.A, x) - self.centroid
+        multipliers = np.linalg.lstsq(shift[:, 1:], shift[:, 0] - off_centre, rcond=None)[0]
         steps = np.einsum("nak,k->na", solved, np.append(-1.0, multipliers))
         y = unit_rows(x + np.einsum("na,nai->ni", steps, axes))
         before = float(np.degrees(np.abs(difference).mean()))

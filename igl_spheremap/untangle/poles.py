@@ -1,7 +1,7 @@
 """A gauge for bodies beyond float64: the two deepest tips at (0, 0, 1) and (0, 0, -1).
 
 Near these points the first two coordinates are small numbers of full relative precision, down to 1e-100 and
-less, where elsewhere positions are multiples of 1e-16. Limbs that lead to the two tips need not be drawn out
+less, where elsewhere positions are multiples of 1e-16. Limbs that lead to the two tips need not be stretched
 there.
 """
 

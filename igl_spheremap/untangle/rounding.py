@@ -47,7 +47,7 @@ class Float32Map:
 
 def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
                       v: FloatArray | None = None) -> Float32Map:
-    """Round a map to float32, and mend what rounding folds, on the grid of float32 numbers.
+    """Round a map to float32, and repair what rounding folds, on the grid of float32 numbers.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
     radius : float
         Of the sphere that is written.
     v : (n, 3) float64 array, optional
-        Source of the map. With it, limbs too narrow for float32 are drawn out as conformally as that goes;
+        Source of the map. With it, limbs too narrow for float32 are stretched as conformally as that goes;
         without, they are only embedded.
 
     Returns
     -------
     Float32Map
-        Positions and their certificate. What can't be mended is left rounded, and the certificate says where.
+        Positions and their certificate. What can't be repaired is left rounded, and the certificate says where.
 
     Examples
     --------
@@ -80,20 +80,20 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
         return (radius * rows).astype(np.float32).astype(np.float64) / scale
 
     rounded = grid(x)
-    mended, certificate = rounded, _certificate(rounded, f)
+    repaired, certificate = rounded, _certificate(rounded, f)
     if not certificate.folding_free:
         for trial in _trials(x, f, v):
             y = embed_locally(grid(trial), f, grid)
-            told = _certificate(y, f)
-            if told.folding_free:
-                mended, certificate = y, told
+            judged = _certificate(y, f)
+            if judged.folding_free:
+                repaired, certificate = y, judged
                 break
-    moved = np.flatnonzero((mended != rounded).any(axis=1))
-    return Float32Map((mended * scale).astype(np.float32), certificate, moved)
+    moved = np.flatnonzero((repaired != rounded).any(axis=1))
+    return Float32Map((repaired * scale).astype(np.float32), certificate, moved)
 
 
 def _trials(x: FloatArray, f: IntArray, v: FloatArray | None) -> Iterator[FloatArray]:
-    """The map with its limbs drawn out, ever farther, and as it is."""
+    """The map with its limbs stretched, ever farther, and as it is."""
     if v is not None:
         L, depth, area = laplacian(v, f, "delaunay"), -log_edges(x, f), vertex_areas(v, f)
         for floor in _FLOORS:

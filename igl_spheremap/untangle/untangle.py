@@ -29,7 +29,7 @@ from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
 from .depth import log_edges
-from .mend import mend_locally, restore_gauge
+from .local_repair import repair_locally, restore_gauge
 from .poles import poles_limbs
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import make_room, onto_sphere
@@ -71,7 +71,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
         if not few:
             line.angles(x)
         if line.best is None or (not few and len(mesh.v) <= _SMALL):
-            line.accept("embedding", mend_locally(mesh, x))
+            line.accept("embedding", repair_locally(mesh, x))
         line.newton(_LEAST_GAIN)
     elif line.mean > _GOOD and gain_of_a_sweep(mesh, x) > _WORTH_STEPS:
         line.newton(_LARGE_GAIN, sweeps=0, damping=UNDAMPED)
@@ -124,7 +124,7 @@ class _Line:
             y = onto_sphere(self.mesh, z, self.operators.A)
             if not self.accept("angles", y, stretch):
                 placed = self.rounds[-1].mean_angle_difference
-                self.accept("embedding", mend_locally(self.mesh, y), stretch)
+                self.accept("embedding", repair_locally(self.mesh, y), stretch)
                 if self.rounds[-1].mean_angle_difference > _COSTLY * placed:
                     continue
             return
@@ -145,7 +145,7 @@ class _Line:
         except FactorisationFailed:
             return
         if not certify_checked(x, mesh.f).folding_free:
-            x = mend_locally(mesh, x)
+            x = repair_locally(mesh, x)
         self.accept("poles", x, limbs.stretch)
 
     def result(self, first: Candidate) -> Candidate:

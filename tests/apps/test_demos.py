@@ -22,7 +22,7 @@ def png_size(path):
 
 
 def test_compare_methods_judges_as_the_library_does():
-    told = drive("""
+    judged = drive("""
 import compare_methods
 demo = start(compare_methods, ['sample:dino:n_vertices=1500', '--methods', 'auto', 'stereographic'])
 shots = []
@@ -35,16 +35,16 @@ told = dict(names=[c.name for c in demo.contenders], means=[c.mean for c in demo
 """)
     v, f = ism.samples.make("dino", n_vertices=1500)
     result = ism.spherical_conformal_map(v, f)
-    assert told["names"] == ["Gauss map", "auto", "stereographic"]
-    assert told["means"][1] == pytest.approx(np.abs(result.angle_differences()).mean())
-    assert told["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings
-    assert told["foldings"][1] == 0
-    assert told["beyond"][1] < 0.1  # its angle differences are nearly all within the histogram
-    assert min(told["shots"]) > 0.15
+    assert judged["names"] == ["Gauss map", "auto", "stereographic"]
+    assert judged["means"][1] == pytest.approx(np.abs(result.angle_differences()).mean())
+    assert judged["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings
+    assert judged["foldings"][1] == 0
+    assert judged["beyond"][1] < 0.1  # its angle differences are nearly all within the histogram
+    assert min(judged["shots"]) > 0.15
 
 
 def test_conformal_texture_moves_by_conformal_maps_only():
-    told = drive("""
+    judged = drive("""
 import conformal_texture
 demo = start(conformal_texture, ['sample:spheroid:n_vertices=3000'])
 before = np.abs(ism.angle_differences(demo.mesh.vertices, demo.mesh.f, demo.y)).mean()
@@ -62,12 +62,12 @@ free = ism.certify(demo.y, demo.mesh.f).folding_free
 told = dict(before=before, after=after, moved=moved.tolist(), free=free,
             strength=float(np.linalg.norm(demo.centre)), drawn=drawn(image), picked=demo.picked, front=front)
 """)
-    assert told["moved"] == pytest.approx([40, -25])
-    assert 0.1 < told["strength"] < 0.95
-    assert told["free"]
-    assert told["after"] < 2 * told["before"] + 0.2
-    assert told["drawn"] > 0.3
-    assert told["picked"] == told["front"]
+    assert judged["moved"] == pytest.approx([40, -25])
+    assert 0.1 < judged["strength"] < 0.95
+    assert judged["free"]
+    assert judged["after"] < 2 * judged["before"] + 0.2
+    assert judged["drawn"] > 0.3
+    assert judged["picked"] == judged["front"]
 
 
 def test_gallery_makes_the_first_picture(tmp_path):

@@ -64,10 +64,10 @@ def test_steps_lead_back_to_the_sphere_quadratically_at_the_end(noisy):
 def test_the_centroid_goes_where_it_is_to_be(noisy):
     newton, x = noisy
     x = unit(x + np.array([0.0, 0.0, 0.05]))
-    astray = np.linalg.norm(newton.A @ x - newton.centroid)
+    off_centre = np.linalg.norm(newton.A @ x - newton.centroid)
     for _ in range(4):
         x = newton.step(x, smoothing=1.0, damping=1e-8)
-    assert np.linalg.norm(newton.A @ x - newton.centroid) < 1e-4 * astray
+    assert np.linalg.norm(newton.A @ x - newton.centroid) < 1e-4 * off_centre
 
 
 def test_a_map_that_has_the_angles_stays(noisy):

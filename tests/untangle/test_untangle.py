@@ -14,7 +14,7 @@ from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.candidate import Candidate
-from igl_spheremap.untangle.mend import is_off_centre, mend_locally, restore_gauge
+from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.rounding import certified_float32
 from igl_spheremap.untangle.untangle import untangle
 from igl_spheremap.verify.certificate import certify, certify_checked
@@ -53,33 +53,33 @@ def folded(spheroid):
 
 def test_a_map_without_foldings_is_handed_back(spheroid):
     mesh, operators, x = spheroid
-    mended = _untangle(mesh, operators, x)
-    assert mended.x is x
-    assert mended.rounds == ()
-    assert mended.stretch == 1
+    repaired = _untangle(mesh, operators, x)
+    assert repaired.x is x
+    assert repaired.rounds == ()
+    assert repaired.stretch == 1
 
 
 def test_a_few_foldings_are_mended_where_they_are(folded, spheroid):
     mesh, operators, x = folded
-    mended = _untangle(mesh, operators, x)
-    assert mended.certificate.folding_free
-    assert [r.start for r in mended.rounds] == ["map", "embedding", "newton"]
+    repaired = _untangle(mesh, operators, x)
+    assert repaired.certificate.folding_free
+    assert [r.start for r in repaired.rounds] == ["map", "embedding", "newton"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
-    assert (mend_locally(mesh, x)[far] == x[far]).all()
-    assert _mean(mesh, mended.x) < _mean(mesh, spheroid[2])
+    assert (repair_locally(mesh, x)[far] == x[far]).all()
+    assert _mean(mesh, repaired.x) < _mean(mesh, spheroid[2])
 
 
 def test_a_mended_map_is_in_the_gauge(folded):
     mesh, operators, x = folded
-    assert np.linalg.norm(operators.A @ mend_locally(mesh, x)) > 1e-12
-    mended = _untangle(mesh, operators, x)
-    assert np.linalg.norm(operators.A @ mended.x) < 1e-12
-    assert np.abs(fix_gauge(mesh, mended.x, operators.A) - mended.x).max() < 1e-12
+    assert np.linalg.norm(operators.A @ repair_locally(mesh, x)) > 1e-12
+    repaired = _untangle(mesh, operators, x)
+    assert np.linalg.norm(operators.A @ repaired.x) < 1e-12
+    assert np.abs(fix_gauge(mesh, repaired.x, operators.A) - repaired.x).max() < 1e-12
 
 
 def test_what_rounding_folds_in_the_gauge_is_mended_or_left():
     mesh, operators, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
-    y = mend_locally(mesh, center(_untangle(mesh, operators, x).x, np.full(len(x), 1 / len(x))))
+    y = repair_locally(mesh, center(_untangle(mesh, operators, x).x, np.full(len(x), 1 / len(x))))
     z = restore_gauge(mesh, y, operators.A)
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(operators.A @ z) < max(1e-3, np.linalg.norm(operators.A @ y) / 10)
@@ -91,10 +91,10 @@ def test_a_coarse_map_far_from_conformal_is_brought_nearer_but_only_if_that_gain
     operators = build_operators(mesh)
     x = fix_gauge(mesh, harmonic_map(mesh, operators).last.x, operators.A)
     assert certify(x, f).folding_free
-    mended = _untangle(mesh, operators, x)
-    assert mended.certificate.folding_free
-    assert [r.start for r in mended.rounds] == ["map", "newton", "newton"]
-    assert _mean(mesh, mended.x) < 0.5 * _mean(mesh, x)
+    repaired = _untangle(mesh, operators, x)
+    assert repaired.certificate.folding_free
+    assert [r.start for r in repaired.rounds] == ["map", "newton", "newton"]
+    assert _mean(mesh, repaired.x) < 0.5 * _mean(mesh, x)
     mesh, operators, x = _mapped("dumbbell", n_vertices=1500)
     assert _mean(mesh, x) > 2
     assert _untangle(mesh, operators, x).x is x
@@ -116,11 +116,11 @@ def test_long_arms_come_back_certified_and_conformal():
     mesh, operators, x = _mapped("octopus", n_vertices=6000, arm_length=6.0)
     assert not certify_checked(x, mesh.f).folding_free
     seen = []
-    mended = _untangle(mesh, operators, x, seen.append)
-    assert certify(mended.x, mesh.f).folding_free
-    assert mended.stretch > 1
-    assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in mended.rounds]
-    assert _mean(mesh, mended.x) < _mean(mesh, x)
+    repaired = _untangle(mesh, operators, x, seen.append)
+    assert certify(repaired.x, mesh.f).folding_free
+    assert repaired.stretch > 1
+    assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in repaired.rounds]
+    assert _mean(mesh, repaired.x) < _mean(mesh, x)
 
 
 def test_the_poles_gauge_holds_a_spring_better():
@@ -135,9 +135,9 @@ def test_the_poles_gauge_holds_a_spring_better():
 
 def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, operators, x = spheroid
-    mended = _untangle(mesh, operators, x, poles=True)
-    assert mended.gauge == "centred"
-    assert (mended.x == x).all()
+    repaired = _untangle(mesh, operators, x, poles=True)
+    assert repaired.gauge == "centred"
+    assert (repaired.x == x).all()
 
 
 @pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])

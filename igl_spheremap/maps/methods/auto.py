@@ -14,7 +14,7 @@ from ...mesh.check import Mesh
 from ...operators.operators import Operators, build_operators
 from ...sphere.gauge import fix_gauge
 from ...untangle.candidate import Candidate
-from ...untangle.mend import is_off_centre, restore_gauge
+from ...untangle.local_repair import is_off_centre, restore_gauge
 from ...untangle.polish import polish_map
 from ...untangle.untangle import untangle
 from ...verify.certificate import certify_checked

@@ -46,14 +46,14 @@ def test_the_loss_of_the_vertex_order_is_reported(tmp_path, capsys):
 def test_stdin_is_read_as_a_file_is(kind, tmp_path, monkeypatch, capsys):
     path = tmp_path / f"mesh.{kind}"
     write_mesh(path, *ism.samples.from_spec("spheroid:n_vertices=300"))
-    told = []
+    judged = []
     for source in (str(path), "-"):
         give(monkeypatch, path.read_bytes())
         assert main(["info", source, "--format", kind, "--json", "-"]) == 0
-        told.append(json.loads(capsys.readouterr().out))
-    assert told[1].pop("source") == "stdin"
-    assert told[0].pop("source") == str(path)
-    assert told[0] == told[1]
+        judged.append(json.loads(capsys.readouterr().out))
+    assert judged[1].pop("source") == "stdin"
+    assert judged[0].pop("source") == str(path)
+    assert judged[0] == judged[1]
 
 
 def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):
@@ -67,10 +67,10 @@ def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):
         return read_mesh(tmp_path / "piped.obj")
 
     sphere = run("map", SAMPLE, "-")
-    mended = run("repair", SAMPLE, "-", "-", piped=sphere)
-    assert np.allclose(mesh(mended).v, mesh(sphere).v, atol=1e-12)  # nothing to mend
-    assert len(mesh(run("resample", SAMPLE, "-", "-", "--to", "ico:2", piped=mended)).v) == 162
-    assert run("check", SAMPLE, "-", piped=mended) == ""
+    repaired = run("repair", SAMPLE, "-", "-", piped=sphere)
+    assert np.allclose(mesh(repaired).v, mesh(sphere).v, atol=1e-12)  # nothing to mend
+    assert len(mesh(run("resample", SAMPLE, "-", "-", "--to", "ico:2", piped=repaired)).v) == 162
+    assert run("check", SAMPLE, "-", piped=repaired) == ""
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,7 @@ except RuntimeError as error:
 
 @needs_drawing
 def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
-    told = drive(f"""
+    judged = drive(f"""
 from igl_spheremap.apps.viewer import screenshot
 v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
@@ -156,11 +156,11 @@ smaller = window.grab()
 told = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
             background=image[2, 2].tolist())
 """)
-    assert told["shape"] == [600, 1000, 3]
-    assert told["smaller"] == [400, 600, 3]
-    assert 0.2 < told["drawn"] < 0.6
-    assert told["vermilion"] < 0.002  # the legend alone
-    assert told["background"] == [255, 255, 255]
+    assert judged["shape"] == [600, 1000, 3]
+    assert judged["smaller"] == [400, 600, 3]
+    assert 0.2 < judged["drawn"] < 0.6
+    assert judged["vermilion"] < 0.002  # the legend alone
+    assert judged["background"] == [255, 255, 255]
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

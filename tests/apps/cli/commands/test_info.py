@@ -11,6 +11,6 @@ from igl_spheremap.apps.cli import main
 
 def test_info_counts(capsys):
     assert main(["info", SAMPLE, "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["vertices"] - told["edges"] + told["faces"] == 2
-    assert told["deep_limbs"] == []
+    judged = json.loads(capsys.readouterr().out)
+    assert judged["vertices"] - judged["edges"] + judged["faces"] == 2
+    assert judged["deep_limbs"] == []

@@ -15,14 +15,14 @@ def test_a_folded_map_is_mended_where_it_folds(sphere, tmp_path, capsys):
     x, f = read_mesh(sphere)
     x[7] = -x[7]
     write_mesh(tmp_path / "folded.ply", 5 * x, f)
-    mended = tmp_path / "mended.ply"
-    assert main(["repair", SAMPLE, str(tmp_path / "folded.ply"), str(mended), "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["before"]["certificate"]["folding_free"] is False
-    assert told["after"]["certificate"]["folding_free"] is True
-    assert 0 < told["moved"] < len(x) // 4
-    assert np.allclose(np.linalg.norm(read_mesh(mended).v, axis=1), 5)
-    assert main(["check", SAMPLE, str(mended), "-q"]) == 0
+    repaired = tmp_path / "mended.ply"
+    assert main(["repair", SAMPLE, str(tmp_path / "folded.ply"), str(repaired), "--json", "-"]) == 0
+    judged = json.loads(capsys.readouterr().out)
+    assert judged["before"]["certificate"]["folding_free"] is False
+    assert judged["after"]["certificate"]["folding_free"] is True
+    assert 0 < judged["moved"] < len(x) // 4
+    assert np.allclose(np.linalg.norm(read_mesh(repaired).v, axis=1), 5)
+    assert main(["check", SAMPLE, str(repaired), "-q"]) == 0
 
 
 def test_a_map_without_directions_cannot_be_mended(sphere, tmp_path, capsys):

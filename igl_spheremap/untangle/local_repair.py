@@ -11,7 +11,7 @@ from ..sphere.rows import weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
-from .embedding import Watch, dilate, progressive_embedding, upright
+from .embedding import Watch, dilate, fix_orientation, progressive_embedding
 from .nudge import nudge
 from .relax import AngleLoss, descend
 
@@ -24,13 +24,13 @@ _RELAXED_RINGS = 2
 _SWEEPS = (5, 30)
 _WORK = 3000
 _TOLERANCE = 0.01
-#: A centroid this far from the origin is worth the mending of what the rounding of a Moebius map folds.
+#: A centroid this far from the origin is worth the repair of what the rounding of a Moebius map folds.
 _ASTRAY = 1e-3
 #: But not if the mean angle difference grows by more than this factor.
 _DEAR = 1.05
 
 
-def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
+def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
                  relaxed: BoolArray | None = None) -> FloatArray:
     """Set upright what is folded by small moves, embed what is left, and relax it with its surroundings.
 
@@ -50,7 +50,7 @@ def mend_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
     (n, 3) float64 array
         Unit rows, certified free of foldings.
     """
-    x = upright(x, mesh.f)
+    x = fix_orientation(x, mesh.f)
     y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
     moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
     return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
@@ -81,7 +81,7 @@ def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """Put a map that was mended back into the package's gauge, which mending moves a little.
+    """Put a repaired map back into the package's gauge, from which the repair moves it.
 
     Parameters
     ----------
@@ -105,13 +105,13 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     if not free:
         if not is_off_centre(x, A):
             return x
-        y = mend_locally(mesh, y)
+        y = repair_locally(mesh, y)
     worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x
 
 
 def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
-    """Whether the source's area has its centroid in the image off the origin by more than is worth mending.
+    """True if the centroid of the source's area is off the origin by more than a repair is worth.
 
     Parameters
     ----------
