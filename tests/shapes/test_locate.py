@@ -147,3 +147,17 @@ def test_candidates_stay_few_where_faces_crowd():
         point, _ = locator._tree.candidates(unit_rows(x[f].sum(axis=1)))
         counts.append(len(point) / len(f))
     assert counts[1] < 1.2 * counts[0] < 10
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-100, 1e-162, 1e-300])
+def test_triangles_at_a_pole_are_located_down_to_the_smallest_numbers(size):
+    angle = 2 * np.pi * np.arange(3) / 3
+    flat = np.column_stack((np.cos(angle), np.sin(angle)))
+    x = np.vstack((np.column_stack((size * flat, np.ones(3))), np.column_stack((flat, np.zeros(3))), [[0, 0, -1]]))
+    f = [[0, 1, 2]]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        f += [[i, 3 + i, 3 + j], [i, 3 + j, j], [3 + j, 3 + i, 6]]
+    weights = np.array([[0.5, 0.3, 0.2], [0.1, 0.1, 0.8], [1, 0, 0]])
+    face, found = SphereLocator(x, f).locate(weights @ x[:3])
+    assert face.tolist() == [0, 0, 0]
+    assert np.allclose(found, weights, atol=1e-9)
