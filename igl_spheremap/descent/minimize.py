@@ -24,8 +24,11 @@ class Minimum:
     status: Status
 
     def centred(self, problem: Problem) -> Minimum:
-        """In the gauge of the result, in which foldings and energy are counted."""
+        """In the gauge of the result, unless rounding there folds a face of a map without foldings."""
         x = problem.centred(self.last.x)
+        folded, were_folded = ((orientation_signs(y, problem.f) <= 0).any() for y in (x, self.last.x))
+        if folded and not were_folded:
+            return self
         return replace(self, last=replace(self.last, x=x, energy=problem.energy.evaluate(x)[0]))
 
     def as_round(self, mesh: Mesh, start: Iterate, seconds: float) -> Round:

@@ -35,7 +35,8 @@ def map_factorised(
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
     x = fix_gauge(mesh, minimum.last.x, operators.A)
-    found = Candidate(x, minimum.last.energy, minimum.status, certificate=certify_checked(x, mesh.f),
+    certificate = certify_checked(x, mesh.f)
+    found = Candidate(x, minimum.last.energy, minimum.status, certificate=certificate,
                       backend=operators.factor.backend, notes=operators.notes)
     if found.status is Status.STOPPED:
         return found
@@ -44,7 +45,9 @@ def map_factorised(
     except StopIteration:
         return replace(found, status=Status.STOPPED)
     if options.polish is not None:
-        y = polish_map(mesh, found.x, options.polish)
+        # The MIPS energy is least near the harmonic map; steps towards the mesh's angles lead away from there.
+        harmonic = options.polish == "mips" and certificate.folding_free and found.gauge == "centred"
+        y = polish_map(mesh, x if harmonic else found.x, options.polish)
         y = y if found.gauge == "poles" else restore_gauge(mesh, y, operators.A)
         energy = HarmonicEnergy(operators.L).evaluate(y)[0]
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))
