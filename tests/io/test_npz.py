@@ -7,7 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from igl_spheremap import FileError, MeshError, samples, spherical_conformal_map
+from igl_spheremap import (
+    FileError,
+    MeshError,
+    balanced_spherical_map,
+    landmark_map,
+    samples,
+    spherical_conformal_map,
+)
 from igl_spheremap.io import certify_radius, read_map, read_mesh, read_sphere, write_map
 
 
@@ -26,9 +33,19 @@ def same(a, b):
     return a == b or (a != a and b != b)
 
 
-@pytest.mark.parametrize("method", ["auto", "lai2014"])
-def test_every_field_of_a_map_comes_back(method, tmp_path):
-    result = spherical_conformal_map(*samples.make("spheroid", n_vertices=300), method)
+@pytest.mark.parametrize(
+    "make",
+    [
+        spherical_conformal_map,
+        lambda v, f: spherical_conformal_map(v, f, "lai2014"),
+        lambda v, f: spherical_conformal_map(v, f, gauge="poles"),
+        lambda v, f: balanced_spherical_map(v, f, 0.5),
+        lambda v, f: landmark_map(v, f, [0], [[0, 0.6, 0.8]]),
+    ],
+    ids=["auto", "lai2014", "poles", "balanced", "landmarks"],
+)
+def test_every_field_of_a_map_comes_back(make, tmp_path):
+    result = make(*samples.make("spheroid", n_vertices=300))
     write_map(tmp_path / "map.npz", result)
     back = read_map(tmp_path / "map.npz")
     for field in dataclasses.fields(result):
