@@ -1,8 +1,14 @@
-"""The corpus of meshes, where there is one."""
+"""The corpus of meshes, where there is one, and Ctrl-C as on a terminal."""
 
+import signal
 
 import pytest
 from corpus import CORPUS
+
+
+def pytest_configure():
+    """Take Ctrl-C as on a terminal: a run in the background ignores it, and so would the programs that tests start."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items):
