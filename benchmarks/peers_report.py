@@ -27,7 +27,7 @@ COLUMNS = ("competitor", "CPU s", "wall s", "memory", "foldings", "mean", "99 %"
 
 def write_report(rows: list[dict], path: Path) -> None:
     """Write one table for each mesh; what was written by hand below the mark stays."""
-    mark = "\n## What the figures say\n"
+    mark = "\n## What the figures show\n"
     kept = mark + path.read_text().split(mark, 1)[1] if path.exists() and mark in path.read_text() else ""
     parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version()),
              "![Time against size](images/benchmarks.png)\n", *map(table, rows)]
@@ -48,16 +48,16 @@ def table(row: dict) -> str:
 
 def cells(name: str, trial: dict, trials: dict) -> list[str]:
     """One row's figures."""
-    judged = ["-", "-", "-"]
+    quality = ["-", "-", "-"]
     if "mean" in trial:
-        judged = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"]
+        quality = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"]
     base = [trials.get(other, {}).get("cpu") for other in ("ours, cvxopt", "ours, scipy")]
     quotient = " / ".join(f"{trial['cpu'] / cpu:.1f}" for cpu in base if cpu)
     factor = trials.get(name.replace("ours", "factor"), {}) if name.startswith("ours") else {}
     over = "-"
     if "cpu" in factor:
         over = f"{trial['cpu'] / factor['cpu']:.2f} ({trial['memory'] / factor['memory']:.2f})"
-    return [f"{trial['cpu']:.2f}", f"{trial['wall']:.2f}", f"{trial['memory']:.0f}", *judged,
+    return [f"{trial['cpu']:.2f}", f"{trial['wall']:.2f}", f"{trial['memory']:.0f}", *quality,
             "-" if name.startswith("factor") else quotient, over]
 
 

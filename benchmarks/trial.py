@@ -23,7 +23,7 @@ from igl_spheremap.operators.factor import factorize
 
 
 def main(name: str, path: str, cap: str) -> dict[str, object]:
-    """Warm up on a small mesh, run once, and judge the map after the measurement."""
+    """Warm up on a small mesh, run once, and certify and measure the map afterwards."""
     resource.setrlimit(resource.RLIMIT_CPU, (int(cap), int(cap) + 60))
     with np.load(path) as data:
         v, f = data["v"], data["f"]

@@ -57,8 +57,8 @@ def start(module, arguments, offscreen=True):
 
 
 def drive(code):
-    """Run code that ends with a dict called `judged`, and return it."""
-    script = f"{_PREAMBLE}\n{code}\nprint(json.dumps(told))"
+    """Run code that ends with a dict called `figures`, and return it."""
+    script = f"{_PREAMBLE}\n{code}\nprint(json.dumps(figures))"
     done = run([sys.executable, "-c", script])
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])

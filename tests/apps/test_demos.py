@@ -22,29 +22,29 @@ def png_size(path):
 
 
 def test_compare_methods_judges_as_the_library_does():
-    judged = drive("""
+    figures = drive("""
 import compare_methods
 demo = start(compare_methods, ['sample:dino:n_vertices=1500', '--methods', 'auto', 'stereographic'])
 shots = []
 for frame in range(demo.frames()):
     demo.go_to(frame)
     shots.append(drawn(window.grab()))
-told = dict(names=[c.name for c in demo.contenders], means=[c.mean for c in demo.contenders],
+figures = dict(names=[c.name for c in demo.contenders], means=[c.mean for c in demo.contenders],
             foldings=[c.foldings for c in demo.contenders], shots=shots,
             beyond=[float(c.share[[0, -1]].sum()) for c in demo.contenders])
 """)
     v, f = ism.samples.make("dino", n_vertices=1500)
     result = ism.spherical_conformal_map(v, f)
-    assert judged["names"] == ["Gauss map", "auto", "stereographic"]
-    assert judged["means"][1] == pytest.approx(np.abs(result.angle_differences()).mean())
-    assert judged["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings
-    assert judged["foldings"][1] == 0
-    assert judged["beyond"][1] < 0.1  # its angle differences are nearly all within the histogram
-    assert min(judged["shots"]) > 0.15
+    assert figures["names"] == ["Gauss map", "auto", "stereographic"]
+    assert figures["means"][1] == pytest.approx(np.abs(result.angle_differences()).mean())
+    assert figures["foldings"][0] == ism.certify(ism.gauss_map(v, f), f).foldings
+    assert figures["foldings"][1] == 0
+    assert figures["beyond"][1] < 0.1  # its angle differences are nearly all within the histogram
+    assert min(figures["shots"]) > 0.15
 
 
 def test_conformal_texture_moves_by_conformal_maps_only():
-    judged = drive("""
+    figures = drive("""
 import conformal_texture
 demo = start(conformal_texture, ['sample:spheroid:n_vertices=3000'])
 before = np.abs(ism.angle_differences(demo.mesh.vertices, demo.mesh.f, demo.y)).mean()
@@ -59,15 +59,15 @@ front = int(np.argmax((demo.image.x @ demo.stage.turn.T)[:, 2]))
 demo.stage.draw()
 demo.pick(demo.stage.to_pixels(0, 1, demo.image.x[front]))
 free = ism.certify(demo.y, demo.mesh.f).folding_free
-told = dict(before=before, after=after, moved=moved.tolist(), free=free,
+figures = dict(before=before, after=after, moved=moved.tolist(), free=free,
             strength=float(np.linalg.norm(demo.centre)), drawn=drawn(image), picked=demo.picked, front=front)
 """)
-    assert judged["moved"] == pytest.approx([40, -25])
-    assert 0.1 < judged["strength"] < 0.95
-    assert judged["free"]
-    assert judged["after"] < 2 * judged["before"] + 0.2
-    assert judged["drawn"] > 0.3
-    assert judged["picked"] == judged["front"]
+    assert figures["moved"] == pytest.approx([40, -25])
+    assert 0.1 < figures["strength"] < 0.95
+    assert figures["free"]
+    assert figures["after"] < 2 * figures["before"] + 0.2
+    assert figures["drawn"] > 0.3
+    assert figures["picked"] == figures["front"]
 
 
 def test_gallery_makes_the_first_picture(tmp_path):

@@ -70,17 +70,17 @@ def test_the_surface_is_all_there(written):
     (part,) = mesh["primitives"]
     assert part.get("mode", 4) == 4
     assert {"min", "max"} <= tree["accessors"][part["attributes"]["POSITION"]].keys()
-    judged = {name: accessor(tree, binary, number) for name, number in part["attributes"].items()}
+    stored = {name: accessor(tree, binary, number) for name, number in part["attributes"].items()}
     faces = accessor(tree, binary, part["indices"]).reshape(-1, 3)
     assert np.array_equal(faces, atlas.f)
-    assert np.array_equal(judged["POSITION"], atlas.carry(v).astype(np.float32))
-    assert np.allclose(np.linalg.norm(judged["NORMAL"], axis=1), 1, atol=1e-6)
-    corners = judged["POSITION"][faces].astype(float)
+    assert np.array_equal(stored["POSITION"], atlas.carry(v).astype(np.float32))
+    assert np.allclose(np.linalg.norm(stored["NORMAL"], axis=1), 1, atol=1e-6)
+    corners = stored["POSITION"][faces].astype(float)
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    middle = judged["NORMAL"][faces].mean(axis=1)
+    middle = stored["NORMAL"][faces].mean(axis=1)
     assert (np.einsum("ij,ij->i", flat, middle)[np.linalg.norm(flat, axis=1) > 1e-9] > 0).all()
     # glTF counts rows of a picture from above.
-    assert np.allclose(judged["TEXCOORD_0"], np.column_stack([atlas.uv[:, 0], 1 - atlas.uv[:, 1]]), atol=1e-6)
+    assert np.allclose(stored["TEXCOORD_0"], np.column_stack([atlas.uv[:, 0], 1 - atlas.uv[:, 1]]), atol=1e-6)
 
 
 def test_the_picture_is_the_one_that_was_given(written):

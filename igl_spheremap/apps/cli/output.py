@@ -22,7 +22,7 @@ _SHOWN = 10  # faces that JSON lists of each kind of fault
 
 
 def add_output(parser: ArgumentParser) -> None:
-    """Add the flags that say where figures go."""
+    """Add the flags for figures."""
     parser.add_argument(
         "--json", metavar="FILE", help="write the figures as JSON; '-' is stdout, instead of the summary"
     )

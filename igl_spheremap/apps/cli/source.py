@@ -30,7 +30,7 @@ class Source:
 
 
 def add_source(parser: ArgumentParser, name: str = "IN") -> None:
-    """Add the mesh, under a name for the help text, and the flags that say how to read it."""
+    """Add the mesh, under a name for the help text, and the flags for reading it."""
     parser.add_argument("source", metavar=name, help="a mesh file, sample:NAME[:key=value,...], or - for stdin")
     add_format(parser)
     add_repair(parser)

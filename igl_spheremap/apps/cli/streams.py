@@ -91,7 +91,7 @@ def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
 
 
 def target_format(args: Namespace) -> Format:
-    """The format of OUT: by its name, or for stdout as --format says."""
+    """The format of OUT: by its name, or for stdout by --format."""
     return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
 
 

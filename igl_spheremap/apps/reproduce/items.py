@@ -32,7 +32,7 @@ def reproduce(
 
     Runs are kept in `out/runs` as they end: an interrupted call continues there. `meshes` is a folder of real
     counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
-    `report` takes a line on each run, `listen` gives a listener for a run on a mesh with these faces.
+    `report` takes a line on each run, `listen` makes a listener for a run on a mesh with these faces.
     """
     unknown = sorted(set(names) - set(ITEMS))
     if unknown:

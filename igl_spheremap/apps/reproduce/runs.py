@@ -1,4 +1,4 @@
-"""Runs of methods on surfaces, kept in files, so that what was interrupted goes on where it was."""
+"""Runs of methods on surfaces, kept in files, from which an interrupted command continues."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Runs:
     """All runs, computed at first use and kept in a folder: a file for each mesh, method, cap and version.
 
     `meshes` is a folder of real counterparts of the paper's surfaces. `report` takes a line on each run, `listen`
-    gives a listener for a run on a mesh with these faces.
+    makes a listener for a run on a mesh with these faces.
     """
 
     def __init__(

@@ -43,7 +43,7 @@ class App:
         """Show a frame, from 0."""
 
     def facts(self) -> dict[str, Any]:
-        """What the frame that is shown has to say, for JSON."""
+        """Figures of the frame that is shown, for JSON."""
         return {}
 
     def tick(self) -> None:

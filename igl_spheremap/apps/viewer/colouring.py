@@ -75,7 +75,7 @@ def relief(mesh: Mesh) -> FloatArray:
 
 @lru_cache(maxsize=4)
 def places(mesh: Mesh) -> FloatArray:
-    """Colours that tell the places of a surface apart: from end to end along its longest side, equal areas each."""
+    """Colours by place on a surface: from end to end along its longest side, equal areas each."""
     side = int(np.argmax(np.ptp(mesh.v, axis=0)))
     order = np.argsort(mesh.v[mesh.f, side].mean(axis=1), kind="stable")
     rank = np.empty(len(mesh.f))

@@ -131,7 +131,7 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours tell at first: "foldings", "conformal factor" or "angle differences".
+        What the colours show at first: "foldings", "conformal factor" or "angle differences".
 
     Returns
     -------
@@ -173,7 +173,7 @@ def screenshot(
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours tell: "foldings", "conformal factor" or "angle differences".
+        What the colours show: "foldings", "conformal factor" or "angle differences".
     size : (int, int)
         Width and height in pixels.
 

@@ -125,7 +125,7 @@ def aim(height: int) -> None:
 
 
 def check_picture(path: str | os.PathLike[str]) -> None:
-    """Raise a FileError before the work starts if a picture can't be written; polyscope writes none and goes on."""
+    """Raise a FileError before the work starts if a picture can't be written; polyscope reports nothing."""
     if Path(path).suffix.lower() not in _PICTURES:
         raise FileError(f"{path}: a picture is a {' or '.join(_PICTURES)} file")
     check_writable(path, force=True)

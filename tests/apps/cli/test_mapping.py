@@ -26,11 +26,11 @@ def test_map_writes_certifies_and_tells(tmp_path, capsys):
     assert err == ""
     assert "folding-free" in out
     assert "certified as written" in out
-    result, judged = read_map(target), json.loads(figures.read_text())
-    assert judged["vertices"] == len(result.vertices)
-    assert judged["energy"] == result.energy
-    assert judged["certificate"]["folding_free"] is True
-    assert judged["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
+    result, written = read_map(target), json.loads(figures.read_text())
+    assert written["vertices"] == len(result.vertices)
+    assert written["energy"] == result.energy
+    assert written["certificate"]["folding_free"] is True
+    assert written["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
 
 
 def test_verbose_logs_every_iteration(tmp_path, capsys):

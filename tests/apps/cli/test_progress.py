@@ -17,7 +17,7 @@ from igl_spheremap.descent.iterate import Iterate
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
+    """A stream that passes for a terminal."""
 
     def isatty(self) -> bool:
         return True

@@ -46,14 +46,14 @@ def test_the_loss_of_the_vertex_order_is_reported(tmp_path, capsys):
 def test_stdin_is_read_as_a_file_is(kind, tmp_path, monkeypatch, capsys):
     path = tmp_path / f"mesh.{kind}"
     write_mesh(path, *ism.samples.from_spec("spheroid:n_vertices=300"))
-    judged = []
+    printed = []
     for source in (str(path), "-"):
         give(monkeypatch, path.read_bytes())
         assert main(["info", source, "--format", kind, "--json", "-"]) == 0
-        judged.append(json.loads(capsys.readouterr().out))
-    assert judged[1].pop("source") == "stdin"
-    assert judged[0].pop("source") == str(path)
-    assert judged[0] == judged[1]
+        printed.append(json.loads(capsys.readouterr().out))
+    assert printed[1].pop("source") == "stdin"
+    assert printed[0].pop("source") == str(path)
+    assert printed[0] == printed[1]
 
 
 def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):

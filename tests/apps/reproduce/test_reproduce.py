@@ -58,7 +58,7 @@ def test_capped_runs_are_marked(small, tmp_path):
 
 
 def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_path, monkeypatch):
-    judged = []
+    lines = []
     real, calls = runs.spherical_conformal_map, []
 
     def counted(*args, **options):
@@ -71,11 +71,11 @@ def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_p
     with pytest.raises(KeyboardInterrupt):
         page(tmp_path, "table1", max_iterations=40)
     assert not (tmp_path / "table1.md").exists()
-    first = page(tmp_path, "table1", max_iterations=40, report=judged.append)
+    first = page(tmp_path, "table1", max_iterations=40, report=lines.append)
     assert len(calls) == 4 + 3  # of six runs three were done, and one was lost
     assert page(tmp_path, "table1", max_iterations=40) == first
     assert len(calls) == 7
-    assert sum(line.endswith("...") for line in judged) == 3
+    assert sum(line.endswith("...") for line in lines) == 3
 
 
 def test_runs_are_told_apart_by_mesh_options_and_cap(small, tmp_path):

@@ -119,19 +119,19 @@ def test_no_colour_but_that_of_folded_faces_is_red():
 
 @needs_drawing
 def test_red_is_in_sight_in_every_picture_that_counts_foldings():
-    judged = play("""
+    figures = play("""
 shown = player('dino', 'lai2014')
 shown.prepare()
 iterations = {slide.step.iteration: k for k, slide in enumerate(shown.run.slides) if not slide.step.round}
 frames = [iterations[k] - 1 for k in (1, 20, 100, 400, 600, 900)] + shown.stops() + [shown.frames()]
-told = []
+figures = []
 for frame in frames:
     shown.go_to(frame)
     image = window.grab()
-    told.append([shown.facts()['before']['foldings'], shown.facts()['foldings'], red(image), drawn(image)])
+    figures.append([shown.facts()['before']['foldings'], shown.facts()['foldings'], red(image), drawn(image)])
 """)
-    assert sum(before > 0 for before, *_ in judged) > 6
-    for before, after, red, drawn in judged:
+    assert sum(before > 0 for before, *_ in figures) > 6
+    for before, after, red, drawn in figures:
         assert (red > 150) == (before + after > 0)
         assert (red == 0) == (before + after == 0)
         assert drawn > 0.15
@@ -139,7 +139,7 @@ for frame in frames:
 
 @needs_drawing
 def test_the_player_draws_while_it_computes_and_starts_another_run():
-    judged = play("""
+    figures = play("""
 shown = player('dino:n_vertices=3000', 'lai2014', PlayerWindow, tolerance=1e-12, plateau=0.0, rounds=0)
 seen = set()
 while shown.run.running and len(seen) < 5:
@@ -157,12 +157,12 @@ image = window.grab()
 shown.start('unicorn', METHODS['auto']())
 shown.run.wait()
 window.grab()
-told = dict(seen=len(seen), status=status, drawn=drawn(image), error=str(shown.run.error))
+figures = dict(seen=len(seen), status=status, drawn=drawn(image), error=str(shown.run.error))
 """)
-    assert judged["seen"] >= 5
-    assert judged["status"] == "STOPPED"
-    assert judged["drawn"] > 0.15
-    assert "unicorn" in judged["error"]
+    assert figures["seen"] >= 5
+    assert figures["status"] == "STOPPED"
+    assert figures["drawn"] > 0.15
+    assert "unicorn" in figures["error"]
 
 
 @needs_drawing

@@ -145,7 +145,7 @@ except RuntimeError as error:
 
 @needs_drawing
 def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
-    judged = drive(f"""
+    figures = drive(f"""
 from igl_spheremap.apps.viewer import screenshot
 v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
@@ -153,14 +153,14 @@ screenshot(result, {str(tmp_path / "a.png")!r})
 image = window.grab()
 screenshot(result, {str(tmp_path / "b.png")!r}, subject='conformal factor', size=(600, 400))
 smaller = window.grab()
-told = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
+figures = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
             background=image[2, 2].tolist())
 """)
-    assert judged["shape"] == [600, 1000, 3]
-    assert judged["smaller"] == [400, 600, 3]
-    assert 0.2 < judged["drawn"] < 0.6
-    assert judged["vermilion"] < 0.002  # the legend alone
-    assert judged["background"] == [255, 255, 255]
+    assert figures["shape"] == [600, 1000, 3]
+    assert figures["smaller"] == [400, 600, 3]
+    assert 0.2 < figures["drawn"] < 0.6
+    assert figures["vermilion"] < 0.002  # the legend alone
+    assert figures["background"] == [255, 255, 255]
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

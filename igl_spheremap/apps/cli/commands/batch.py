@@ -166,8 +166,8 @@ def map_one(
         resumed = not force and Path(job.target).exists()
         if resumed:
             if read_mark(job.target) != make_mark(source.v, source.f, chosen.name, settings):
-                raise FileError(f"{job.target} is there, and its mark does not say that this version made it from "
-                                "this mesh by this method; it is left as it is, force=True replaces it")
+                raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
+                                "force=True replaces it")
             x, f = read_sphere(job.target)
             check_fits(source, job.target, x, f)
             check, seconds = certify_radius(x, source.f), 0.0

@@ -103,7 +103,7 @@ def test_what_others_made_is_neither_taken_for_a_result_nor_lost(change, desk):
     before = Path("out.ply").read_bytes()
     outcome = map_one()
     assert (outcome.status, outcome.resumed) == (Exit.FILE, False)
-    assert "its mark does not say" in outcome.message
+    assert "without the mark" in outcome.message
     assert "--force" in outcome.message
     assert Path("out.ply").read_bytes() == before
     assert map_one(force=True).status == Exit.OK

@@ -11,6 +11,6 @@ from igl_spheremap.apps.cli import main
 
 def test_info_counts(capsys):
     assert main(["info", SAMPLE, "--json", "-"]) == 0
-    judged = json.loads(capsys.readouterr().out)
-    assert judged["vertices"] - judged["edges"] + judged["faces"] == 2
-    assert judged["deep_limbs"] == []
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["vertices"] - figures["edges"] + figures["faces"] == 2
+    assert figures["deep_limbs"] == []

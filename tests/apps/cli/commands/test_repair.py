@@ -17,10 +17,10 @@ def test_a_folded_map_is_mended_where_it_folds(sphere, tmp_path, capsys):
     write_mesh(tmp_path / "folded.ply", 5 * x, f)
     repaired = tmp_path / "mended.ply"
     assert main(["repair", SAMPLE, str(tmp_path / "folded.ply"), str(repaired), "--json", "-"]) == 0
-    judged = json.loads(capsys.readouterr().out)
-    assert judged["before"]["certificate"]["folding_free"] is False
-    assert judged["after"]["certificate"]["folding_free"] is True
-    assert 0 < judged["moved"] < len(x) // 4
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["before"]["certificate"]["folding_free"] is False
+    assert figures["after"]["certificate"]["folding_free"] is True
+    assert 0 < figures["moved"] < len(x) // 4
     assert np.allclose(np.linalg.norm(read_mesh(repaired).v, axis=1), 5)
     assert main(["check", SAMPLE, str(repaired), "-q"]) == 0
 
