@@ -25,35 +25,20 @@ _SWEEPS = (5, 30)
 _WORK = 3000
 _TOLERANCE = 0.01
 #: A centroid this far from the origin is worth the repair of what the rounding of a Moebius map folds.
-_ASTRAY = 1e-3
+_OFF_CENTRE = 1e-3
 #: But not if the mean angle difference grows by more than this factor.
-_DEAR = 1.05
+_WORSE = 1.05
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None,
-                 relaxed: BoolArray | None = None) -> FloatArray:
-    """Set upright what is folded by small moves, embed what is left, and relax it with its surroundings.
+def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:
+    """Unfold faces by small moves, embed the vertices of those that are left, and relax what moved: free of foldings.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows.
-    watch : callable, optional
-        Called with the map after every round of small moves, and each time that a batch of vertices was put back.
-    relaxed : (n,) bool array, optional
-        Vertices to relax besides.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, certified free of foldings.
+    `watch` is called with the map after each round of small moves, and after each batch of embedded vertices.
     """
     x = fix_orientation(x, mesh.f)
     y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
     moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
-    return relax_some(mesh, y, moved if relaxed is None else moved | relaxed)
+    return relax_some(mesh, y, moved)
 
 
 def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
@@ -106,7 +91,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
         if not is_off_centre(x, A):
             return x
         y = repair_locally(mesh, y)
-    worth = mean_angle_difference(mesh, y) < _DEAR * mean_angle_difference(mesh, x)
+    worth = mean_angle_difference(mesh, y) < _WORSE * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x
 
 
@@ -125,4 +110,4 @@ def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
     bool
         True beyond a thousandth of the radius.
     """
-    return float(np.linalg.norm(weighted_sum(A, x))) > _ASTRAY
+    return float(np.linalg.norm(weighted_sum(A, x))) > _OFF_CENTRE

@@ -163,9 +163,6 @@ def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
     return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
 
 
-LOSSES = {"angles": AngleLoss, "mips": MipsLoss}
-
-
 def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = None, *,
             sweeps: int = 10, tolerance: float = 2e-3) -> FloatArray:
     """Lower a loss of shape vertex by vertex, keeping a map that is free of foldings so.

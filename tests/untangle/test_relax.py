@@ -7,8 +7,10 @@ import pytest
 from triangulations import icosphere, unit
 
 from igl_spheremap.sphere.charts import tangent_axes
-from igl_spheremap.untangle.relax import LOSSES, descend
+from igl_spheremap.untangle.relax import AngleLoss, MipsLoss, descend
 from igl_spheremap.verify.certificate import orientation_signs
+
+LOSSES = {"angles": AngleLoss, "mips": MipsLoss}
 
 
 def _stretched(level=3):

@@ -182,14 +182,6 @@ class Stage:
         moved = (pixel - self.to_pixels(row, column, like)) * UNITS_PER_PIXEL / radius
         return np.asarray(like + self.turn.T @ [moved[0], -moved[1], 0.0])
 
-    def cell_at(self, pixel: Sequence[float]) -> Place | None:
-        """The cell at a pixel, if it holds a body."""
-        for place in self.bodies:
-            left, top, w, h = self.cell(*place)
-            if left <= pixel[0] < left + w and top <= pixel[1] < top + h:
-                return place
-        return None
-
     def mouse(self) -> None:
         """Turn, shift and zoom by the mouse; to be called every frame of a window."""
         from polyscope import imgui
