@@ -84,3 +84,19 @@ def stitch(a, at, b, bt):
             faces.append((a[i % len(a)], b[(j + 1) % len(b)], b[j]))
             j += 1
     return np.array(faces)
+
+
+def worm(turns_of_length):
+    """A tube of 20 vertices around, so many circumferences long, bent a little so that nothing is symmetric."""
+    around, length = 20, 2 * np.pi * turns_of_length
+    s = np.linspace(-length / 2, length / 2, int(length / (2 * np.pi / around)))
+    r = np.sqrt(np.maximum(1 - np.maximum(np.abs(s) - (length / 2 - 1), 0) ** 2, 0))[1:-1, None]
+    t = np.arange(around) * 2 * np.pi / around
+    axis = np.column_stack((np.sin(s / 9), np.cos(s / 7), s))
+    rings = axis[1:-1, None] + r[..., None] * np.column_stack((np.cos(t), np.sin(t), 0 * t))
+    v = np.vstack((axis[:1], rings.reshape(-1, 3), axis[-1:]))
+    a, b, last = np.arange(around), (np.arange(around) + 1) % around, len(v) - 1
+    f = [np.column_stack((0 * a, 1 + b, 1 + a)), np.column_stack((last - around + a, last - around + b, 0 * a + last))]
+    for k in range(1, last - around, around):
+        f += [np.column_stack((k + a, k + b, k + b + around)), np.column_stack((k + a, k + b + around, k + a + around))]
+    return v, np.vstack(f)

@@ -109,7 +109,7 @@ def write_map(
     """
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path) is not npz.FORMAT:
-        return write_sphere(path, result.sphere, result.faces, result.vertices, force=force, radius=radius,
+        return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,
                             metadata=known)
     with replacing(path, force) as partial:
         npz.write_map(partial, result, known)
@@ -120,19 +120,18 @@ def write_sphere(
     path: PathLike,
     x: FloatArray,
     f: IntArray,
-    v: FloatArray | None = None,
     *,
     force: bool = False,
     radius: float | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write unit rows as `write_map` does, without a result; `v`, the source, keeps float32 limbs conformal."""
+    """Write unit rows as `write_map` does, without a result."""
     kind = format_of(path)
     known = {"geometric_type": "Spherical"} | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:
-        rounded = certified_float32(x, f, size, v)
+        rounded = certified_float32(x, f, size)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
         kind.write(partial, positions, f, known)

@@ -39,6 +39,15 @@ def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
     return np.asarray(2 * np.pi - np.bincount(f.ravel(), angles.ravel(), n))
 
 
+def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
+    """Mean logarithm of the lengths of the edges around each vertex; lengths below 1e-300 count as that."""
+    start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
+    d = v[start] - v[end]
+    log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), 1e-300))
+    n = len(v)  # a closed mesh runs through every edge once each way
+    return np.asarray(np.bincount(start, log, n) / np.bincount(start, minlength=n))
+
+
 def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Flat areas of the faces.
 

@@ -15,7 +15,6 @@ from scipy.sparse.csgraph import connected_components
 
 from ..mesh.check import Mesh
 from ..mesh.measure import angle_defects, corner_angles
-from .factor import Factor
 from .operators import Operators
 
 FloatArray = NDArray[np.float64]
@@ -34,29 +33,21 @@ class Limb:
     edge: float  # predicted length of the shortest image edge at the tip
 
 
-def flat_scale(defects: FloatArray, factor: Factor, pole: int) -> FloatArray:
-    """Logarithmic scale u of the flat metric e^{2u} g of a surface punctured at a vertex: L u = 4 pi delta - K.
-
-    `defects` are the angle defects K of the vertices; `factor` applies the inverse of L.
-
-    Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*, for curvature and scale.
-    """
-    load = -defects
-    load[pole] += 4 * np.pi
-    return factor.solve(load)
-
-
 def log_scale(mesh: Mesh, operators: Operators) -> FloatArray:
     """Predicted logarithm of the map's scale at each vertex, relative to the body: about -2 pi l / c at a limb's tip.
 
-    It is that of the map to the plane punctured in the body; that to the sphere is about the same away from there.
+    It is that of the map to the plane punctured in the body, the flat metric e^{2u} g with L u = 4 pi delta - K, K the
+    angle defects (Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*); that to the sphere
+    is about the same away from there.
     Where two bodies of equal area are joined by a neck, the map halves the difference between them, and this gives
     the whole of it to one of the two.
     """
     defects = angle_defects(corner_angles(mesh.v, mesh.f), mesh.f, len(mesh.v))
     middle = 0
     for _ in range(2):  # from anywhere, then from the middle of the body as seen from there
-        u = flat_scale(defects, operators.factor, middle)
+        load = -defects
+        load[middle] += 4 * np.pi
+        u = operators.factor.solve(load)
         order = np.argsort(u)
         middle = int(order[np.searchsorted(np.cumsum(operators.A[order]), 0.5)])
     return np.asarray(u - u[middle])

@@ -15,13 +15,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
+from ..mesh.measure import log_edges
 from ..operators.factor import factorize
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import unit_rows, weighted_sum
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
-from .depth import log_edges
 from .embedding import dilate, embed_locally
 from .nudge import nudge
 from .relax import AngleLoss, descend

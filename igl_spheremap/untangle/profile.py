@@ -130,7 +130,7 @@ def _bin_costs(limb: Limb, f: IntArray, source: FloatArray, bins: int) -> FloatA
     inside[limb.tip] = False
     faces = np.flatnonzero(inside[f].all(axis=1))
     z = limb.z[f[faces]]
-    size = np.abs(z)
+    size = np.maximum(np.abs(z), 1e-300)
     log, unit = np.log(size), z / size
     middle = log.mean(axis=1, keepdims=True)
     at = np.clip((np.log(limb.radius) - middle[:, 0]).astype(np.int64), 0, bins - 1)

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FactorisationFailed
-from ..mesh.measure import vertex_areas
-from ..operators.laplacian import laplacian
+from ..mesh.measure import corner_angles, face_areas
+from ..sphere.charts import from_chart
+from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate, certify_checked, orientation_signs
-from .depth import log_edges
 from .embedding import embed_locally
-from .nested import solve_limbs
+from .placed import as_mapped
+from .room import floors, make_room
 
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
-
-#: Edges shorter than exp(-this) do not survive in float32: tried one after the other.
-_FLOORS = (14.0, 13.0, 12.0, 11.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,26 +41,10 @@ class Float32Map:
     moved: IntArray
 
 
-def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
-                      v: FloatArray | None = None) -> Float32Map:
-    """Round a map to float32, and repair what rounding folds, on the grid of float32 numbers.
+def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float32Map:
+    """Round a map without foldings to float32 on a sphere of some radius, and repair what rounding folds, on that grid.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows, free of foldings.
-    f : (m, 3) int64 array
-        Faces of a closed genus-0 mesh that passed the gate.
-    radius : float
-        Of the sphere that is written.
-    v : (n, 3) float64 array, optional
-        Source of the map. With it, limbs too narrow for float32 are stretched as conformally as that goes;
-        without, they are only embedded.
-
-    Returns
-    -------
-    Float32Map
-        Positions and their certificate. What can't be repaired is left rounded, and the certificate says where.
+    What can't be repaired is left rounded, and the certificate says where.
 
     Examples
     --------
@@ -82,7 +62,7 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
     rounded = grid(x)
     repaired, certificate = rounded, _certificate(rounded, f)
     if not certificate.folding_free:
-        for trial in _trials(x, f, v):
+        for trial in _trials(x, f):
             y = embed_locally(grid(trial), f, grid)
             judged = _certificate(y, f)
             if judged.folding_free:
@@ -92,13 +72,12 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0,
     return Float32Map((repaired * scale).astype(np.float32), certificate, moved)
 
 
-def _trials(x: FloatArray, f: IntArray, v: FloatArray | None) -> Iterator[FloatArray]:
-    """The map with its limbs stretched, ever farther, and as it is."""
-    if v is not None:
-        L, depth, area = laplacian(v, f, "delaunay"), -log_edges(x, f), vertex_areas(v, f)
-        for floor in _FLOORS:
-            with suppress(FactorisationFailed):
-                yield solve_limbs(x, L, depth, area, floor=floor).onto_sphere(x)
+def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
+    """The map with its limbs shortened, ever more, and as it is."""
+    pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
+    placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
+    for floor in floors(np.float32):
+        yield from_chart(make_room(placed, angles, floor)[0].astype(np.complex128), pole)
     yield x
 
 

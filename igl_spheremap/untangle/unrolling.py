@@ -6,16 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
-from ..mesh.measure import corner_angles
+from ..mesh.measure import corner_angles, log_edges
 from ..sphere.charts import to_chart
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.certificate import orientation_signs
 from .angles import CLOSED, close_angles, proper_angles
-from .depth import log_edges
 from .layout import Layout
+from .placed import Placed, between_poles, centred
 from .profile import plane_angles
-from .room import Placed, centred
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,14 +40,28 @@ def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     for _ in range(_TRIES):
         target = source if lost else _targets(mesh.f, source, x, hole)
-        closed = close_angles(mesh.f, target, hole)
-        if closed.residual > CLOSED:
+        layout = _laid_out(mesh.f, target, hole)
+        if layout is None:
             return None
-        placed = centred(Layout(mesh.f, closed.angles, hole), area)
+        placed = centred(layout, area)
         if placed.depth[mesh.f[hole]].max() < np.quantile(placed.depth, _BODY) + _ON_LIMB:
             break
         hole = _hole(mesh.f, source, placed.depth)
     return placed
+
+
+def unroll_between_poles(mesh: Mesh, depth: FloatArray, area: FloatArray) -> Placed | None:
+    """The body laid out about one of its two deepest tips, a face beside the other cut out."""
+    source = proper_angles(corner_angles(mesh.v, mesh.f))
+    around = np.flatnonzero((mesh.f == np.argmax(depth)).any(axis=1))
+    layout = _laid_out(mesh.f, source, int(around[np.argmax(source[around].min(axis=1))]))
+    return None if layout is None else between_poles(layout, area)
+
+
+def _laid_out(f: IntArray, target: FloatArray, hole: int) -> Layout | None:
+    """A layout by the closed angles nearest to a target; None if they do not close."""
+    closed = close_angles(f, target, hole)
+    return Layout(f, closed.angles, hole) if closed.residual <= CLOSED else None
 
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:

@@ -5,7 +5,7 @@
    where float64 ends, and it is put on the sphere.
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding, which always works.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
-5. *poles*: only if asked for, and where edges end below float64: the two deepest tips are put at the poles.
+5. *poles*: only if asked for, and where limbs go deeper than float64 does: the two deepest tips are put at the poles.
 
 A step's map is taken if it is certified and its angle differences are the least so far.
 """
@@ -22,27 +22,24 @@ from numpy.typing import NDArray
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
-from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..operators.operators import Operators
+from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
-from .depth import log_edges
 from .local_repair import repair_locally, restore_gauge
-from .poles import poles_limbs
+from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
-from .room import make_room, onto_sphere
-from .unrolling import unroll
+from .room import floors, make_room
+from .unrolling import unroll, unroll_between_poles
 
 FloatArray = NDArray[np.float64]
 
 #: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
 #: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
 _FEW = 0.01
-#: Depths in nepers below which no edge is left, tried one after the other: ulps of float64 are 36.7 nepers deep.
-_FLOORS = (35.0, 33.0)
 #: The next floor is tried where undoing foldings raised the mean angle difference by more than this factor.
 _COSTLY = 1.1
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
@@ -56,8 +53,6 @@ _SAMPLE = 5000
 #: nothing was folded.
 _ROUNDS = 10
 _LEAST_GAIN, _LARGE_GAIN = 0.015, 0.04
-#: Image edges shorter than exp(-this) suffer from the rounding of positions: there the poles are better.
-_ROUNDED = 28.0
 
 
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
@@ -65,7 +60,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
     `first` is handed back with its positions where it is free of foldings and steps would gain little. With `poles` the
-    gauge may be changed to `poles_gauge` for bodies beyond float64.
+    gauge may be changed to "poles" for bodies beyond float64.
     """
     line, x = _Line(mesh, operators, listener), first.x
     assert first.certificate is not None
@@ -101,6 +96,7 @@ class _Line:
     """The best map so far, and the steps that lead to better ones."""
 
     best: FloatArray | None = None
+    laid_out: Placed | None = None
     kept: str = ""
     mean: float = np.inf
     stretch: float = 1.0
@@ -138,10 +134,10 @@ class _Line:
 
     def angles(self, x: FloatArray) -> None:
         """Angles that close, their layout, and room for it in float64."""
-        laid_out = unroll(self.mesh, x, self.operators.A)
+        self.laid_out = laid_out = unroll(self.mesh, x, self.operators.A)
         if laid_out is None:
             return
-        for floor in _FLOORS:
+        for floor in floors(np.float64):
             z, stretch = make_room(laid_out, self._source, floor)
             y = onto_sphere(self.mesh, z, self.operators.A)
             if not self.accept("angles", y, stretch):
@@ -151,24 +147,26 @@ class _Line:
                     continue
             return
 
-    def newton(self, least_gain: float, **options: Any) -> None:
+    def newton(self, least_gain: float, name: str = "newton", **options: Any) -> None:
         """Lower the angle differences of the best map."""
         assert self.best is not None
-        self.accept("newton", match_angles(self.mesh, self.best, np.zeros(3), rounds=_ROUNDS, least_gain=least_gain,
-                                           **options), self.stretch)
+        centroid = weighted_sum(self.operators.A, self.best) if name == "poles" else np.zeros(3)
+        x = match_angles(self.mesh, self.best, centroid, rounds=_ROUNDS, least_gain=least_gain, **options)
+        self.accept(name, x, self.stretch)
 
     def poles(self) -> None:
         """The best map in the gauge that has its deepest tips at the poles."""
-        mesh, operators = self.mesh, self.operators
-        if self.best is None or log_edges(self.best, mesh.f).min() > -_ROUNDED:
+        mesh, area = self.mesh, self.operators.A
+        floor = floors(np.float64)[0]
+        if self.laid_out is None or self.laid_out.depth.max() < floor:
             return
-        try:
-            x, limbs = poles_limbs(mesh.v, mesh.f, self.best, operators.L, operators.factor, operators.A)
-        except FactorisationFailed:
+        between = unroll_between_poles(mesh, self.laid_out.depth, area)
+        if between is None:
             return
-        if not certify_checked(x, mesh.f).folding_free:
-            x = repair_locally(mesh, x)
-        self.accept("poles", x, limbs.stretch)
+        z, stretch = make_room(between, self._source, floor)
+        x = onto_sphere(mesh, z, area, keep_axis=True)
+        if self.accept("poles", x, stretch) or self.accept("poles", repair_locally(mesh, x), stretch):
+            self.newton(_LEAST_GAIN, "poles")
 
     def result(self, first: Candidate) -> Candidate:
         """The best map, in the package's gauge."""

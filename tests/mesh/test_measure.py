@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap.mesh.measure import angle_defects, corner_angles, enclosed_volume, vertex_areas
+from igl_spheremap.mesh.measure import angle_defects, corner_angles, enclosed_volume, log_edges, vertex_areas
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -48,3 +48,10 @@ def test_volume_is_signed_and_does_not_depend_on_the_origin():
     for shift in (0, 1e3):
         assert enclosed_volume(2 * cube + shift, f) == pytest.approx(8)
         assert enclosed_volume(2 * cube + shift, f[:, ::-1]) == pytest.approx(-8)
+
+
+def test_log_edges_of_a_regular_solid_and_of_none():
+    tetrahedron = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    assert np.allclose(log_edges(tetrahedron, f), np.log(np.sqrt(8)))
+    assert np.allclose(log_edges(0 * tetrahedron, f), np.log(1e-300))

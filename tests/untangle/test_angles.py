@@ -9,12 +9,13 @@ from triangulations import icosphere
 
 from igl_spheremap import spherical_conformal_map
 from igl_spheremap.mesh.check import check_mesh
-from igl_spheremap.mesh.measure import corner_angles
+from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.operators.laplacian import positive_areas
+from igl_spheremap.sphere.charts import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
-from igl_spheremap.untangle.depth import log_edges
 from igl_spheremap.untangle.layout import Layout, lengths_and_directions
-from igl_spheremap.untangle.room import centred, make_room, onto_sphere, tips_beyond, to_ball
+from igl_spheremap.untangle.placed import as_mapped, between_poles, centred, onto_sphere, to_ball
+from igl_spheremap.untangle.room import make_room, tips_beyond
 from igl_spheremap.verify.certificate import certify_checked
 
 
@@ -96,6 +97,40 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
     z, stretch = make_room(placed, source, placed.depth.max() + 1)
     assert stretch == 1
     assert (z == placed.z).all()
+
+
+def test_between_the_poles_only_limbs_that_lead_elsewhere_are_shortened(body):
+    mesh, source, closed = body
+    area = positive_areas(mesh)
+    layout = Layout(mesh.f, closed.angles, closed.hole)
+    placed = between_poles(layout, area)
+    tip = int(np.argmin(layout.log_edge))
+    assert placed.z[tip] == 0
+    assert area[np.abs(placed.z) < 1].sum() == pytest.approx(area.sum() / 2, abs=0.01)
+    distance = np.abs(placed.z)
+    near = distance < np.exp(10) * distance[distance > 0].min()  # the limb of that tip alone
+    assert placed.depth[near].max() < 3 < 37 < centred(layout, area).depth[near].max()
+    x = onto_sphere(mesh, placed.z.astype(np.clongdouble), area, keep_axis=True)
+    assert np.abs(x[tip]).tolist() == [0, 0, 1]
+    drawn = make_room(placed, source, 20.0)[0]
+    assert (np.abs(drawn - placed.z)[near] <= 1e-12 * distance[near]).all()
+    turned = check_mesh(mesh.v @ np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]), mesh.f)
+    assert np.abs(onto_sphere(turned, placed.z.astype(np.clongdouble), area, keep_axis=True)[:, 2]
+                  ) == pytest.approx(np.abs(x[:, 2]))
+
+
+def test_a_map_with_room_for_its_limbs_is_as_shortened_in_its_chart_as_on_paper():
+    x, f = icosphere(3)
+    pole = np.array([[0.0, 0.0, 1.0]])
+    z = to_chart(x, pole)
+    narrow = from_chart(z * np.minimum(1, np.abs(z)) ** 2, pole)  # edges as short as cubes of what they were
+    placed = as_mapped(narrow, f, pole)
+    assert placed.depth == pytest.approx(-log_edges(narrow, f))
+    z, stretch = make_room(placed, corner_angles(narrow, f), placed.depth.max() - 2)
+    shortened = from_chart(z.astype(complex), pole)
+    assert stretch > 1
+    assert -log_edges(shortened, f).min() < placed.depth.max() - 1
+    assert (z == placed.z)[narrow[:, 2] < 0.5].all()
 
 
 def test_tips_are_those_of_the_merge_tree():

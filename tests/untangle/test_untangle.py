@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bodies import worm
 from triangulations import icosphere, unit
 
-from igl_spheremap import samples
+from igl_spheremap import Auto, samples, spherical_conformal_map
 from igl_spheremap.descent.iterate import Status
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.operators import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
@@ -133,6 +135,17 @@ def test_the_poles_gauge_holds_a_spring_better():
     assert np.abs(at_poles.x[:, 2]).max() == 1
 
 
+def test_a_worm_longer_than_float64_is_deep_is_whole_between_the_poles():
+    v, f = worm(14)  # 88 nepers
+    result = spherical_conformal_map(v, f, Auto(gauge="poles"))
+    means = {r.start: r.mean_angle_difference for r in result.rounds}
+    assert result.certificate.folding_free
+    assert (result.gauge, result.stretch) == ("poles", 1)
+    assert means["newton"] < 16
+    assert np.abs(result.angle_differences()).mean() < 6.1
+    assert log_edges(result.sphere, f).min() < -41
+
+
 def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, operators, x = spheroid
     repaired = _untangle(mesh, operators, x, poles=True)
@@ -146,7 +159,7 @@ def test_float32_positions_are_certified_as_they_are(radius):
     assert certify(x, mesh.f).folding_free
     rounded = (radius * x).astype(np.float32)
     assert certify(unit(rounded.astype(float)), mesh.f).foldings
-    single = certified_float32(x, mesh.f, radius, mesh.v)
+    single = certified_float32(x, mesh.f, radius)
     assert single.positions.dtype == np.float32
     assert single.certificate.folding_free
     # the certificate is that of the very numbers: a power of two is exact to divide by
