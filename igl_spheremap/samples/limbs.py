@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 Float = NDArray[np.float64]
 
@@ -47,6 +46,8 @@ class Limb:
 
 def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Limb:
     """Limb along a spline through knots ``(x, y, z, radius)``."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator  # .2 s, which only limbs are to cost
+
     k = np.array(knots, dtype=np.float64)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(k[:, :3], axis=0), axis=1))])
     s = np.linspace(0.0, length[-1], 8 * (len(k) - 1) + 1)

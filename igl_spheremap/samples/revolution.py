@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ..errors import own_errstate
 from .arguments import number
@@ -137,6 +136,8 @@ class SurfaceOfRevolution:
     @cached_property
     def _boost(self) -> float:
         """What to add to u, so that the surface's area is balanced on the sphere."""
+        from scipy.optimize import brentq  # .2 s, which only this map is to cost
+
         c, weight = np.polynomial.legendre.leggauss(min(self._excess.degree() + 20, 400))
         area = weight * self._rho(c) ** 2 * np.sqrt(1.0 + (1.0 - c * c) * self._stretch(c))
         u = np.arctanh(c) + self._excess(c)

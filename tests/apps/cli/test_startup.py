@@ -46,6 +46,12 @@ def test_help_imports_nothing_heavy():
     assert "igl_spheremap" in loaded
 
 
+def test_help_of_a_command_imports_nothing_that_only_samples_use():
+    code = "import sys; from igl_spheremap.apps.cli import main; main(['map', '--help']); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"scipy.interpolate", "scipy.optimize"} & set(loaded)
+
+
 def test_a_command_imports_no_other(tmp_path):
     ism.write_mesh(tmp_path / "a.obj", *ism.samples.sphere(42))
     code = "import sys; from igl_spheremap.apps.cli import main; main(sys.argv[1:]); print(*sys.modules)"
