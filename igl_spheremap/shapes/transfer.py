@@ -13,7 +13,6 @@ from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_rows, check_triangles, plain_array
 from ..samples import sphere as regular_sphere
-from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
 
 FloatArray = NDArray[np.float64]
@@ -100,22 +99,6 @@ def transfer(
     locator = _locator(source)
     points = target.sphere if isinstance(target, SphereMap) else check_rows(target, name="points")
     return interpolate(values, locator.f, locator.locate(points), labels)
-
-
-def corresponding_points(
-    location: Location, source: SphereMap | SphereLocator, target: SphereMap | SphereLocator
-) -> Location:
-    """Where points of one surface lie on another."""
-    return _locator(target).locate(sphere_points(location, _locator(source)))
-
-
-def sphere_points(location: Location, source: SphereMap | SphereLocator) -> FloatArray:
-    """Images of points of a surface, unit rows."""
-    x, f = (source.sphere, source.faces) if isinstance(source, SphereMap) else (source.x, source.f)
-    corners = x[f[location.face]]
-    # Around one corner, so that a small face keeps its relative precision until the last sum.
-    offset = np.einsum("ij,ijk->ik", location.weights[:, 1:], corners[:, 1:] - corners[:, :1])
-    return unit_rows(corners[:, 0] + offset)
 
 
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:

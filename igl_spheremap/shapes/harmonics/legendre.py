@@ -11,18 +11,22 @@ FloatArray = NDArray[np.float64]
 
 
 def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
-    """Yield P_l(z) for l = 0 ... degree, s = sqrt(1 - z^2): row m of (l + 1, len(z)), orthonormal, no phase (-1)^m."""
+    """Yield P_l(z) for l = 0 ... degree, s = sqrt(1 - z^2): row m of (l + 1, len(z)), orthonormal, no phase (-1)^m.
+
+    By differences D of degrees and by 1 - |z|, not by z, which near a pole loses half the digits (docs/shapes.md).
+    """
+    below_one = s * s / (1 + np.abs(z))
+    signs = np.stack((np.ones(len(z)), np.where(z < 0, -1.0, 1.0)))  # P_lm(-z) = (-1)^(l + m) P_lm(z)
     top = np.full(len(z), np.sqrt(0.25 / np.pi))  # P_ll; s^l underflows where it is below any rounding
-    last = before = np.empty((0, len(z)))
+    P = D = np.empty((0, len(z)))
     for ell in range(degree + 1):
         if ell:
-            top = np.sqrt(1 + 0.5 / ell) * s * top
+            top = np.sqrt(1 + 0.5 / ell) * s * top  # (2)
         m = np.arange(ell)[:, None]
-        P = np.empty((ell + 1, len(z)))
-        P[ell] = top
-        P[:ell] = np.sqrt((4 * ell**2 - 1) / (ell**2 - m**2)) * z * last
-        if ell > 1:
-            m = m[:-1]
-            P[:-2] -= np.sqrt((2 * ell + 1) * ((ell - 1) ** 2 - m**2) / ((2 * ell - 3) * (ell**2 - m**2))) * before
-        yield P
-        before, last = last, P
+        r = np.sqrt((2 * ell + 1) * (ell - m) / ((2 * ell - 1) * (ell + m))) if ell else m
+        last, step = P, D
+        P, D = np.empty((2, ell + 1, len(z)))
+        D[:ell] = r / (ell - m) * (ell + m - 1) * step - r / (ell - m) * (2 * ell - 1) * (below_one * last)  # (3)
+        P[:ell] = r * last + D[:ell]
+        P[ell] = D[ell] = top
+        yield P * signs[(ell + np.arange(ell + 1)) % 2]
