@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Points of a curve that are drawn at the most.
-_POINTS = 2000
+_POINTS = 500
 _TICKS = np.array([0.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6])
 
 

@@ -19,6 +19,8 @@ from .stage import PANEL
 from .timeline import stops
 
 SPEEDS = (1, 2, 5, 10, 25)
+#: Beside a computation, drawing rests for so many times as long as the last picture took.
+_REST = 4
 
 
 def parameters(method: Method) -> dict[str, int | float]:
@@ -41,11 +43,11 @@ class PlayerWindow(Player):
         super().__init__(load, name, method, panel=PANEL, live=True, **layout)
 
     def tick(self) -> None:
-        """Move on while playing: beside a computation drawing rests for as long as each picture took."""
+        """Move on while playing, beside a computation now and then."""
         super().tick()
         cpu, now = time.process_time(), time.monotonic()
         if self._moved:
-            self._rest_until = now + cpu - self._cpu
+            self._rest_until = now + _REST * (cpu - self._cpu)
         self._cpu, self._moved = cpu, False
         if not self.playing or not self.run.slides or (self.run.running and now < self._rest_until):
             return

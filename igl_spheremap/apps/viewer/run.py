@@ -24,8 +24,10 @@ Source = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 #: Bytes of positions that a run keeps.
 BUDGET = 400_000_000
-#: Iterates on their way between the processes; where the window falls behind, those between are left out.
+#: Iterates on their way between the processes.
 _IN_TRANSIT = 32
+#: Bytes of positions that a live run sends in a second: what is drawn grows with the mesh as they do.
+_BYTES_PER_SECOND = 5_000_000
 #: A stage may begin with the last map of the one before, up to rounding; it is shown once.
 _SAME = 1e-9
 
@@ -46,7 +48,7 @@ class Run:
     ) -> None:
         """`load` is sent to the process: it must be picklable.
 
-        A live run does not wait until its iterates are taken over: some are left out.
+        A live run does not wait until its iterates are taken over: it leaves out those that come too fast.
         """
         self.mesh: Mesh | None = None
         self.slides: list[Slide] = []
@@ -121,13 +123,14 @@ class Run:
 
 
 class _Sender:
-    """Listener that sends iterates; of a live run the ends of each stage always, those between where there is room."""
+    """Listener that sends iterates; of a live run the ends of each stage always, those between while there is time."""
 
     def __init__(self, live: bool, messages: multiprocessing.Queue[Any], stopped: Event) -> None:
         self._live, self._messages, self._stopped = live, messages, stopped
         self._steps: list[Step] = []
         self._unsent: Iterate | None = None
         self._stage: tuple[str, int] | None = None
+        self._next = 0.0
 
     def __call__(self, iterate: Iterate) -> None:
         begins = self._stage != stage_of(iterate)
@@ -136,7 +139,10 @@ class _Sender:
         self._stage = stage_of(iterate)
         self._steps.append(iterate.step)
         self._unsent = iterate
-        self._send(block=begins or not self._live)
+        if begins or not self._live:
+            self._send(block=True)
+        elif time.monotonic() > self._next:
+            self._send(block=False)
         if self._stopped.is_set():
             raise StopIteration
 
@@ -151,6 +157,7 @@ class _Sender:
             self._messages.put(("iterates", (self._steps, self._unsent.x)), block=block)
         except queue.Full:
             return
+        self._next = time.monotonic() + self._unsent.x.nbytes / _BYTES_PER_SECOND
         self._steps, self._unsent = [], None
 
 

@@ -1,0 +1,64 @@
+"""Videos: as many pictures as were written, each as long as asked, folded faces red after compression."""
+
+import numpy as np
+import pytest
+
+from igl_spheremap.apps.viewer.style import BACKGROUND, FOLDED
+from igl_spheremap.apps.viewer.video import check_video, open_video
+from igl_spheremap.errors import FileError
+
+_HELD = [20, 1, 5, 20]
+
+
+def _picture(k):
+    """A red square at the k-th place, on a background of odd size."""
+    image = np.tile(np.array(BACKGROUND), (121, 203, 1))
+    image[40:80, 30 * k : 30 * k + 30] = FOLDED
+    return np.rint(255 * image).astype(np.uint8)
+
+
+def _red(image):
+    r, g, b = (image[..., k].astype(int) for k in range(3))
+    return np.argwhere((r > 150) & (g < 110) & (b < 90))
+
+
+def _write(path):
+    check_video(path)
+    with open_video(path, 20) as write:
+        for k, times in enumerate(_HELD):
+            write(_picture(k), times)
+
+
+def test_an_mp4_holds_each_picture_as_long_as_asked(tmp_path):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "run.mp4"
+    _write(path)
+    frames = ffmpeg.read_frames(str(path))
+    facts = next(frames)
+    width, height = facts["size"]
+    assert (width, height, facts["fps"]) == (202, 120, 20.0)  # the codec takes even sizes only
+    shown = [_red(np.frombuffer(frame, dtype=np.uint8).reshape(height, width, 3)) for frame in frames]
+    places = np.repeat(np.arange(len(_HELD)), _HELD)
+    assert len(shown) == len(places)
+    for k, red in zip(places, shown, strict=True):
+        assert len(red) == pytest.approx(1200, rel=0.1)
+        assert red.mean(axis=0) == pytest.approx([59.5, 30 * k + 14.5], abs=1)
+
+
+def test_a_gif_holds_each_picture_as_long_as_asked(tmp_path):
+    images = pytest.importorskip("PIL.Image")
+    path = tmp_path / "run.gif"
+    _write(path)
+    with images.open(path) as video:
+        assert video.n_frames == len(_HELD)
+        for k, times in enumerate(_HELD):
+            video.seek(k)
+            assert video.info["duration"] == 50 * times
+            assert len(_red(np.asarray(video.convert("RGB")))) == 1200
+
+
+def test_a_video_is_a_file_of_a_known_kind_or_a_folder(tmp_path):
+    pytest.importorskip("PIL.Image")
+    (tmp_path / "run.avi").touch()
+    with pytest.raises(FileError, match="a video is a"):
+        check_video(tmp_path / "run.avi")
