@@ -12,7 +12,16 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .descent.energies.p_harmonic import p_harmonic_energy
     from .descent.iterate import Iterate, Round, Status, Step
     from .descent.recording import Recording
-    from .errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError, NotConverged
+    from .errors import (
+        DisplayError,
+        FactorisationFailed,
+        FileError,
+        FoldingsRemain,
+        MapError,
+        MeshError,
+        NotConverged,
+        WorkersUnavailable,
+    )
     from .io.coefficients import read_coefficients, write_coefficients
     from .io.files import read_mesh, write_mesh
     from .io.written_map import read_map, write_map
@@ -29,6 +38,8 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .mesh.check import Mesh, check_faces, check_mesh
     from .mesh.clean import RepairedMesh, repair_mesh
     from .mesh.normals import gauss_map
+    from .populations.map_many import map_many
+    from .populations.table import Row
     from .shapes.grid import from_grid, to_grid
     from .shapes.harmonics.spherical_harmonics import AlignedHarmonics, SphericalHarmonics, spherical_harmonics
     from .shapes.locate import Location, SphereLocator
@@ -59,6 +70,7 @@ _HOME = {
     "MapError": "errors",
     "MeshError": "errors",
     "NotConverged": "errors",
+    "WorkersUnavailable": "errors",
     "read_coefficients": "io.coefficients",
     "write_coefficients": "io.coefficients",
     "read_mesh": "io.files",
@@ -86,6 +98,8 @@ _HOME = {
     "RepairedMesh": "mesh.clean",
     "repair_mesh": "mesh.clean",
     "gauss_map": "mesh.normals",
+    "map_many": "populations.map_many",
+    "Row": "populations.table",
     "from_grid": "shapes.grid",
     "to_grid": "shapes.grid",
     "AlignedHarmonics": "shapes.harmonics.spherical_harmonics",
@@ -135,6 +149,7 @@ __all__ = [
     "RegistrationStage",
     "RepairedMesh",
     "Round",
+    "Row",
     "SphereLocator",
     "SphereMap",
     "SphereMapper",
@@ -142,6 +157,7 @@ __all__ = [
     "Status",
     "Step",
     "Stereographic",
+    "WorkersUnavailable",
     "angle_differences",
     "area_distortion",
     "balanced_spherical_map",
@@ -155,6 +171,7 @@ __all__ = [
     "gauss_map",
     "harmonic_energy",
     "landmark_map",
+    "map_many",
     "minimize_harmonic_energy",
     "p_harmonic_energy",
     "p_harmonic_map",

@@ -60,6 +60,24 @@ class DisplayError(RuntimeError):
     """Nothing can be drawn here; the message is one line that says what is missing."""
 
 
+class WorkersUnavailable(RuntimeError):
+    """No worker, or none of the right version, runs the jobs of `igl_spheremap.map_many`."""
+
+
+def one_line(error: BaseException) -> str:
+    """What an error says, in one line.
+
+    >>> one_line(FileNotFoundError(2, "No such file", "a.ply")), one_line(MemoryError())
+    ('a.ply: No such file', 'out of memory; try a smaller mesh or more memory')
+    """
+    words: object = error
+    if isinstance(error, MemoryError):
+        words = "out of memory; try a smaller mesh or more memory"
+    elif isinstance(error, OSError) and error.strerror:
+        words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return " ".join(str(words).split()) or type(error).__name__
+
+
 def import_optional(module: str, user: str, extra: str = "") -> Any:
     """Import a module that `user` needs; if it is not installed, raise a FileError that says how to install it."""
     try:

@@ -1,14 +1,14 @@
-"""A stand-in for the batch's work whose process dies on some meshes; in a module that the processes can import."""
+"""A stand-in for the work of a population, in a module that other processes can import."""
 
-import os
-import signal
-from dataclasses import replace
+import errands
 
-from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.populations.table import Row
 
 
-def map_one(job, method, repair, keep_largest, force, balance=0.0):
-    """Certify everything at once, except what kills."""
+def map_one(job, options):
+    """Certify everything at once, except what kills the process or waits for long."""
     if "deadly" in job.source:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return replace(job, status=Exit.OK)
+        errands.die()
+    if "slow" in job.source:
+        errands.wait()
+    return Row(job.source, job.target), None

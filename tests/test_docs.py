@@ -30,7 +30,7 @@ NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window or take long; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "--report", "--plot"}
+ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "--report", "--plot"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
 
 #: Surfaces and scalar maps that FreeSurfer makes for each hemisphere.

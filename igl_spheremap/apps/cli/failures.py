@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from ...errors import DisplayError, FactorisationFailed, FileError, FoldingsRemain, MapError, MeshError
+from ...errors import (
+    DisplayError,
+    FactorisationFailed,
+    FileError,
+    FoldingsRemain,
+    MapError,
+    MeshError,
+    WorkersUnavailable,
+    one_line,
+)
 from .exits import Exit
 
 
@@ -21,6 +30,7 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (MemoryError, Exit.FAILED),
     (FactorisationFailed, Exit.FAILED),
     (DisplayError, Exit.FAILED),
+    (WorkersUnavailable, Exit.UNAVAILABLE),
 )
 
 #: Calls and arguments that messages of the library name, and the flags in their place.
@@ -42,12 +52,11 @@ def describe(error: BaseException) -> tuple[Exit, str]:
     (<Exit.NO_MESH: 2>, '2 components (--repair --keep-largest does)')
     """
     status = next(status for kind, status in _STATUS if isinstance(error, kind))
-    if isinstance(error, MemoryError):
-        return status, "out of memory; try a smaller mesh or more memory"
-    words: object = error
-    if isinstance(error, OSError) and error.strerror:
-        words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    line = " ".join(str(words).split())
+    return status, with_flags(one_line(error))
+
+
+def with_flags(line: str) -> str:
+    """A line of the library with flags in the place of its calls."""
     for call, flag in _FLAGS.items():
         line = line.replace(call, flag)
-    return status, line
+    return line

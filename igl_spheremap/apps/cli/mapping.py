@@ -78,16 +78,16 @@ def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
     )
     write_reports(args, source, result, recording)
     report(args, _figures(source, args, result, written), _summary(source, args, result, written))
-    if interrupted:
-        return Exit.INTERRUPTED
+    if interrupted is not None:
+        return interrupted
     certified = result.certificate.folding_free and written.certificate.folding_free
     return Exit.OK if certified else Exit.FOLDINGS
 
 
 def _map(
     source: Source, args: Namespace, solve: Callable[..., SphereMap], recording: Listener | None
-) -> tuple[SphereMap, bool]:
-    """The map, and whether Ctrl-C ended it early."""
+) -> tuple[SphereMap, Exit | None]:
+    """The map, and the exit status if a signal ended it early."""
     given = {"tolerance": args.tolerance, "max_iterations": args.max_iterations}
     options = {name: value for name, value in given.items() if value is not None}
 
@@ -104,7 +104,7 @@ def _map(
                 listener(iterate)
 
         result = solve(source.v, source.f, listener=listen, **options)
-    return result, interrupt.asked and result.status is Status.STOPPED
+    return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 
 def _figures(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> dict[str, Any]:

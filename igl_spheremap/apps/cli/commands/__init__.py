@@ -118,10 +118,16 @@ igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --re
     ),
     Command(
         "batch",
-        "map many files with a pool of processes; run it again to continue",
+        "map many files by processes or on a Dask cluster; run it again to continue",
         """\
-igl-spheremap batch subjects/*/surf/lh.white --out {folder}/lh.sphere.conformal --summary lh.csv
-igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4""",
+igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
+igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
+igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600""",
+    ),
+    Command(
+        "summarise",
+        "print the quantiles and the outliers of many maps",
+        "igl-spheremap summarise white.tsv",
     ),
     Command(
         "p-harmonic",

@@ -1,0 +1,157 @@
+"""A process that runs one call at a time for a thread, and can be ended when a call passes a limit."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from ..errors import FileError
+
+T = TypeVar("T")
+_SERVE = "import sys; sys.path[:] = sys.argv[1:]; from igl_spheremap.populations.child import serve; serve()"
+_INTERVAL = 0.05  # seconds between two looks at a child's memory
+#: Processes share the processors already.
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+_OF_THREAD = threading.local()
+
+
+class WorkerDied(RuntimeError):
+    """The process of a call ended before the call did; `pid` was its number, `reason` is set if we ended it."""
+
+    def __init__(self, pid: int, status: int, reason: str = "") -> None:
+        how = f"by signal {-status}" if status < 0 else f"with status {status}"
+        super().__init__(reason or f"its process ended {how}, perhaps for lack of memory")
+        self.pid, self.reason = pid, reason
+
+
+class Child:
+    """A Python process that is started at the first call, and anew after it was ended.
+
+    It inherits neither Ctrl-C, since it has a session of its own, nor the caller's `__main__`.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None,
+             memory: float | None = None) -> T:
+        """What the function returns; raise WorkerDied if its process ends, or passes seconds or MB of memory."""
+        process = self._running()
+        reasons: list[str] = []
+        done = threading.Event()
+        try:
+            _ask(process, (_import, (function,)))  # what loading modules takes is not the call's
+            if timeout is not None or memory is not None:
+                threading.Thread(target=_watch, args=(process, done, timeout, memory, reasons), daemon=True).start()
+            failed, value = _ask(process, (function, args))
+        except (EOFError, OSError, pickle.UnpicklingError):
+            self.end()
+            raise WorkerDied(process.pid, process.returncode, *reasons) from None
+        finally:
+            done.set()
+        if failed:
+            raise value
+        return value
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        if self._process is None or self._process.poll() is not None:
+            self._process = subprocess.Popen([sys.executable, "-c", _SERVE, *sys.path], stdin=subprocess.PIPE,
+                                             stdout=subprocess.PIPE, env=_ONE_THREAD | os.environ,
+                                             start_new_session=True)
+        return self._process
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
+
+def _ask(process: subprocess.Popen[bytes], call: tuple[Callable[..., Any], tuple[Any, ...]]) -> tuple[bool, Any]:
+    """Send a call, and wait for whether it failed, and what it returned or raised."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    pickle.dump(call, process.stdin)
+    process.stdin.flush()
+    answer: tuple[bool, Any] = pickle.load(process.stdout)
+    return answer
+
+
+def _import(function: object) -> None:
+    """Nothing: a function is imported when it is sent."""
+
+
+def _watch(process: subprocess.Popen[bytes], done: threading.Event, timeout: float | None, memory: float | None,
+           reasons: list[str]) -> None:
+    """End a process whose call passes a limit."""
+    deadline = None if timeout is None else time.monotonic() + timeout
+    while not done.wait(_INTERVAL):
+        if deadline is not None and time.monotonic() > deadline:
+            reasons.append(f"it took more than {timeout:g} s, the limit")
+        elif memory is not None and peak_memory(process.pid) > memory:
+            reasons.append(f"it took more than {memory:g} MB of memory, the limit")
+        else:
+            continue
+        process.kill()
+        return
+
+
+def serve() -> None:
+    """Run the calls that come by stdin, and send what they return to stdout, until stdin is closed."""
+    import signal
+
+    for number in (signal.SIGINT, signal.SIGTERM):  # a scheduler may send them to every process of a job
+        signal.signal(number, signal.SIG_IGN)
+    calls, results = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print does not get among the results
+    while True:
+        try:
+            function, args = pickle.load(calls)
+        except EOFError:
+            return
+        reset_peak_memory()
+        try:
+            answer = (False, function(*args))
+        except Exception as error:
+            answer = (True, error)
+        pickle.dump(answer, results)
+        results.flush()
+
+
+def own_child() -> Child:
+    """The process that belongs to this thread."""
+    if not hasattr(_OF_THREAD, "child"):
+        _OF_THREAD.child = Child()
+    child: Child = _OF_THREAD.child
+    return child
+
+
+def check_memory_limit() -> None:
+    """Raise a FileError where the memory of another process can't be read."""
+    if not os.path.exists("/proc/self/status"):
+        raise FileError("a memory limit needs /proc, which this system does not have")
+
+
+def peak_memory(pid: int | str = "self") -> float:
+    """Most memory that a process held since `reset_peak_memory`, in MB; NaN where the system does not report it."""
+    try:
+        with open(f"/proc/{pid}/status") as file:
+            return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM"))
+    except (OSError, StopIteration):  # no such system, or the process has ended
+        return float("nan")
+
+
+def reset_peak_memory() -> None:
+    """Let `peak_memory` of this process begin anew."""
+    try:
+        with open("/proc/self/clear_refs", "w") as file:
+            file.write("5")
+    except OSError:
+        return

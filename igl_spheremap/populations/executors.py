@@ -1,0 +1,99 @@
+"""Who runs the jobs: our own processes, a Dask cluster, or any executor of the caller's."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from .._version import __version__
+from ..errors import WorkersUnavailable, import_optional
+from .child import Child, WorkerDied, check_memory_limit, own_child
+from .job import Job, Options, Result, map_in_child, map_one
+
+
+class ProcessPool(ThreadPoolExecutor):
+    """An executor whose threads each own a process, which can be ended without the others."""
+
+    def __init__(self, workers: int) -> None:
+        self._children: list[Child] = []
+        super().__init__(workers, initializer=lambda: self._children.append(own_child()))
+
+    def end(self) -> None:
+        """End all processes at once, whatever they do, and take no more calls."""
+        self.shutdown(wait=False, cancel_futures=True)
+        for child in self._children:
+            child.end()
+
+
+@dataclass(frozen=True)
+class Workers:
+    """An executor, what it runs for a job, how many jobs it runs at a time, and how it reports a worker's death."""
+
+    executor: Executor
+    call: Callable[[Job, Options], Result]
+    count: Callable[[], int]
+    deaths: tuple[type[BaseException], ...] = (BrokenExecutor, WorkerDied)
+
+
+@contextmanager
+def workers_of(
+    executor: Executor | None, processes: int | None, timeout: float | None, memory: float | None
+) -> Iterator[Workers]:
+    """The workers of an executor, or of a pool of our own that ends with the context."""
+    limited = timeout is not None or memory is not None
+    if memory is not None:
+        check_memory_limit()
+    in_child = partial(map_in_child, timeout=timeout, memory=memory)
+    if executor is None:
+        processes = processes or os.cpu_count() or 1
+        pool = ProcessPool(processes)
+        try:
+            yield Workers(pool, in_child, lambda: processes)
+        finally:
+            pool.end()
+    elif is_dask(executor):
+        yield _of_dask(executor, in_child if limited else map_one)
+    elif limited:
+        raise ValueError("timeout and memory limit jobs of the own pool and of Dask, not of other executors")
+    else:
+        count = getattr(executor, "_max_workers", os.cpu_count() or 1)
+        yield Workers(executor, map_one, lambda: count)
+
+
+def is_dask(executor: Executor) -> bool:
+    """Whether an executor is that of a Dask client."""
+    return type(executor).__module__.partition(".")[0] == "distributed"
+
+
+def _of_dask(executor: Any, call: Callable[[Job, Options], Result]) -> Workers:
+    """The workers of a Dask cluster, which may come and go."""
+    killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
+    client = executor._client
+    return Workers(executor, call, lambda: sum(client.nthreads().values()), (killed,))
+
+
+def connect(scheduler: str, seconds: float = 8.0) -> Any:
+    """An executor on the Dask scheduler at an address, or of a scheduler file.
+
+    Raise WorkersUnavailable if it does not answer, or if a worker has another version.
+    """
+    distributed = import_optional("distributed", "--scheduler", "batch")
+    where = {"scheduler_file": scheduler} if os.path.isfile(scheduler) else {"address": scheduler}
+    try:
+        client = distributed.Client(**where, timeout=seconds, set_as_default=False)
+    except (OSError, ValueError) as error:  # a timeout is an OSError, an address that is none a ValueError
+        raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({error or 'no answer'}): start one by "
+                                 "`dask scheduler`") from None
+    # An expression, since a worker may lack the module that a function of this package would be found in.
+    versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
+    for worker, version in versions.items():
+        if version != __version__:
+            client.close()
+            raise WorkersUnavailable(f"worker {worker} has igl_spheremap {version}, this is {__version__}: install "
+                                     "the same version there")
+    return client.get_executor(pure=False)

@@ -1,0 +1,152 @@
+"""One input from file to file, and its row."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import time
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._version import __version__
+from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
+from ..io import check_writable, make_mark, read_mark, read_mesh, write_map
+from ..maps.balanced import balanced_spherical_map
+from ..maps.mapper import SphereMapper
+from ..maps.options import Auto, Method
+from ..maps.sphere_map import SphereMap
+from ..mesh.check import Mesh, check_mesh
+from ..mesh.clean import repair_mesh
+from ..verify.distortion import mesh_angle_differences
+from ..verify.figures import angle_figures, log_figures
+from ..verify.stretch import mesh_area_distortion, mesh_edge_distortion
+from .child import WorkerDied, own_child, peak_memory
+from .fingerprint import Fingerprint, fingerprint
+from .table import Row
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Result = tuple[Row, Fingerprint | None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is done to every mesh, by which version; `folder` is where relative paths begin."""
+
+    method: Method
+    balance: float
+    repair: bool
+    keep_largest: bool
+    force: bool
+    folder: str
+    version: str = __version__
+
+    def text(self) -> str:
+        """All that changes a result."""
+        settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
+        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair} {self.keep_largest}"
+
+
+@dataclass(frozen=True)
+class Job:
+    """An input, the file of its sphere, and the key of the result: a digest of all that it depends on."""
+
+    source: str
+    target: str
+    key: str
+
+
+def key_of(file: Fingerprint | None, options: Options, target: str) -> str:
+    """The key of a result; `target` is relative to the manifest. A file that can't be read gets no known key."""
+    content = file.sha256 if file is not None else f"unreadable {time.time_ns()}"
+    return sha256(f"{content} {options.text()} {target}".encode("utf-8", "surrogateescape")).hexdigest()[:32]
+
+
+def map_one(job: Job, options: Options) -> Result:
+    """Map one file; whatever is wrong with it is in its row."""
+    if options.version != __version__:
+        raise WorkersUnavailable(f"{_worker()} has igl_spheremap {__version__} where {options.version} is asked for")
+    began = time.perf_counter()
+    target = _place(job.target, options)
+    row = Row(job.source, job.target)
+    try:
+        row = _mapped(row, _place(job.source, options), target, options)
+    except Exception as error:  # one mesh must not end the others
+        row = replace(row, status=_status(error), notes=one_line(error))
+    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=_worker())
+    return row, fingerprint(target)
+
+
+def _place(path: str, options: Options) -> str:
+    return path if os.getcwd() == options.folder else os.path.join(options.folder, path)
+
+
+def _status(error: Exception) -> str:
+    kinds = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
+    return next((status for kind, status in kinds.items() if isinstance(error, kind)), "failed")
+
+
+def _worker() -> str:
+    return f"{socket.gethostname()}:{os.getpid()}"
+
+
+def _mapped(row: Row, source: str, target: str, options: Options) -> Row:
+    """Read, map, write, and measure."""
+    check_writable(target, force=True)
+    loaded = read_mesh(source, triangulate=options.repair)
+    v, f = loaded
+    if options.repair:
+        repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
+        v, f = repaired.v, repaired.f
+    if not options.force and Path(target).exists():
+        balance = {"balance": options.balance} if options.balance else {}
+        if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance):
+            raise FileError(f"{row.target} exists without the mark of this version, method and mesh; it is kept, "
+                            "force=True replaces it")
+    mesh, result = _map(v, f, options)
+    written = write_map(target, result, force=True, metadata=loaded.metadata)
+    certificate = written.certificate
+    moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
+    figures = {
+        "angle": angle_figures(mesh_angle_differences(mesh, result.sphere)),
+        "area": log_figures(mesh_area_distortion(mesh, result.sphere)),
+        "edge": log_figures(mesh_edge_distortion(mesh, result.sphere)),
+    }
+    columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
+                               for kind in ("mean", "p99", "max")}
+    return replace(
+        row, status="certified" if certificate.folding_free else "folded", vertices=len(v),
+        foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
+        foldings=certificate.foldings, energy=result.energy, stretch=result.stretch,
+        notes="; ".join((*result.notes, *moved)), **columns,
+    )  # fmt: skip
+
+
+def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]:
+    """The checked mesh and its map."""
+    if isinstance(options.method, Auto):
+        mapper = SphereMapper(v, f, options.method)
+        result = mapper.map()
+        return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
+    result = balanced_spherical_map(v, f, options.balance, method=options.method)
+    return check_mesh(v, f), result
+
+
+def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:
+    """`map_one` in the process of this thread; a job that passes a limit gets a row that says so."""
+    try:
+        return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
+    except WorkerDied as died:
+        target = _place(job.target, options)
+        for left in Path(target).parent.glob(f".part-{died.pid}-*"):
+            with contextlib.suppress(OSError):
+                left.unlink()
+        if not died.reason:
+            raise
+        return Row(job.source, job.target, status="failed", notes=died.reason), fingerprint(target)

@@ -1,0 +1,146 @@
+"""Many files by one call."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from datetime import datetime, timezone
+
+from ..maps.balanced import check_balance
+from ..maps.options import Auto, Method
+from .engine import results
+from .executors import workers_of
+from .fingerprint import fingerprint
+from .job import Job, Options, key_of
+from .manifest import Manifest
+from .table import Row
+from .targets import manifest_of, targets_of
+
+_MAPPED = ("certified", "folded")
+
+
+def map_many(
+    sources: Sequence[str | os.PathLike[str]],
+    out: str,
+    *,
+    executor: Executor | None = None,
+    processes: int | None = None,
+    method: Method = Auto(),  # noqa: B008 - it is frozen
+    balance: float = 0.0,
+    repair: bool = False,
+    keep_largest: bool = False,
+    force: bool = False,
+    manifest: str | os.PathLike[str] | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    timeout: float | None = None,
+    memory: float | None = None,
+    retries: int = 1,
+    listener: Callable[[Row], None] | None = None,
+) -> list[Row]:
+    """Map many mesh files to spheres, each in a process, and continue where an earlier run ended.
+
+    Whatever is wrong with one file is in its row and does not end the others.
+
+    Parameters
+    ----------
+    sources : sequence of path-like
+        Mesh files.
+    out : str
+        Where each sphere goes: ``{folder}``, ``{name}`` and ``{stem}`` are those of the source.
+    executor : concurrent.futures.Executor, optional
+        Who runs the jobs, such as that of a Dask client; by default processes of its own, with one thread each. It is
+        not shut down.
+    processes : int, optional
+        How many processes of its own; by default one for each processor.
+    method : Method
+        A method and its options, see `igl_spheremap.spherical_conformal_map`.
+    balance : float
+        As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
+    repair, keep_largest : bool
+        Repair the meshes first, see `igl_spheremap.repair_mesh`.
+    force : bool
+        Replace files at targets that no run made; without it they are kept, and their rows say so.
+    manifest : path-like, optional
+        Where inputs, options and results are written down, as JSON lines; by default it lies in the folder that `out`
+        gives to all targets.
+    resume : bool
+        Take a result from the manifest if mesh file, options and version are the same, and the target is still what
+        was written.
+    retry_failed : bool
+        Run again what is in the manifest as failed, or without a mesh.
+    timeout, memory : float, optional
+        Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
+    retries : int
+        How often a job is run again whose worker died.
+    listener : callable, optional
+        Called with each `Row`, those of earlier runs first; may raise StopIteration to end with what is in flight.
+
+    Returns
+    -------
+    list of Row
+        One for each source that was not left out by an early end, in their order.
+
+    Raises
+    ------
+    ValueError
+        If two sources have the same target, or limits are given for an executor that can't keep them.
+    FileError
+        If the manifest can't be written.
+    WorkersUnavailable
+        If the scheduler of the executor is gone, or a worker has another version.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import igl_spheremap as ism
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sources = [os.path.join(folder, f"{size}.ply") for size in (300, 400)]
+    ...     for size, source in zip((300, 400), sources):
+    ...         ism.write_mesh(source, *ism.samples.make("spheroid", n_vertices=size))
+    ...     rows = ism.map_many(sources, "{folder}/{stem}_sphere.ply", manifest=os.path.join(folder, "all.jsonl"))
+    >>> [row.status for row in rows]
+    ['certified', 'certified']
+    """
+    check_balance(balance)
+    names = [os.fspath(source) for source in sources]
+    targets = targets_of(out, names)
+    options = Options(method, float(balance), repair, keep_largest, force, os.getcwd())
+    rows: dict[str, Row] = {}
+    todo: deque[Job] = deque()
+
+    def take(row: Row) -> None:
+        rows[row.target] = row
+        try:
+            if listener is not None:
+                listener(row)
+        except StopIteration:
+            todo.clear()
+
+    with Manifest(manifest or manifest_of(out)) as log, workers_of(executor, processes, timeout, memory) as workers:
+        jobs = _write_down(log, names, targets, options)
+        known = [log.result(job.key, job.target) if resume else None for job in jobs]
+        again = retry_failed or force
+        kept = [row if row is not None and (row.status in _MAPPED or not again) else None for row in known]
+        todo.extend(job for job, row in zip(jobs, kept, strict=True) if row is None)
+        for job, row in zip(jobs, kept, strict=True):
+            if row is not None:
+                take(replace(row, source=job.source, target=job.target, resumed=True))
+        for job, (row, output) in results(workers, todo, options, retries, log.flush):
+            log.add(job.key, row, output)
+            take(row)
+    return [rows[target] for target in targets if target in rows]
+
+
+def _write_down(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
+    """The jobs, and their inputs in the manifest."""
+    with ThreadPoolExecutor() as readers:
+        files = list(readers.map(lambda name: fingerprint(name, log.inputs.get(name)), names))
+    log.begin({"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds")},
+              dict(zip(names, files, strict=True)))
+    folder = log.path.parent
+    return [Job(name, target, key_of(file, options, os.path.relpath(os.path.realpath(target), folder)))
+            for name, target, file in zip(names, targets, files, strict=True)]

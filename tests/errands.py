@@ -1,0 +1,33 @@
+"""Calls for other processes, which import nothing that takes time."""
+
+import os
+import signal
+import time
+
+
+def process():
+    """The number of this process; what libraries print does no harm."""
+    print("noise", flush=True)
+    os.write(1, b"noise")
+    return os.getpid()
+
+
+def refuse():
+    """Fail with an error that can be sent back."""
+    raise ValueError("no")
+
+
+def die():
+    """End as for lack of memory."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def wait():
+    """Take longer than anybody waits."""
+    time.sleep(60)
+
+
+def hold():
+    """Take 400 MB, and wait."""
+    held = b"x" * 400_000_000
+    time.sleep(60 * len(held))

@@ -1,0 +1,258 @@
+"""Many files: each has its row, what is done is not done again, and nothing gets onto the wrong subject."""
+
+import os
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.errors import WorkersUnavailable
+from igl_spheremap.io import read_mark, read_mesh, write_mesh
+from igl_spheremap.populations.map_many import map_many
+from igl_spheremap.sphere.moebius import moebius
+
+SOURCES = ["400.ply", "open.ply", "100.ply", "missing.ply", ".", "300.ply", "200.ply"]
+STATUSES = ["certified", "no mesh", "certified", "file", "file", "certified", "certified"]
+
+
+@pytest.fixture
+def threads():
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
+
+
+@pytest.fixture
+def run(desk, threads):
+    """Runs over sources, by threads of this process."""
+
+    def call(sources=("300.ply",), out="{stem}_out.ply", **options):
+        return map_many(sources, out, executor=threads, **options)
+
+    return call
+
+
+def figures(row):
+    return replace(row, resumed=False, seconds=0, memory=0, worker="")
+
+
+def test_rows_are_those_of_single_maps(run):
+    rows = run(SOURCES, "{stem}_out.obj")
+    assert [row.source for row in rows] == SOURCES
+    assert [row.status for row in rows] == STATUSES
+    for row in rows:
+        if row.status == "certified":
+            result = ism.spherical_conformal_map(*read_mesh(row.source))
+            size = np.abs(result.angle_differences())
+            assert np.array_equal(read_mesh(row.target).v, result.sphere)
+            assert (row.energy, row.mean_angle, row.max_angle) == (result.energy, size.mean(), size.max())
+            assert row.p99_angle == np.percentile(size, 99)
+            assert row.max_area == np.abs(result.area_ratios()).max()
+            edges = np.abs(ism.edge_distortion(result.vertices, result.faces, result.sphere))
+            assert row.max_edge == edges.max()
+
+
+def test_another_run_maps_nothing_and_says_the_same(run):
+    first = run(SOURCES)
+    times = {row.target: os.stat(row.target).st_mtime_ns for row in first if row.status == "certified"}
+    second = run(SOURCES)
+    assert [figures(row) for row in second] == [figures(row) for row in first]
+    assert [row.resumed for row in second] == [status != "file" for status in STATUSES]
+    assert times == {target: os.stat(target).st_mtime_ns for target in times}
+    assert not any(row.resumed for row in run(SOURCES, resume=False))
+
+
+def test_no_order_of_the_inputs_shifts_results(run):
+    first = {row.source: figures(row) for row in run(SOURCES)}
+    assert len({row.energy for row in first.values() if row.status == "certified"}) == 4
+    for sources in (SOURCES[::-1], SOURCES[2:], sorted(SOURCES)):
+        rows = run(sources)
+        assert [row.source for row in rows] == sources
+        assert all(figures(row) == first[row.source] for row in rows if row.status != "file")
+
+
+def test_files_that_changed_places_are_mapped_anew(run):
+    before = {row.source: figures(row) for row in run(["300.ply", "400.ply"])}
+    os.rename("300.ply", "x")
+    os.rename("400.ply", "300.ply")
+    os.rename("x", "400.ply")
+    assert {row.status for row in run(["300.ply", "400.ply"])} == {"file"}  # what is there was made of another mesh
+    after = {row.source: row for row in run(["300.ply", "400.ply"], force=True)}
+    assert after["300.ply"].energy == before["400.ply"].energy
+    assert after["400.ply"].energy == before["300.ply"].energy
+
+
+def test_a_folder_that_moved_keeps_its_results(run, desk, monkeypatch):
+    run(["300.ply"])
+    os.rename(desk, moved := desk.with_name("elsewhere"))
+    monkeypatch.chdir(moved)
+    assert run(["300.ply"])[0].resumed
+
+
+def test_results_of_other_options_or_versions_do_not_count(run, monkeypatch):
+    assert run()[0].status == "certified"
+    assert run(method=ism.Lai2014())[0].status == "file"
+    assert run(balance=1)[0].status == "file"
+    assert run()[0].resumed
+    monkeypatch.setattr("igl_spheremap.io.marks.__version__", "0.0.0")  # nothing else changes a version
+    monkeypatch.setattr("igl_spheremap.populations.job.Options.text", lambda self: "0.0.0")
+    assert run()[0].status == "file"
+
+
+def test_failures_are_run_again_only_where_asked(run, monkeypatch):
+    def broken(*_, **__):
+        raise MemoryError
+
+    with monkeypatch.context() as patch:
+        patch.setattr("igl_spheremap.populations.job.read_mesh", broken)
+        assert run()[0].notes.startswith("out of memory")
+    assert (run()[0].status, run()[0].resumed) == ("failed", True)
+    assert run(retry_failed=True)[0].status == "certified"
+
+
+def test_a_file_that_was_repaired_is_mapped(run):
+    assert run(["open.ply"])[0].status == "no mesh"
+    write_mesh("open.ply", *ism.samples.sphere(42), force=True)
+    assert run(["open.ply"])[0].status == "certified"
+
+
+def test_a_target_that_was_changed_is_made_again(run):
+    run()
+    made = Path("300_out.ply").read_bytes()
+    x, f = read_mesh("300_out.ply")
+    write_mesh("300_out.ply", -x, f, force=True, metadata={"mark": read_mark("300_out.ply")})
+    assert (run()[0].status, run()[0].resumed) == ("certified", True)
+    assert Path("300_out.ply").read_bytes() == made
+
+
+def shift(x):
+    """A Moebius map: certified, but not what this package makes."""
+    return moebius(x, [0.4, 0.1, 0])
+
+
+def fold(x):
+    return x * np.where(np.arange(len(x)) < 5, -1, 1)[:, None]
+
+
+@pytest.mark.parametrize("change", [shift, fold])
+def test_what_others_made_is_neither_taken_for_a_result_nor_lost(change, run):
+    """As FreeSurfer's own lh.sphere at the name that the pattern gives."""
+    v, f = read_mesh("300.ply")
+    write_mesh("300_out.ply", change(ism.spherical_conformal_map(v, f).sphere), f)
+    before = Path("300_out.ply").read_bytes()
+    (row,) = run()
+    assert row.status == "file"
+    assert "without the mark" in row.notes
+    assert Path("300_out.ply").read_bytes() == before
+    assert run(force=True)[0].status == "certified"
+    assert Path("300_out.ply").read_bytes() != before
+
+
+@pytest.mark.parametrize("content", [b"", b"notes", b"ply\n"])
+def test_files_that_hold_no_mesh_are_left_as_they_are(content, run):
+    Path("300_out.ply").write_bytes(content)
+    assert run()[0].status == "file"
+    assert Path("300_out.ply").read_bytes() == content
+    Path("300_out.ply").unlink()
+    assert run()[0].status == "certified"
+
+
+def test_one_folder_that_takes_no_file_stops_no_other(run):
+    for folder in ("a", "b"):
+        os.mkdir(folder)
+        write_mesh(f"{folder}/lh.ply", *ism.samples.sphere(42))
+    os.mkdir("b/spheres")
+    rows = run(["a/lh.ply", "b/lh.ply"], "{folder}/spheres/{stem}.obj")
+    assert [row.status for row in rows] == ["file", "certified"]
+    assert "no folder" in rows[0].notes
+
+
+def test_threads_give_equal_bits(desk):
+    v, f = read_mesh("400.ply")
+    alone = ism.spherical_conformal_map(v, f).sphere
+    with ThreadPoolExecutor(4) as executor:
+        maps = executor.map(lambda _: ism.spherical_conformal_map(v, f).sphere, range(12))
+        assert all(np.array_equal(x, alone) for x in maps)
+
+
+class Counting(ThreadPoolExecutor):
+    """Counts the jobs in flight, and breaks on some of them so many times."""
+
+    def __init__(self, **breaks):
+        super().__init__(2)
+        self.most = self.calls = self.flying = 0
+        self.breaks = breaks
+
+    def submit(self, call, job, options):
+        self.flying += 1
+        self.calls += 1
+        self.most = max(self.most, self.flying)
+        name = job.source.removesuffix(".ply")
+        if self.breaks.get(f"of_{name}", 0) > 0:
+            self.breaks[f"of_{name}"] -= 1
+            call = broken
+        future = super().submit(call, job, options)
+        future.add_done_callback(lambda _: setattr(self, "flying", self.flying - 1))
+        return future
+
+
+def broken(*_):
+    raise BrokenExecutor("gone")
+
+
+def test_at_most_two_jobs_a_worker_are_in_flight(desk):
+    sources = [f"{k}.ply" for k in range(50)]  # none of them is there
+    with Counting() as executor:
+        assert len(map_many(sources, "{stem}.obj", executor=executor)) == 50
+    assert executor.most <= 4
+
+
+def test_jobs_whose_worker_dies_are_run_again_and_bad_meshes_are_not(desk):
+    with Counting(of_100=1, of_200=2, of_300=5) as executor:
+        rows = map_many(["100.ply", "200.ply", "300.ply", "open.ply"], "{stem}.obj", executor=executor, retries=2)
+    assert [row.status for row in rows] == ["certified", "certified", "failed", "no mesh"]
+    assert "its worker died 3 times" in rows[2].notes
+    assert executor.calls == 2 + 3 + 3 + 1
+
+
+def test_a_listener_ends_a_run_with_what_is_in_flight(run):
+    heard = []
+
+    def listener(row):
+        heard.append(row)
+        raise StopIteration
+
+    sources = [*SOURCES[:3], *(f"{k}.ply" for k in range(50))]
+    rows = run(sources, listener=listener)
+    assert 1 <= len(rows) <= 4
+    assert sorted(row.source for row in heard) == sorted(row.source for row in rows)
+    assert len(run(sources)) == 53
+
+
+def test_limits_are_refused_where_they_cannot_be_kept(run):
+    for limit in ({"timeout": 1}, {"memory": 100}):
+        with pytest.raises(ValueError, match="not of other executors"):
+            run(**limit)
+
+
+def test_a_worker_of_another_version_is_refused_by_its_name(desk):
+    class Other(ThreadPoolExecutor):
+        def submit(self, call, job, options):
+            return super().submit(call, job, replace(options, version="0.0.9"))
+
+    with Other(1) as executor, pytest.raises(WorkersUnavailable, match=r":\d+ has igl_spheremap .* 0\.0\.9"):
+        map_many(["300.ply"], "{stem}.obj", executor=executor)
+
+
+def test_an_executor_that_drops_its_jobs_ends_the_run(desk):
+    class Gone(ThreadPoolExecutor):
+        def submit(self, call, job, options):
+            future = Future()
+            future.cancel()
+            future.set_running_or_notify_cancel()
+            return future
+
+    with Gone(1) as executor, pytest.raises(WorkersUnavailable, match="run it again"):
+        map_many(["300.ply"], "{stem}.obj", executor=executor)
