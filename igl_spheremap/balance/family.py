@@ -41,7 +41,7 @@ class Family:
     @cached_property
     def source(self) -> Source:
         """The mesh's triangles."""
-        return lay_flat(self._mesh)
+        return lay_flat(self._mesh.v, self._mesh.f)
 
     @cached_property
     def system(self) -> NewtonSystem:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.check import Mesh
 from ..operators.laplacian import mollified_edge_lengths
 
 FloatArray = NDArray[np.float64]
@@ -39,9 +38,9 @@ class Source:
     gradients: FloatArray
 
 
-def lay_flat(mesh: Mesh) -> Source:
+def lay_flat(v: FloatArray, f: IntArray) -> Source:
     """Lay every face flat by its edge lengths, mollified so that no area is zero."""
-    lengths = np.asarray(mollified_edge_lengths(mesh.v, mesh.f))
+    lengths = np.asarray(mollified_edge_lengths(v, f))
     area = _heron(lengths)
     scale = np.sqrt(4 * np.pi / area.sum())
     a, b, c = (lengths * scale).T  # opposite corners 0, 1 and 2
@@ -51,7 +50,7 @@ def lay_flat(mesh: Mesh) -> Source:
     height = 2 * area / c
     second = np.stack((np.zeros_like(c), 1 / height))
     first = np.stack((1 / c, -cot[0] / c))
-    return Source(mesh.f, len(mesh.v), area, cot, np.stack((-(first + second), first, second)))
+    return Source(f, len(v), area, cot, np.stack((-(first + second), first, second)))
 
 
 def _heron(lengths: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..operators.laplacian import positive_areas
-from ..sphere.cayley import cayley_update
+from ..sphere.cayley import cayley_step
 from ..sphere.moebius import center
 from ..sphere.rows import along, weighted_moment, weighted_sum
 from ..verify.certificate import orientation_signs
@@ -68,7 +68,7 @@ class Problem:
         A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there.
         """
         def trial(tau: float) -> tuple[float, tuple[FloatArray, FloatArray]]:
-            y = self.centred(cayley_update(x, h, tau), off)  # Theorem 1
+            y = self.centred(cayley_step(x, h, tau), off)  # Theorem 1
             if injective and not self.is_injective(y):
                 return np.inf, (y, h)
             energy, derivative = self.energy.evaluate(y)

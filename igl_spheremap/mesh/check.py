@@ -12,6 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
+from .edges import HalfEdges, half_edges
 from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
 
 FloatArray = NDArray[np.float64]
@@ -34,11 +35,14 @@ class Mesh:
         The vertices moved to the origin and scaled to unit total area.
     f : (m, 3) int64 array
         The input's faces, 0-based, in the input's order.
+    edges : HalfEdges
+        The pattern of sparse matrices on the mesh.
     """
 
     vertices: FloatArray
     v: FloatArray
     f: IntArray
+    edges: HalfEdges
 
 
 @own_errstate
@@ -75,8 +79,9 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes ...
     """
     vertices = _positions(v)
-    faces = check_faces(f, len(vertices))
-    return Mesh(vertices, _unit_area(vertices, faces), faces)
+    faces = check_triangles(f)
+    edges = _check_sphere(faces, len(vertices))
+    return Mesh(vertices, _unit_area(vertices, faces), faces, edges)
 
 
 @own_errstate
@@ -107,8 +112,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     (4, 3)
     """
     faces = check_triangles(f)
-    _check_indices(faces, n_vertices)
-    _check_closed_sphere(faces, n_vertices)
+    _check_sphere(faces, n_vertices)
     return faces
 
 
@@ -196,31 +200,25 @@ def _check_indices(f: IntArray, n: int) -> None:
                         f"remove them ({REPAIR} does)")
 
 
-def _check_closed_sphere(f: IntArray, n: int) -> None:
-    """Raise unless each edge has two opposite faces, and the faces form one sphere.
+def _check_sphere(f: IntArray, n: int) -> HalfEdges:
+    """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
     With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
-    m = len(f)
-    start, stop = f.astype(np.int32).ravel(), f[:, [1, 2, 0]].astype(np.int32).ravel()
-    half_edge = np.arange(1, 3 * m + 1, dtype=np.int32)  # from 1 on: a zero would be no entry
-    out = csr_matrix((half_edge, (start, stop)), shape=(n, n))
-    back = csr_matrix((half_edge, (stop, start)), shape=(n, n))
-    if out.nnz < 3 * m or not np.array_equal(out.indptr, back.indptr):
+    _check_indices(f, n)
+    m, edges = len(f), half_edges(f, n)
+    if edges is None:
         explain_edges(f, n)
-    out.sort_indices()
-    back.sort_indices()
-    if not np.array_equal(out.indices, back.indices):
-        explain_edges(f, n)
-    used = np.diff(out.indptr)
-    if (used == 0).any():
-        bad = np.flatnonzero(used == 0)
+    alone = np.diff(edges.indptr) == 1
+    if alone.any():
+        bad = np.flatnonzero(alone)
         raise MeshError(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}; "
                         f"remove them ({REPAIR} does)")
-    twin = np.empty(3 * m, dtype=np.int32)
-    twin[out.data - 1] = back.data - 1
-    neighbours = csr_matrix((half_edge, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    twin = np.empty(3 * m + n, dtype=np.int32)
+    twin[edges.half] = edges.twin
+    twin = twin[: 3 * m]
+    neighbours = csr_matrix((twin, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         components, label = connected_components(neighbours, directed=False)
         sizes = np.sort(np.bincount(label))[::-1]
@@ -228,18 +226,19 @@ def _check_closed_sphere(f: IntArray, n: int) -> None:
                         f"({REPAIR_LARGEST} does), face {int(np.argmax(label > 0))} is in the second one")
     if n - 3 * m // 2 + m != 2:
         explain_characteristic(f, twin, n)
+    return edges
 
 
 def _unit_area(vertices: FloatArray, f: IntArray) -> FloatArray:
     """The vertices about the origin, scaled to unit area (to unit extent where the area vanishes)."""
     size = float(np.abs(vertices).max())
-    v = vertices / (size or 1.0)
-    v -= (v.min(axis=0) + v.max(axis=0)) / 2
+    v = np.ascontiguousarray(vertices.T) / (size or 1.0)  # long inner loops
+    v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
     extent = float(np.abs(v).max())
     if extent < 4 * _EPS:
         raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent")
     v /= extent
-    area = float(igl.doublearea(v, f).sum()) / 2
+    area = float(igl.doublearea(v.T, f).sum()) / 2
     if area > _FLAT:
         v /= np.sqrt(area)
-    return v
+    return np.ascontiguousarray(v.T)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +29,12 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
 
 def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None:
     """Raise for pinched vertices, else for handles."""
-    # A fan is a class of corners; corner h (tail of half-edge h) goes on to the tail of the next half-edge of its twin.
+    # A fan is a class of half-edges with one tail; half-edge h goes on to the next one of its twin.
     m = len(f)
     onward = 3 * (twin // 3) + (twin + 1) % 3
     _, label = components(np.arange(3 * m), onward, 3 * m)
     fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
-    fan_vertex[label] = f.ravel()
+    fan_vertex[label] = np.roll(f, -1, axis=1).ravel()
     fans = np.bincount(fan_vertex, minlength=n)
     genus = (2 - (len(fan_vertex) - 3 * m // 2 + m)) // 2
     if (fans > 1).any():
@@ -46,7 +46,7 @@ def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None
                     "the handles")
 
 
-def explain_edges(f: IntArray, n: int) -> None:
+def explain_edges(f: IntArray, n: int) -> NoReturn:
     """Raise the error that fits a mesh whose edges are not all shared by two opposite faces."""
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
     low, high = np.minimum(start, stop), np.maximum(start, stop)

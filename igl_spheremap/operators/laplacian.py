@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
+from ..mesh.edges import HalfEdges, half_edges
 from ..mesh.measure import vertex_areas
 from .flips import delaunay_triangulation
 
@@ -43,11 +44,15 @@ def cotangent_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
     >>> L.shape, float(abs(L.sum(axis=1)).max()) < 1e-15
     ((12, 12), True)
     """
-    return _assemble(igl.cotmatrix_entries(v, f), f, len(v))
+    return laplacian(v, f)
 
 
-def laplacian(v: FloatArray, f: IntArray, weights: Weights = "cotangent") -> sp.csr_matrix:
+def laplacian(
+    v: FloatArray, f: IntArray, weights: Weights = "cotangent", edges: HalfEdges | None = None
+) -> sp.csr_matrix:
     """The Laplacian with the weights of that name: symmetric, with row sums of zero up to rounding.
+
+    `edges` are those of the faces, where they are known. But for "delaunay", they are the pattern.
 
     Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*.
 
@@ -55,16 +60,20 @@ def laplacian(v: FloatArray, f: IntArray, weights: Weights = "cotangent") -> sp.
     >>> float(abs(laplacian(v, f, "delaunay") - laplacian(v, f)).max()) < 1e-15
     True
     """
-    if weights == "cotangent":
-        return cotangent_laplacian(v, f)
-    if weights == "mollified":
-        return _assemble(igl.cotmatrix_entries(mollified_edge_lengths(v, f)), f, len(v))
     if weights == "delaunay":
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
-        return _assemble(igl.cotmatrix_entries(lengths), faces, len(v))
-    if weights == "uniform":
-        return _assemble(np.full(f.shape, 0.5), f, len(v))
-    raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
+        return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
+    if weights == "cotangent":
+        half_cotangents = igl.cotmatrix_entries(v, f)
+    elif weights == "mollified":
+        half_cotangents = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
+    elif weights == "uniform":
+        half_cotangents = np.full(f.shape, 0.5)
+    else:
+        raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
+    edges = edges or half_edges(f, len(v))
+    assert edges is not None, "the mesh is not closed"
+    return _assemble(half_cotangents, edges)
 
 
 def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_FACTOR) -> FloatArray:
@@ -82,14 +91,10 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_F
     return lengths + max(0.0, factor * lengths.mean() - slack)
 
 
-def usable_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
-    """The mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it.
-
-    >>> is_usable(usable_laplacian(*igl.icosahedron()))
-    True
-    """
-    L = cotangent_laplacian(v, f)
-    return L if is_usable(L) else laplacian(v, f, "mollified")
+def usable_laplacian(mesh: Mesh) -> sp.csr_matrix:
+    """The mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it."""
+    L = laplacian(mesh.v, mesh.f, "cotangent", mesh.edges)
+    return L if is_usable(L) else laplacian(mesh.v, mesh.f, "mollified", mesh.edges)
 
 
 def is_usable(L: sp.csr_matrix) -> bool:
@@ -97,22 +102,24 @@ def is_usable(L: sp.csr_matrix) -> bool:
     return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
 
 
-def _assemble(half_cotangents: np.ndarray, f: np.ndarray, n: int) -> sp.csr_matrix:
-    """Sum half cotangents, each belonging to the edge opposite a corner, into a Laplacian."""
-    index = f.T.astype(np.int32, order="C")
-    rows = np.concatenate([index[1], index[2], index[0], np.arange(n, dtype=np.int32)])
-    columns = np.concatenate([index[2], index[0], index[1], np.arange(n, dtype=np.int32)])
-    values = np.concatenate([-half_cotangents.T.ravel(), np.zeros(n)])
-    L = sp.csr_matrix((values, (rows, columns)), shape=(n, n))
-    # The two faces of an edge of a closed mesh run through it both ways: L and its transpose share their
-    # pattern, and a sum of data, unlike that of matrices, keeps entries that happen to be zero. It
-    # commutes: exact symmetry.
+def _assemble(half_cotangents: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
+    """Sum half cotangents, each belonging to the half-edge opposite a corner; entries that sum to zero are kept."""
+    w, n = half_cotangents.ravel(), len(edges.diagonal)
     with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
-        L.data += L.T.tocsr().data
-        on_diagonal = np.flatnonzero(L.indices == np.repeat(np.arange(n, dtype=np.int32), np.diff(L.indptr)))
-        # The old diagonal is that of loops, which intrinsic flips can make, and which carry no energy.
-        L.data[on_diagonal] -= np.add.reduceat(L.data, L.indptr[:-1])
-    return L
+        data = w.take(edges.half, mode="clip")
+        data += w.take(edges.twin, mode="clip")  # it commutes: exact symmetry
+        np.negative(data, out=data)
+        data[edges.diagonal] = 0.0
+        data[edges.diagonal] = -np.add.reduceat(data, edges.indptr[:-1])
+    return sp.csr_matrix((data, edges.indices, edges.indptr), shape=(n, n))
+
+
+def summed_laplacian(half_cotangents: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
+    """The same on any triangles, with a rim, loops (which carry no energy) or several edges between two vertices."""
+    opposite = np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel()
+    W = sp.csr_matrix((half_cotangents.ravel(), opposite), shape=(n, n))
+    W = W + W.T
+    return (sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W).tocsr()
 
 
 def positive_areas(mesh: Mesh) -> FloatArray:

@@ -39,12 +39,14 @@ def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotan
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order[order.index(weights):]:
-        L = laplacian(mesh.v, mesh.f, choice)
+        L = laplacian(mesh.v, mesh.f, choice, mesh.edges)
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
         try:
-            factor = factorize(L + sp.diags_array(_REGULARISATION * A, format="csr"), backend)
+            P = L.copy()
+            P.setdiag(L.diagonal() + _REGULARISATION * A)  # keeps the pattern
+            factor = factorize(P, backend)
         except FactorisationFailed:
             if choice == "uniform":
                 raise

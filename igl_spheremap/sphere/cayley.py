@@ -49,7 +49,11 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     >>> ism.cayley_update([[0.0, 0.0, 1.0]], [[-1.0, 0.0, 5.0]], 2.0)
     array([[1., 0., 0.]])
     """
-    f, h = check_rows(x), check_rows(h, name="directions")
+    return cayley_step(check_rows(x), check_rows(h, name="directions"), tau)
+
+
+def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
+    """`cayley_update` for float64 rows."""
     ff = row_dots(f, f)
     t = h - (row_dots(f, h) / ff)[:, None] * f
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))

@@ -35,7 +35,7 @@ def from_chart(z: ComplexArray, pole: FloatArray) -> FloatArray:
     """Inverse of `to_chart`."""
     e1, e2 = tangent_axes(pole)
     w = (z.real**2 + z.imag**2) / 4
-    return (pole * (1 - w)[:, None] + e1 * z.real[:, None] + e2 * z.imag[:, None]) / (1 + w)[:, None]
+    return ((pole.T * (1 - w) + e1.T * z.real + e2.T * z.imag) / (1 + w)).T
 
 
 def tangent_axes(x: FloatArray) -> tuple[FloatArray, FloatArray]:

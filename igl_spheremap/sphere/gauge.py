@@ -28,7 +28,7 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
-    return np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A))
+    return np.ascontiguousarray(np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A)))
 
 
 def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:

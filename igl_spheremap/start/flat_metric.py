@@ -13,7 +13,7 @@ from ..errors import FactorisationFailed, MapError, NotConverged
 from ..mesh.check import Mesh
 from ..mesh.measure import angle_defects
 from ..operators.factor import factorize
-from ..operators.laplacian import mollified_edge_lengths
+from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -142,10 +142,7 @@ def angle_laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
     """Cotangent Laplacian of a mesh with a rim, from its angles; broken triangles have no weight."""
     broken = _broken(angles)[:, None]
     half = np.where(broken, 0.0, 0.5 / np.tan(np.where(broken, 1.0, angles)))
-    index = (np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel())
-    W = sp.csr_matrix((half.ravel(), index), shape=(n, n))
-    W = W + W.T
-    return (sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W).tocsr()
+    return summed_laplacian(half, f, n)
 
 
 def _newton(

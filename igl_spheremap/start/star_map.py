@@ -86,7 +86,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
 
 def stiffness(mesh: Mesh) -> sp.csr_matrix:
     """Stiffness matrix A, which is the Laplacian."""
-    return usable_laplacian(mesh.v, mesh.f)  # eq. (26)
+    return usable_laplacian(mesh)  # eq. (26)
 
 
 def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:

@@ -25,11 +25,13 @@ class HarmonicEnergy:
     @classmethod
     def of(cls, mesh: Mesh) -> HarmonicEnergy:
         """With mollified weights where the mesh's own are unusable."""
-        return cls(usable_laplacian(mesh.v, mesh.f))
+        return cls(usable_laplacian(mesh))
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Value and derivatives, L x."""
-        gradient = self.L @ x
+        gradient = np.empty_like(x)
+        for k in range(3):  # keeps the layout of x
+            gradient[:, k] = self.L @ x[:, k]
         return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 

@@ -44,8 +44,8 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener | None = None) -> Cand
 
     name, x = "gauss map", mesh_gauss_map(mesh)
     if options.tutte:
-        minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform"), options.tutte_plateau)
+        minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
         name, x = "tutte map", minimum.last.x
     if not options.tutte or minimum.status is not Status.STOPPED:
-        minimum = descend(name, x, "harmonic", usable_laplacian(mesh.v, mesh.f), options.plateau)
+        minimum = descend(name, x, "harmonic", usable_laplacian(mesh), options.plateau)
     return Candidate(minimum.last.x, minimum.last.energy, minimum.status, tuple(rounds))

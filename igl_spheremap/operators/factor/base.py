@@ -55,10 +55,12 @@ class Factor:
 
 def reordered(order: np.ndarray, solve: Solver) -> Solver:
     """Solver of a system in its own order, by that of the system whose i-th row is row ``order[i]``."""
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=order.dtype)
 
     def apply(b: np.ndarray) -> np.ndarray:
         x = np.empty_like(b)
-        x[order] = solve(b[order])
+        x.T[...] = solve(b.T.take(order, axis=-1).T).T.take(rank, axis=-1)
         return x
 
     return apply

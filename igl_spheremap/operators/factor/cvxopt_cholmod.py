@@ -32,9 +32,9 @@ def build(P: sp.csc_matrix) -> Factor:
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order], without forming the rest."""
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order), dtype=order.dtype)
-    rows, columns = rank.take(P.indices), np.repeat(rank, np.diff(P.indptr))
-    lower = rows >= columns
-    values, rows, columns = P.data[lower], rows[lower].astype(np.int64), columns[lower].astype(np.int64)
-    return spmatrix(matrix(values), matrix(rows), matrix(columns), P.shape)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    columns = np.repeat(np.arange(len(order), dtype=np.int32), np.diff(P.indptr))
+    half = np.flatnonzero(P.indices >= columns)
+    i, j = rank[P.indices[half]], rank[columns[half]]
+    return spmatrix(matrix(P.data[half]), matrix(np.maximum(i, j)), matrix(np.minimum(i, j)), P.shape)

@@ -11,7 +11,6 @@ from ...balance.newton_system import NewtonSystem
 from ...balance.source import lay_flat
 from ...balance.step import certified_step
 from ...errors import FactorisationFailed
-from ...mesh.check import Mesh
 from ...sphere.charts import tangent_axes
 from .moebius_fit import Notify
 from .picture import Picture
@@ -28,7 +27,7 @@ class Elastic:
     """Stretching of a map of the sphere against the map x0, by angles and areas alike, and its Newton system."""
 
     def __init__(self, x0: FloatArray, f: IntArray) -> None:
-        source = lay_flat(Mesh(x0, x0, f))
+        source = lay_flat(x0, f)
         self.energy = Energy(source, weight=0.5, power=1, target=np.zeros(len(f)))
         self._system = NewtonSystem(f, len(x0))
         self._valence = np.bincount(f.ravel(), minlength=len(x0))

@@ -28,7 +28,7 @@ class FeatureSurface:
         mesh = check_mesh(result.vertices, result.faces)
         self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
         self.areas = 4 * np.pi * positive_areas(mesh)
-        self.L = usable_laplacian(self.v, self.f)
+        self.L = usable_laplacian(mesh)
 
     def diffuse(self, values: FloatArray, sigma: float, steps: int = 2) -> FloatArray:
         """Implicit heat steps that together smooth by a Gaussian of that width."""

@@ -1,0 +1,41 @@
+"""The half-edges of a closed mesh, sorted: the pattern of its sparse matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+Indices = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class HalfEdges:
+    """Pattern, in compressed rows with sorted columns, of matrices with an entry for each edge and each vertex.
+
+    Half-edge 3 i + k runs along the side of face i that is opposite corner k. On the diagonal `half` and `twin` are
+    beyond the last half-edge.
+    """
+
+    indptr: Indices
+    indices: Indices
+    half: Indices  # of each entry, the half-edge that runs from its row to its column
+    twin: Indices  # the one that runs back
+    diagonal: Indices  # entry on the diagonal of each row
+
+
+def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
+    """Half-edges of faces in range without repeated corners; None unless each has one twin."""
+    ends, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
+    start, stop = (np.concatenate((np.roll(ends, -k, axis=1).ravel(), loops)) for k in (1, 2))
+    there = csr_matrix((np.arange(1, len(start) + 1, dtype=np.int32), (start, stop)), shape=(n, n))  # 0 is no entry
+    back = there.T.tocsr()
+    same = np.array_equal(there.indptr, back.indptr) and np.array_equal(there.indices, back.indices)
+    if there.nnz < len(start) or not same:
+        return None
+    there.data -= 1
+    back.data -= 1
+    diagonal = np.flatnonzero(there.data >= f.size).astype(np.int32)
+    return HalfEdges(there.indptr, there.indices, there.data, back.data, diagonal)
