@@ -15,6 +15,7 @@ from .energy import Energy, log_areas
 from .newton import newton
 from .newton_system import NewtonSystem
 from .source import Source, lay_flat
+from .stretched import stretched
 
 FloatArray = NDArray[np.float64]
 
@@ -57,6 +58,7 @@ class Family:
 
     def minimize(self, energy: Energy, x: FloatArray, listener: Listener | None = None) -> Minimum:
         """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first."""
+        x = stretched(self._mesh, x)
         squares = replace(energy, power=0)
         if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
             opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))

@@ -18,7 +18,7 @@ class Status(Enum):
 
     CONVERGED = "the stopping rule was met"
     MAX_ITERATIONS = "the iteration limit was reached first"
-    SHORT = "areas stopped short of what was asked: this triangulation does not allow them"
+    SHORT = "areas stopped short of what was asked"
     STALLED = "no step lowers the energy any more, at the rounding of floating point"
     STOPPED = "a listener asked to stop"
 

@@ -23,8 +23,8 @@ from .run import finish
 from .sphere_map import SphereMap
 from .spherical_conformal_map import spherical_conformal_map
 
-#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: meshes that
-#: bear the balance stay below .2.
+#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: on meshes whose
+#: conformal image is no rounding they are off by at most .2.
 _SHORT = 0.3
 
 
@@ -59,9 +59,9 @@ def balanced_spherical_map(
     Returns
     -------
     SphereMap
-        Turned to the Gauss map. Its ``conformal`` is the map that it started from, its ``area_ratios()`` are what the
-        balance asks for as far as the triangulation allows: else its ``status`` is ``SHORT``, and a note says by how
-        much.
+        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``area_ratios()`` are off
+        what the balance asks for by more than a factor of 1.35 on average, its ``status`` is ``SHORT``, and a note says
+        by how much and how the steps ended.
 
     Raises
     ------
@@ -149,9 +149,10 @@ def rebalance_checked(
     short = energy.area_error(minimum.last.x)
     status, notes = minimum.status, conformal.notes
     if short > _SHORT and status is not Status.STOPPED:
-        status = Status.SHORT
         factor = np.exp(short)
-        notes = (*notes, f"areas are off what balance {balance:g} aims at by a factor of {factor:.3g} on average")
+        notes = (*notes, f"areas are off what balance {balance:g} aims at by a factor of {factor:.3g} on average; "
+                         f"{status.value}")
+        status = Status.SHORT
     x = turn_to_gauss_map(mesh, minimum.last.x, positive_areas(mesh))
     certificate = certify_checked(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation

@@ -96,10 +96,12 @@ def test_a_listener_ends_with_a_bijection():
     assert result.certificate.folding_free
 
 
-def test_what_the_triangulation_does_not_allow_is_short():
+def test_a_spring_whose_conformal_image_is_rounding_opens_and_its_status_is_short():
     v, f = ism.samples.make("spring", n_vertices=2000)
     result = ism.balanced_spherical_map(v, f, 1)
     assert result.certificate.folding_free
+    assert np.abs(result.conformal.area_ratios()).mean() > 30
+    assert np.abs(result.area_ratios()).mean() < 2.6
     assert result.status is ism.Status.SHORT
     assert "balance 1" in result.notes[-1]
 

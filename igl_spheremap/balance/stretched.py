@@ -1,0 +1,33 @@
+"""A start for bodies whose limbs end below float64: steps can't open a limb whose image is rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.check import Mesh
+from ..mesh.measure import corner_angles, log_edges
+from ..operators.laplacian import positive_areas
+from ..operators.limb_scale import FLOAT64_LIMIT
+from ..untangle.local_repair import repair_locally
+from ..untangle.placed import onto_sphere
+from ..untangle.room import floors, make_room
+from ..untangle.unrolling import unroll
+from ..verify.certificate import certify_checked
+
+FloatArray = NDArray[np.float64]
+
+#: No edge of a stretched limb is shorter than exp(-this): half of the digits are left to move it.
+_FLOOR = floors(np.float32)[0]
+
+
+def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """A map without foldings itself, or, where its shortest edges are rounding, laid out anew with limbs stretched."""
+    if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
+        return x
+    area = positive_areas(mesh)
+    laid_out = unroll(mesh, x, area)
+    if laid_out is None:
+        return x
+    y = onto_sphere(mesh, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR)[0], area)
+    return y if certify_checked(y, mesh.f).folding_free else repair_locally(mesh, y)
