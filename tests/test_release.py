@@ -1,0 +1,53 @@
+"""What files beside the package say of it: bounds, versions, and types that reach a user."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+import typed_client
+
+from igl_spheremap import __version__
+
+tomllib = pytest.importorskip("tomllib") if sys.version_info >= (3, 11) else pytest.importorskip("tomli")
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+#: Of the linters, of what draws pages and of the peers any version will do that can be had.
+UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-parser", "imageio-ffmpeg", "dask", "distributed",
+            "ktch", "nilearn"}
+
+
+def pins(name):
+    """Versions of a constraints file by project."""
+    lines = [line for line in (ROOT / ".ci" / name).read_text().splitlines() if not line.startswith("#")]
+    return dict(line.split("==") for line in lines)
+
+
+def parts(version):
+    """A version as numbers, without zeros at its end."""
+    return tuple(map(int, re.sub(r"(\.0)+$", "", version).split(".")))
+
+
+def bounds():
+    """The lower bounds of all dependencies and extras."""
+    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    found = [re.fullmatch(r"([\w.-]+)>=([\d.]+)", line) for group in groups for line in group if "[" not in line]
+    assert all(found), "a dependency without a lower bound"
+    return {match[1]: match[2] for match in found}
+
+
+def test_each_lower_bound_is_the_oldest_version_that_is_tried():
+    oldest = pins("oldest.txt")
+    tried = {name: parts(version) for name, version in bounds().items() if name not in UNPINNED}
+    assert tried == {name: parts(version) for name, version in oldest.items()}
+    assert all(parts(pins("newest.txt")[name]) >= version for name, version in tried.items())
+
+
+def test_citation_and_changelog_are_of_this_version():
+    version = __version__.removesuffix(".dev0")
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text(), re.M)[1] == version
+
+
+def test_a_typed_client_runs():
+    assert typed_client.main() == "folding-free"

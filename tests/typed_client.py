@@ -1,0 +1,35 @@
+"""A client of the public names that type checkers read, and that runs: hints must reach users."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+import igl_spheremap as ism
+
+
+def watch(iterate: ism.Iterate) -> None:
+    """A listener."""
+    energy: float = iterate.energy
+    positions: NDArray[np.float64] = iterate.x
+    assert np.isfinite(energy)
+    assert positions.shape[1] == 3
+
+
+def verdict(certificate: ism.Certificate) -> str:
+    """A certificate's fields have their types."""
+    foldings: int = certificate.foldings
+    proved: bool = certificate.folding_free
+    return "folding-free" if proved else f"{foldings} foldings"
+
+
+def main() -> str:
+    """Map, certify, and use what comes back."""
+    v, f = ism.samples.make("spheroid", n_vertices=500)
+    result: ism.SphereMap = ism.spherical_conformal_map(v, f, ism.Lai2014(rounds=0, tolerance=1e-2), listener=watch)
+    sphere: NDArray[np.float64] = result.sphere
+    angles: NDArray[np.float64] = ism.angle_differences(v, f, sphere)
+    assert angles.shape == f.shape
+    return verdict(ism.certify(sphere, f))
+
+
+if __name__ == "__main__":
+    print(main())
