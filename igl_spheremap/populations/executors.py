@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..errors import WorkersUnavailable, import_optional
+from ..errors import WorkersUnavailable, import_optional, one_line
 from .child import Child, WorkerDied, check_memory_limit, own_child
 from .job import Job, Options, Result, map_in_child, map_one
 
@@ -77,23 +80,31 @@ def _of_dask(executor: Any, call: Callable[[Job, Options], Result]) -> Workers:
     return Workers(executor, call, lambda: sum(client.nthreads().values()), (killed,))
 
 
-def connect(scheduler: str, seconds: float = 8.0) -> Any:
+def connect(scheduler: str, seconds: float = 6.0) -> Any:
     """An executor on the Dask scheduler at an address, or of a scheduler file.
 
     Raise WorkersUnavailable if it does not answer, or if a worker has another version.
     """
-    distributed = import_optional("distributed", "--scheduler", "batch")
-    where = {"scheduler_file": scheduler} if os.path.isfile(scheduler) else {"address": scheduler}
+    distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
-        client = distributed.Client(**where, timeout=seconds, set_as_default=False)
-    except (OSError, ValueError) as error:  # a timeout is an OSError, an address that is none a ValueError
-        raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({error or 'no answer'}): start one by "
+        address = json.loads(Path(scheduler).read_text())["address"] if os.path.isfile(scheduler) else scheduler
+        asyncio.run(_greet(address, seconds))  # a client that finds nobody hangs when it is dropped
+    except Exception as error:  # what listens there may be anything
+        reason = one_line(error) if isinstance(error, OSError | ValueError) else "what answers there is none"
+        raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
                                  "`dask scheduler`") from None
+    client = distributed.Client(address, set_as_default=False)
     # An expression, since a worker may lack the module that a function of this package would be found in.
     versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
     for worker, version in versions.items():
         if version != __version__:
             client.close()
-            raise WorkersUnavailable(f"worker {worker} has igl_spheremap {version}, this is {__version__}: install "
+            raise WorkersUnavailable(f"worker {worker} has igl_spheremap {version}, this is {__version__}; install "
                                      "the same version there")
     return client.get_executor(pure=False)
+
+
+async def _greet(address: str, seconds: float) -> None:
+    """Connect to a scheduler, and leave again; raise some error if there is none."""
+    comm = await import_optional("distributed.comm", "a Dask scheduler", "batch").connect(address, timeout=seconds)
+    await comm.close()

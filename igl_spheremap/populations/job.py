@@ -73,17 +73,18 @@ def map_one(job: Job, options: Options) -> Result:
     if options.version != __version__:
         raise WorkersUnavailable(f"{_worker()} has igl_spheremap {__version__} where {options.version} is asked for")
     began = time.perf_counter()
-    target = _place(job.target, options)
+    target = place(job.target, options)
     row = Row(job.source, job.target)
     try:
-        row = _mapped(row, _place(job.source, options), target, options)
+        row = _mapped(row, place(job.source, options), target, options)
     except Exception as error:  # one mesh must not end the others
         row = replace(row, status=_status(error), notes=one_line(error))
     row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=_worker())
     return row, fingerprint(target)
 
 
-def _place(path: str, options: Options) -> str:
+def place(path: str, options: Options) -> str:
+    """Where a path is, on a machine whose working directory may be another."""
     return path if os.getcwd() == options.folder else os.path.join(options.folder, path)
 
 
@@ -143,7 +144,7 @@ def map_in_child(job: Job, options: Options, timeout: float | None, memory: floa
     try:
         return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
     except WorkerDied as died:
-        target = _place(job.target, options)
+        target = place(job.target, options)
         for left in Path(target).parent.glob(f".part-{died.pid}-*"):
             with contextlib.suppress(OSError):
                 left.unlink()

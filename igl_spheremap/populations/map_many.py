@@ -9,6 +9,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime, timezone
 
+from ..errors import import_optional
 from ..maps.balanced import check_balance
 from ..maps.options import Auto, Method
 from .engine import results
@@ -16,6 +17,7 @@ from .executors import workers_of
 from .fingerprint import fingerprint
 from .job import Job, Options, key_of
 from .manifest import Manifest
+from .page import write_page
 from .table import Row
 from .targets import manifest_of, targets_of
 
@@ -39,6 +41,7 @@ def map_many(
     timeout: float | None = None,
     memory: float | None = None,
     retries: int = 1,
+    report: str | os.PathLike[str] | None = None,
     listener: Callable[[Row], None] | None = None,
 ) -> list[Row]:
     """Map many mesh files to spheres, each in a process, and continue where an earlier run ended.
@@ -76,6 +79,8 @@ def map_many(
         Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
     retries : int
         How often a job is run again whose worker died.
+    report : path-like, optional
+        A folder for `index.html`, with distributions and pictures of the maps, the worst first. Needs Pillow.
     listener : callable, optional
         Called with each `Row`, those of earlier runs first; may raise StopIteration to end with what is in flight.
 
@@ -120,6 +125,8 @@ def map_many(
         except StopIteration:
             todo.clear()
 
+    if report is not None:
+        import_optional("PIL", "a report", "io")
     with Manifest(manifest or manifest_of(out)) as log, workers_of(executor, processes, timeout, memory) as workers:
         jobs = _write_down(log, names, targets, options)
         known = [log.result(job.key, job.target) if resume else None for job in jobs]
@@ -132,7 +139,10 @@ def map_many(
         for job, (row, output) in results(workers, todo, options, retries, log.flush):
             log.add(job.key, row, output)
             take(row)
-    return [rows[target] for target in targets if target in rows]
+    done = [rows[target] for target in targets if target in rows]
+    if report is not None:
+        write_page(report, done, options, processes)
+    return done
 
 
 def _write_down(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:

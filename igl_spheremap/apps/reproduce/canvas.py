@@ -10,8 +10,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ...draw.palette import FOLDED, SURFACE, diverging
+from ...draw.raster import shading, view_of
 from ...verify.certificate import orientation_signs
-from .drawing import draw, shading, view_of
+from .drawing import draw
 from .surfaces import Surface
 
 FloatArray = NDArray[np.float64]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,33 +11,6 @@ from ...draw.palette import INK
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-#: Where the light comes from, in the frame of the view.
-_LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
-#: What counts as up in files: z or y.
-_UP = np.array([0.0, 1.0, 1.0])
-#: A vertical axis that is closer to the ground than this is not taken for one.
-_LEAST_UP = 0.3
-
-
-def view_of(v: FloatArray) -> FloatArray:
-    """Rotation (3, 3) whose columns are right, up and towards the viewer, so that the longest axis lies across."""
-    centred = v - v.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    # The sign of an axis is that of its third moment, so that the same body is always shown from the same side.
-    sign = ((centred @ axes.T) ** 3).sum(axis=0)
-    # But up is up in the file: along z or y, whichever the format has.
-    if abs(axes[1] @ _UP) > _LEAST_UP:
-        sign[1] = axes[1] @ _UP
-    axes *= np.where(sign < 0, -1.0, 1.0)[:, None]
-    axes[2] *= np.sign(np.linalg.det(axes))
-    return axes.T
-
-
-def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> FloatArray:
-    """Brightness (m,) of the faces between `ambient`, where the light grazes, and 1."""
-    normals = igl.per_face_normals(v @ view, f, np.zeros(3))
-    return np.asarray(ambient + (1 - ambient) * np.abs(normals @ _LIGHT))
 
 
 def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatArray, lines: bool = False) -> None:

@@ -39,6 +39,7 @@ def configure(parser: ArgumentParser) -> None:
     add_balance(parser)
     _add_running(parser)
     parser.add_argument("--summary", metavar="FILE", help="one line for each file: .tsv, .csv or .jsonl")
+    parser.add_argument("--report", metavar="DIR", help="write DIR/index.html: distributions and pictures, worst first")
     parser.add_argument("-f", "--force", action="store_true", help="replace any other file at a target")
     parser.add_argument("-q", "--quiet", action="store_true", help="print nothing")
     add_repair(parser)
@@ -97,7 +98,7 @@ def run(args: Namespace) -> Exit:
             sources, pattern, executor=executor, processes=args.jobs, method=METHODS[args.method](),
             balance=args.balance, repair=args.repair, keep_largest=args.keep_largest, force=args.force,
             manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
-            memory=args.memory, retries=args.retries, listener=listen,
+            memory=args.memory, retries=args.retries, report=args.report, listener=listen,
         )  # fmt: skip
     rows = in_words(rows)
     args.progress.close()

@@ -1,0 +1,117 @@
+"""A page about a population: distributions, and a sheet of pictures, the worst first."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import fields
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draw.markup import page, table
+from ..io.replacing import replacing
+from .child import own_child
+from .executors import ProcessPool
+from .job import Options
+from .pictures import REACH, SIZE, draw_row
+from .statistics import FIGURES, worst_first
+from .table import Row
+
+MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
+_BINS = 40
+_STYLE = f"""
+body {{ font: 15px/1.45 system-ui, sans-serif; color: #212630; margin: 1.5rem auto; max-width: 82rem; padding: 0 1rem }}
+h1 {{ font-size: 1.5rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
+th, td {{ text-align: left; padding: .2rem .9rem .2rem 0; border-bottom: 1px solid #e3e7eb; vertical-align: top }}
+.plots, .sheet {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem }}
+.card {{ color: inherit; text-decoration: none; border: 1px solid #e3e7eb; padding: .5rem; overflow-wrap: anywhere;
+  content-visibility: auto; contain-intrinsic-size: auto 14rem }}
+.card img {{ width: 100%; aspect-ratio: 2; object-fit: cover; object-position: left }}
+.card.bad {{ border-color: #d63d00; background: #fdf1ec }} .whole {{ max-width: 100%; width: {4 * SIZE}px }}
+svg {{ width: 100%; height: auto }} rect {{ fill: #0073b2 }} figure {{ margin: 0 }}
+figcaption, small {{ color: #5a636c }}
+"""
+_COLOURS = (f"Colours: the logarithm of image area over source area, purple at {-REACH:g}, white at 0, green at "
+            f"{REACH:g}. Folded faces are vermilion.")
+
+
+def write_page(
+    folder: str | os.PathLike[str], rows: Sequence[Row], options: Options, processes: int | None = None
+) -> Path:
+    """Write `index.html` into a folder, with a page and a picture for each of the worst rows, and return its path.
+
+    Pictures are drawn by processes, those that are there already are kept.
+    """
+    base = Path(folder)
+    (base / "subjects").mkdir(parents=True, exist_ok=True)
+    shown = [rows[k] for k in worst_first(rows)[:MOST]]
+    names = [hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[:16]
+             for row in shown]
+    drawn = _draw(shown, [str(base / "subjects" / f"{name}.png") for name in names], options, processes)
+    for row, name, has_picture in zip(shown, names, drawn, strict=True):
+        _write(base / "subjects" / f"{name}.html", row.source, _subject(row, name, has_picture))
+    cards = [_card(*entry) for entry in zip(shown, names, drawn, strict=True)]
+    certified = sum(row.status == "certified" for row in rows)
+    left_out = f" The sheet shows the worst {MOST:,}." if len(rows) > MOST else ""
+    body = [f"<h1>{certified:,} of {len(rows):,} maps are certified free of foldings</h1>",
+            f'<div class="plots">{"".join(_histograms(rows))}</div>',
+            f"<h2>Worst first</h2><p>Files without a map, then by foldings, then by the figure that is farthest above "
+            f"those of the others. {_COLOURS}{left_out}</p>", f'<div class="sheet">{"".join(cards)}</div>']
+    return _write(base / "index.html", "Spherical maps", "\n".join(body))
+
+
+def _draw(rows: Sequence[Row], paths: Sequence[str], options: Options, processes: int | None) -> list[bool]:
+    """Which rows have a picture."""
+    pool = ProcessPool(processes or os.cpu_count() or 1)
+    try:
+        futures = [pool.submit(lambda *call: own_child().call(draw_row, *call), row, path, options)
+                   for row, path in zip(rows, paths, strict=True)]
+        return [future.exception() is None and future.result() for future in futures]
+    finally:
+        pool.end()
+
+
+def _card(row: Row, name: str, has_picture: bool) -> str:
+    picture = f'<img loading="lazy" alt="" src="subjects/{name}.png">' if has_picture else ""
+    text = row.notes if row.status not in ("certified", "folded") else (
+        f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas {row.mean_area:.3g}")
+    bad = "" if row.status == "certified" else " bad"
+    return (f'<a class="card{bad}" href="subjects/{name}.html">{picture}<div>{escape(row.source)}</div>'
+            f"<small>{escape(row.status)}: {escape(text)}</small></a>\n")
+
+
+def _subject(row: Row, name: str, has_picture: bool) -> str:
+    """The page of one map."""
+    picture = f'<p><img class="whole" alt="" src="{name}.png"></p><p>{_COLOURS}</p>' if has_picture else ""
+    figures = table((field.name.replace("_", " "), str(getattr(row, field.name))) for field in fields(Row))
+    look = f"igl-spheremap view {row.source} {row.target}"
+    return (f"<h1>{escape(row.source)}</h1>{picture}{figures}<pre>{escape(look)}</pre>"
+            '<p><a href="../index.html">all maps</a></p>')
+
+
+def _histograms(rows: Sequence[Row]) -> list[str]:
+    plots = []
+    for name, label in FIGURES.items():
+        values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
+        if len(values := values[np.isfinite(values)]):
+            plots.append(_histogram(label, values))
+    return plots
+
+
+def _histogram(label: str, values: NDArray[np.float64]) -> str:
+    """Bars from the least value to the largest, with the median."""
+    counts, edges = np.histogram(values, bins=_BINS)
+    bars = "".join(f'<rect x="{k}" y="{20 - 20 * count / counts.max():.2f}" width=".9" '
+                   f'height="{20 * count / counts.max():.2f}"/>' for k, count in enumerate(counts) if count)
+    return (f'<figure><svg viewBox="0 0 {_BINS} 20" role="img" aria-label="{label}">{bars}</svg><figcaption>{label}: '
+            f"{edges[0]:.3g} to {edges[-1]:.3g}, median {np.median(values):.3g}</figcaption></figure>")
+
+
+def _write(path: Path, title: str, body: str) -> Path:
+    with replacing(path, force=True) as partial:
+        partial.write_text(page(title, _STYLE, body), encoding="utf-8", errors="backslashreplace")
+    return path

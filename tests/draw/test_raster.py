@@ -1,0 +1,40 @@
+"""Pictures by numpy show what is in front, where it is, at any resolution."""
+
+import numpy as np
+import pytest
+
+from igl_spheremap import samples
+from igl_spheremap.draw.raster import raster
+
+RED, BLUE = [1.0, 0, 0], [0, 0, 1.0]
+
+
+@pytest.mark.parametrize("vertices", [42, 642, 40962])
+def test_a_ball_is_a_disc_without_holes(vertices):
+    v, f = samples.sphere(vertices)
+    image = raster(v, f, np.zeros((len(f), 3)), 101)
+    row, column = np.indices((101, 101)) - 50
+    distance = np.hypot(row, column) / 50.5 * 1.06
+    flat = np.sqrt(1 - 8 / vertices)  # of a coarse ball the outline is a polygon
+    assert (image[distance < 0.98 * flat - 0.02] == 0).all()
+    assert (image[distance > 1.03] == 255).all()
+
+
+def test_what_is_in_front_hides_what_is_behind():
+    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    small = 0.5 * square + [0, 0, 1]
+    for first, second in ((0, 4), (4, 0)):
+        v = np.concatenate((square, small)) if first == 0 else np.concatenate((small, square))
+        f = np.concatenate((faces + first, faces + second))
+        image = raster(v, f, np.repeat([BLUE, RED], 2, axis=0), 61)
+        assert (image[20:40, 20:40] == [255, 0, 0]).all()
+        assert (image[30, [4, -5]] == [0, 0, 255]).all()
+
+
+def test_up_is_up_and_right_is_right():
+    v = np.array([[-1.0, -1, 0], [1, -1, 0], [-1, 1, 0]])
+    image = raster(v, np.array([[0, 1, 2]]), np.array([RED]), 50)
+    assert (image[8, 8] == [255, 0, 0]).all()
+    assert (image[-8, -10] == [255, 0, 0]).all()
+    assert (image[8, -8] == 255).all()

@@ -1,0 +1,71 @@
+"""The page of a population shows every map, the worst first, and folded faces in vermilion."""
+
+import os
+import re
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from igl_spheremap.io import read_mesh, read_picture, write_mesh
+from igl_spheremap.maps.options import Auto
+from igl_spheremap.populations.job import Job, Options, map_one
+from igl_spheremap.populations.map_many import map_many
+from igl_spheremap.populations.pictures import draw_row
+from igl_spheremap.populations.statistics import worst_first
+from igl_spheremap.populations.table import Row
+
+pytest.importorskip("PIL")
+
+
+def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
+    sources = ["100.ply", "open.ply", "400.ply"]
+    with ThreadPoolExecutor(1) as executor:
+        rows = map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)
+        html = Path("page/index.html").read_text()
+        pages = re.findall(r'href="(subjects/\w+\.html)"', html)
+        pictures = re.findall(r'<img loading="lazy" alt="" src="(subjects/\w+\.png)"', html)
+        assert (len(pages), len(pictures)) == (3, 2)
+        assert "2 of 3 maps are certified" in html
+        assert re.findall(r"<div>(\w+\.ply)</div>", html)[0] == "open.ply"
+        assert "open surface" in Path("page", pages[0]).read_text()
+        assert all(f"<h1>{name}</h1>" in Path("page", page).read_text() for name, page in zip(
+            re.findall(r"<div>(\w+\.ply)</div>", html), pages, strict=True))
+        image = read_picture(Path("page", pictures[0]))
+        assert image.shape[1] == 4 * image.shape[0]
+        assert vermilion(image) == 0
+
+        times = [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
+        assert map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)[0].resumed
+        assert times == [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
+    assert rows[0].status == "certified"
+
+
+def vermilion(image):
+    """Share of pixels of the colour of folded faces."""
+    r, g, b = (image[..., k].astype(float) for k in range(3))
+    return float(((r > 150) & (g < 0.4 * r) & (b < 0.1 * r)).mean())
+
+
+def test_folded_faces_are_seen(desk):
+    options = Options(Auto(), 0.0, False, False, False, os.getcwd())
+    row, _ = map_one(Job("400.ply", "400.obj", ""), options)
+    x, f = read_mesh("400.obj")
+    write_mesh("400.obj", x * np.where(np.arange(len(x)) % 50 == 0, -1, 1)[:, None], f, force=True)
+    assert draw_row(row, "400.png", options)
+    assert vermilion(read_picture("400.png")) > 0.01
+
+
+def test_the_worst_come_first():
+    good = [Row(f"good {angle}", "", mean_angle=angle) for angle in (0.9, 1.0, 1.1)]
+    bad = [Row("bent", "", mean_angle=30.0), Row("folded", "", "folded", foldings=2), Row("none", "", "no mesh")]
+    rows = [*good, *bad]
+    assert [rows[k].source for k in worst_first(rows)][:3] == ["none", "folded", "bent"]
+
+
+def test_names_are_text_and_not_markup(desk):
+    os.rename("100.ply", name := "<b>&'.ply")
+    with ThreadPoolExecutor(1) as executor:
+        map_many([name], "x.obj", executor=executor, report="page", processes=1)
+    assert "<b>&" not in Path("page/index.html").read_text()
