@@ -170,4 +170,4 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     bits = np.zeros(len(x), dtype=np.uint8)
     for k, side in enumerate(sides):
         bits |= side.astype(np.uint8) << np.uint8(k)
-    return np.flatnonzero((bits[f[:, 0]] | bits[f[:, 1]] | bits[f[:, 2]]) == 0b11111)
+    return np.flatnonzero(np.bitwise_or.reduce(bits.take(f.T)) == 0b11111)

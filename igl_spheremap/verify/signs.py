@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import igl.predicates
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,9 @@ from ..sphere.rows import scale_rows
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Computed in floating point, a determinant of numbers of size s at most is off by less than this times s^3, and less
+#: than the smallest normal number.
+_ERROR = 64 * np.finfo(float).eps
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
 #: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
 _SMALLEST, _LARGEST = 2.0**-300, 2.0**300
@@ -24,14 +29,30 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
     array([ 1, -1])
     """
-    if _in_range(x if len(x) < f.size else x[f.ravel()]).all():
-        return _predicate(x, f)
+    a, b, c = x.T.take(f.T, axis=1).transpose(1, 0, 2)
+    with np.errstate(over="ignore", invalid="ignore"):
+        det = _det(a, b, c)
+        error = _ERROR * np.abs(x).max(initial=0.0) ** 3 + np.finfo(float).tiny
+        unsure = np.flatnonzero(~(np.abs(det) > error))  # NaN included
+    signs = (det > 0).astype(np.int64) - (det < 0)
+    if len(unsure):
+        signs[unsure] = _exact_signs(x[f[unsure].ravel()])
+    return signs
+
+
+def _det(a: Any, b: Any, c: Any) -> Any:
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = *a, *b, *c
+    return a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+
+
+def _exact_signs(x: FloatArray) -> IntArray:
+    """Signs of each three rows: by Shewchuk's predicates where these are exact, else by integers."""
     y = scale_rows(x)
-    plain = (_in_range(y) & ((y == 0) == (x == 0))).all(axis=1)
-    signs = _predicate(y, f)
-    rest = np.flatnonzero(~plain[f].all(axis=1))
+    plain = _in_range(y) & ((y == 0) == (x == 0))
+    signs = np.asarray(igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64)
+    rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
     for block in np.array_split(rest, len(rest) // _BLOCK + 1):
-        signs[block] = _integer_signs(x[f[block]])
+        signs[block] = _integer_signs(x.reshape(-1, 3, 3)[block])
     return signs
 
 
@@ -50,18 +71,11 @@ def _in_range(x: FloatArray) -> NDArray[np.bool_]:
     return ((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)
 
 
-def _predicate(x: FloatArray, f: IntArray) -> IntArray:
-    if not len(f):  # libigl divides by the number of rows
-        return np.empty(0, dtype=np.int64)
-    return np.asarray(igl.predicates.orient3d(*(x.take(f[:, k], axis=0) for k in range(3)), _ORIGIN), dtype=np.int64)
-
-
 def _integer_signs(corners: FloatArray) -> IntArray:
     """Signs of the determinants of (k, 3, 3) floats, by Python's integers: rows are scaled until they are whole."""
     corners = np.where(np.isfinite(corners).all(axis=(1, 2), keepdims=True), corners, 0)
     mantissa, exponent = np.frexp(corners)
     whole = (mantissa * 2.0**53).astype(np.int64).astype(object)
     shift = (exponent - exponent.min(axis=2, keepdims=True)).astype(object)
-    (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = (whole << shift).transpose(1, 2, 0)
-    det = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+    det = _det(*(whole << shift).transpose(1, 2, 0))
     return (det > 0).astype(np.int64) - (det < 0)

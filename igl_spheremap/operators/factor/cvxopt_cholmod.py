@@ -34,7 +34,7 @@ def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order], without forming the rest."""
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    columns = np.repeat(np.arange(len(order), dtype=np.int32), np.diff(P.indptr))
-    half = np.flatnonzero(P.indices >= columns)
-    i, j = rank[P.indices[half]], rank[columns[half]]
-    return spmatrix(matrix(P.data[half]), matrix(np.maximum(i, j)), matrix(np.minimum(i, j)), P.shape)
+    A = P.T[order]  # of a symmetric matrix the columns, in which cvxopt sorts
+    rows, columns = rank.take(A.indices), np.repeat(np.arange(len(order)), np.diff(A.indptr))
+    lower = np.flatnonzero(rows >= columns)
+    return spmatrix(matrix(A.data[lower]), matrix(rows[lower]), matrix(columns[lower]), P.shape)
