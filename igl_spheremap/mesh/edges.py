@@ -15,8 +15,8 @@ Indices = NDArray[np.int32]
 class HalfEdges:
     """Pattern, in compressed rows with sorted columns, of matrices with an entry for each edge and each vertex.
 
-    Half-edge 3 i + k runs along the side of face i that is opposite corner k. On the diagonal `half` and `twin` are
-    beyond the last half-edge.
+    Half-edge k m + i runs along the side of face i (of m) that is opposite corner k. On the diagonal `half` and `twin`
+    are beyond the last half-edge.
     """
 
     indptr: Indices
@@ -28,8 +28,8 @@ class HalfEdges:
 
 def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
     """Half-edges of faces in range without repeated corners; None unless each has one twin."""
-    ends, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
-    start, stop = (np.concatenate((np.roll(ends, -k, axis=1).ravel(), loops)) for k in (1, 2))
+    (a, b, c), loops = f.T.astype(np.int32), np.arange(n, dtype=np.int32)
+    start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
     there = csr_matrix((np.arange(1, len(start) + 1, dtype=np.int32), (start, stop)), shape=(n, n))  # 0 is no entry
     back = there.T.tocsr()
     same = np.array_equal(there.indptr, back.indptr) and np.array_equal(there.indices, back.indices)

@@ -97,6 +97,14 @@ def usable_laplacian(mesh: Mesh) -> sp.csr_matrix:
     return L if is_usable(L) else laplacian(mesh.v, mesh.f, "mollified", mesh.edges)
 
 
+def apply(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
+    """L x in the layout of x."""
+    y = np.empty_like(x)
+    for k in range(x.shape[1]):
+        y[:, k] = L @ x[:, k]
+    return y
+
+
 def is_usable(L: sp.csr_matrix) -> bool:
     """Whether the entries are finite and of a size that a factorisation bears; slivers can make cotangents neither."""
     return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
@@ -104,7 +112,7 @@ def is_usable(L: sp.csr_matrix) -> bool:
 
 def _assemble(half_cotangents: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
     """Sum half cotangents, each belonging to the half-edge opposite a corner; entries that sum to zero are kept."""
-    w, n = half_cotangents.ravel(), len(edges.diagonal)
+    w, n = half_cotangents.T.ravel(), len(edges.diagonal)
     with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
         data = w.take(edges.half, mode="clip")
         data += w.take(edges.twin, mode="clip")  # it commutes: exact symmetry

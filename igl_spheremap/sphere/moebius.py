@@ -51,11 +51,14 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
     >>> bool(np.abs(moebius(moved, c).mean(axis=0)).max() < 1e-9)
     True
     """
+    return _balance(x, weights, tolerance)[0]
+
+
+def _balance(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> tuple[FloatArray, FloatArray]:
+    """The conformal barycentre, and the map that it centres."""
     w = weights / weights.sum()
-    centre = np.zeros(3)
-    y = x
+    centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
     for _ in range(50):
-        mean = weighted_sum(w, y)
         size = float(np.linalg.norm(mean))
         if size <= tolerance:
             break
@@ -68,15 +71,16 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
         while True:
             trial = _compose(centre, step)
             if trial @ trial > _RIM:
-                return centre
+                return centre, y
             moved = moebius(x, trial)
-            if float(np.linalg.norm(weighted_sum(w, moved))) < size or length < _ROUNDING:
+            moved_mean = weighted_sum(w, moved)
+            if float(np.linalg.norm(moved_mean)) < size or length < _ROUNDING:
                 break
             step, length = step / 2, length / 2
-        centre, y = trial, moved
+        centre, y, mean = trial, moved, moved_mean
         if length < _ROUNDING:
             break
-    return centre
+    return centre, y
 
 
 def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
@@ -95,4 +99,4 @@ def center(x: FloatArray, weights: FloatArray) -> FloatArray:
     >>> bool(np.abs(center(x, np.ones(6)).sum(axis=0)).max() < 1e-9)
     True
     """
-    return moebius(x, conformal_barycentre(x, weights))
+    return _balance(x, weights)[1]

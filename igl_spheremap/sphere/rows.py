@@ -49,7 +49,7 @@ def weighted_moment(weights: FloatArray, x: FloatArray, y: FloatArray) -> FloatA
     [[0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
     columns = np.ascontiguousarray(x.T), np.ascontiguousarray(y.T)  # long inner loops
-    return np.einsum("i,ji,ki->jk", weights, *columns)
+    return np.einsum("ji,ki->jk", weights * columns[0], columns[1])
 
 
 def along(x: FloatArray, direction: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
+from ..operators.laplacian import apply
 from ..operators.operators import Operators
 from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
@@ -54,12 +55,13 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         x = center(to_sphere(z, operators.A), operators.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        tried.append((0.5 * inner(x, operators.L @ x), x))
-        if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not is_coarse(mesh, x):
+        tried.append((0.5 * inner(x, apply(operators.L, x)), x))
+        coarse = is_coarse(mesh, x)
+        if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
         return center(mesh_gauss_map(mesh), operators.A)
-    if is_coarse(mesh, tried[-1][1]):  # large chords have so little energy that it can't rank maps
+    if coarse:  # large chords have so little energy that it can't rank maps
         return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
     return min(tried, key=lambda pair: pair[0])[1]
 

@@ -41,7 +41,7 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
 
 
 def _det(a: Any, b: Any, c: Any) -> Any:
-    a0, a1, a2, b0, b1, b2, c0, c1, c2 = *a, *b, *c
+    (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = a, b, c
     return a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import own_errstate
 from ...mesh.check import Mesh, check_mesh, check_rows
-from ...operators.laplacian import usable_laplacian
+from ...operators.laplacian import apply, usable_laplacian
 from ...sphere.rows import inner
 
 FloatArray = NDArray[np.float64]
@@ -29,9 +29,7 @@ class HarmonicEnergy:
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Value and derivatives, L x."""
-        gradient = np.empty_like(x)
-        for k in range(3):  # keeps the layout of x
-            gradient[:, k] = self.L @ x[:, k]
+        gradient = apply(self.L, x)
         return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 
