@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import own_errstate
 from .check import Mesh, check_mesh
+from .measure import area_vectors, sides, sum_at_vertices
 
 FloatArray = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     Returns
     -------
     (n, 3) float64 array
-        Unit rows: libigl's area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
+        Unit rows: area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
         its neighbours' normals stands in.
 
     Raises
@@ -55,8 +55,8 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
 def mesh_gauss_map(mesh: Mesh) -> FloatArray:
     """`gauss_map` of a mesh that passed the gate."""
-    normals = igl.per_vertex_normals(mesh.v, mesh.f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
-    return fill_directions(normals, mesh.f)
+    normals = [sum_at_vertices(n, mesh.f, len(mesh.v)) for n in area_vectors(sides(mesh.v, mesh.f))]  # Definition 1
+    return fill_directions(np.stack(normals, axis=1), mesh.f)
 
 
 def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, half_edges
-from ..mesh.measure import vertex_areas
+from ..mesh.measure import half_cotangents, vertex_areas
 from .flips import delaunay_triangulation
 
 FloatArray = NDArray[np.float64]
@@ -64,16 +64,16 @@ def laplacian(
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
-        half_cotangents = igl.cotmatrix_entries(v, f)
+        weight = half_cotangents(v, f)
     elif weights == "mollified":
-        half_cotangents = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
+        weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     elif weights == "uniform":
-        half_cotangents = np.full(f.shape, 0.5)
+        weight = np.full(f.shape, 0.5)
     else:
         raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
     edges = edges or half_edges(f, len(v))
     assert edges is not None, "the mesh is not closed"
-    return _assemble(half_cotangents, edges)
+    return _assemble(weight, edges)
 
 
 def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_FACTOR) -> FloatArray:
@@ -110,9 +110,9 @@ def is_usable(L: sp.csr_matrix) -> bool:
     return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
 
 
-def _assemble(half_cotangents: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
+def _assemble(weight: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
     """Sum half cotangents, each belonging to the half-edge opposite a corner; entries that sum to zero are kept."""
-    w, n = half_cotangents.T.ravel(), len(edges.diagonal)
+    w, n = weight.T.ravel(), len(edges.diagonal)
     with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
         data = w.take(edges.half, mode="clip")
         data += w.take(edges.twin, mode="clip")  # it commutes: exact symmetry
@@ -122,10 +122,10 @@ def _assemble(half_cotangents: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
     return sp.csr_matrix((data, edges.indices, edges.indptr), shape=(n, n))
 
 
-def summed_laplacian(half_cotangents: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
+def summed_laplacian(weight: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
     """The same on any triangles, with a rim, loops (which carry no energy) or several edges between two vertices."""
     opposite = np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel()
-    W = sp.csr_matrix((half_cotangents.ravel(), opposite), shape=(n, n))
+    W = sp.csr_matrix((weight.ravel(), opposite), shape=(n, n))
     W = W + W.T
     return (sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W).tocsr()
 

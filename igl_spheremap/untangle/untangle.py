@@ -47,8 +47,8 @@ _SMALL = 1000
 #: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep would gain less
 #: than this share: Newton steps gain three times that, for four times the cost of the map.
 _GOOD, _WORTH_STEPS = 1.2, 0.02
-#: Faces on which that is measured: enough for 2 percent of the mean.
-_SAMPLE = 5000
+#: Faces on which that is measured: enough for 3 percent of the mean.
+_SAMPLE = 1500
 #: Newton steps at the most; the share that one must gain for another to follow; and the same where
 #: nothing was folded.
 _ROUNDS = 10
