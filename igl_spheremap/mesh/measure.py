@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import igl
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +12,23 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Faces that are measured at once: temporaries fit the cache, and calls cost little.
+_BLOCK = 1 << 14
 
-def sides(x: FloatArray, f: IntArray) -> FloatArray:
+
+def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
+    """What `compute` makes of the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
+    columns = np.ascontiguousarray(x.T)
+    blocks = (f[k : k + _BLOCK].T for k in range(0, max(1, len(f)), _BLOCK))
+    return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
+
+
+def sides(corners: FloatArray) -> FloatArray:
     """(3, 3, m): coordinate, corner, face; the side opposite each corner, from the next corner to the one after."""
-    p = x.T.take(f.T, axis=1)
-    return np.stack((p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]), axis=1)
+    side = np.empty_like(corners)
+    for k in range(3):
+        np.subtract(corners[:, k - 1], corners[:, k - 2], out=side[:, k])
+    return side
 
 
 def area_vectors(side: FloatArray) -> FloatArray:
@@ -35,9 +50,12 @@ def half_cotangents(v: FloatArray, f: IntArray) -> FloatArray:
     >>> half_cotangents(np.eye(3), np.array([[0, 1, 2]])).round(6)
     array([[0.288675, 0.288675, 0.288675]])
     """
-    sines, cosines = sines_and_cosines(sides(v, f))
-    with np.errstate(divide="ignore", invalid="ignore"):
+    def compute(corners: FloatArray) -> FloatArray:
+        sines, cosines = sines_and_cosines(sides(corners))
         return (cosines / (2 * sines)).T
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return by_blocks(compute, v, f)
 
 
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
@@ -46,10 +64,13 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     >>> np.degrees(corner_angles(np.eye(3), np.array([[0, 1, 2]]))).round(9)
     array([[60., 60., 60.]])
     """
-    side = sides(v, f)
-    size = np.abs(side).max(axis=(0, 1), initial=0.0)
-    side /= np.where(size > 0, size, 1)  # products neither over- nor underflow
-    return np.ascontiguousarray(np.arctan2(*sines_and_cosines(side)).T)
+    def compute(corners: FloatArray) -> FloatArray:
+        side = sides(corners)
+        size = np.abs(side).max(axis=(0, 1))
+        side /= np.where(size > 0, size, 1)  # products neither over- nor underflow
+        return np.arctan2(*sines_and_cosines(side)).T
+
+    return by_blocks(compute, v, f)
 
 
 def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import own_errstate
 from .check import Mesh, check_mesh
-from .measure import area_vectors, sides, sum_at_vertices
+from .measure import area_vectors, by_blocks, sides, sum_at_vertices
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +55,8 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
 def mesh_gauss_map(mesh: Mesh) -> FloatArray:
     """`gauss_map` of a mesh that passed the gate."""
-    normals = [sum_at_vertices(n, mesh.f, len(mesh.v)) for n in area_vectors(sides(mesh.v, mesh.f))]  # Definition 1
+    of_faces = by_blocks(lambda corners: area_vectors(sides(corners)).T, mesh.v, mesh.f)
+    normals = [sum_at_vertices(component, mesh.f, len(mesh.v)) for component in of_faces.T]  # Definition 1
     return fill_directions(np.stack(normals, axis=1), mesh.f)
 
 

@@ -8,6 +8,7 @@ import igl.predicates
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.measure import by_blocks
 from ..sphere.rows import scale_rows
 
 FloatArray = NDArray[np.float64]
@@ -29,9 +30,8 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     >>> orientation_signs(np.eye(3), np.array([[0, 1, 2], [0, 2, 1]]))
     array([ 1, -1])
     """
-    a, b, c = x.T.take(f.T, axis=1).transpose(1, 0, 2)
     with np.errstate(over="ignore", invalid="ignore"):
-        det = _det(a, b, c)
+        det = by_blocks(lambda corners: _det(*corners.transpose(1, 0, 2)), x, f)
         error = _ERROR * np.abs(x).max(initial=0.0) ** 3 + np.finfo(float).tiny
         unsure = np.flatnonzero(~(np.abs(det) > error))  # NaN included
     signs = (det > 0).astype(np.int64) - (det < 0)
