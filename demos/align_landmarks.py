@@ -7,6 +7,7 @@ Descent along smooth fields that refuses foldings finds a bijection instead.
 
     python demos/align_landmarks.py
     python demos/align_landmarks.py --weight 1000 --others 0
+    python demos/align_landmarks.py --screenshot landmarks.png
 
 The hemispheres are those of fsaverage5 that nilearn ships; without it (or nibabel), two brain-like samples.
 """
@@ -17,12 +18,21 @@ import importlib.util
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import igl_spheremap as ism
+from igl_spheremap.apps.viewer import Part, RowView, open_for, run_app
+from igl_spheremap.apps.viewer.colouring import folded_faces, places
+from igl_spheremap.apps.viewer.lens import follow
+from igl_spheremap.apps.viewer.pose import fit, pose
+
+BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+#: Radii of the dots of landmarks and targets; the former are drawn nearer to the viewer, to be seen inside.
+_SMALL, _LARGE, _NEARER = 0.016, 0.03, (0.0, 0.0, 0.04)
 
 #: Places on a left hemisphere, in millimetres of MNI space: right, front, up.
 PLACES = {
@@ -71,7 +81,40 @@ def nearest(v: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.i
     return np.array([np.argmin(((v - place) ** 2).sum(axis=1)) for place in places])
 
 
-def align(weight: float, others: int) -> dict[str, ism.SphereMap]:
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """The left hemisphere, its landmarks, their targets (k, 3), and maps by what they are."""
+
+    mesh: ism.Mesh
+    landmarks: NDArray[np.int64]
+    targets: NDArray[np.float64]
+    maps: dict[str, ism.SphereMap]
+
+    def misses(self, result: ism.SphereMap) -> NDArray[np.float64]:
+        """Degrees from each landmark to its target."""
+        chord = np.linalg.norm(result.sphere[self.landmarks] - self.targets, axis=1)
+        return np.degrees(2 * np.arcsin(chord / 2))
+
+    def view(self) -> RowView:
+        """The surface with its landmarks, and each map with landmarks and targets."""
+        colours, turn = places(self.mesh), pose(self.mesh.v)
+        surface = fit(self.mesh.v, turn)
+        marks = {"landmarks": (surface[self.landmarks], BLACK, _SMALL)}
+        caption = f"{len(self.landmarks)} landmarks\n{len(surface):,} vertices"
+        parts = [Part(caption, surface, self.mesh.f, colours, dots=marks)]
+        folded = {name: folded_faces(self.mesh, result.sphere) for name, result in self.maps.items()}
+        worst = max(folded, key=lambda name: len(folded[name]))
+        turn = follow(self.maps[worst].sphere @ turn.T, self.mesh.f, folded[worst]).axes() @ turn  # foldings in front
+        for name, result in self.maps.items():
+            x = result.sphere @ turn.T
+            dots = {"targets": (self.targets @ turn.T, WHITE, _LARGE),
+                    "landmarks": (x[self.landmarks] + _NEARER, BLACK, _SMALL)}
+            caption = f"{name}\n{self.misses(result).mean():.1f} degrees off, {len(folded[name]):,} folded faces"
+            parts.append(Part(caption, x, self.mesh.f, colours, folded[name], dots))
+        return RowView(parts, ("landmark (its target is white; folded faces are red)", BLACK))
+
+
+def align(weight: float, others: int) -> Alignment:
     """The conformal map of the left hemisphere and its two landmark maps, by what they are."""
     left, right, places = hemispheres(others)
     target = ism.spherical_conformal_map(right.vertices, right.f).sphere[nearest(right.vertices, places)]
@@ -89,16 +132,17 @@ def align(weight: float, others: int) -> dict[str, ism.SphereMap]:
         )
         for name, one in maps.items()
     }
+    alignment = Alignment(left, landmarks, target, results)
     print(f"{len(left.v)} and {len(right.v)} vertices, {len(landmarks)} landmarks of weight {weight:g}")
     print(f"{'map':<32}{'miss: mean':>11}{'largest':>9}{'foldings':>10}{'angles':>8}{'energy':>9}{'seconds':>9}")
     for name, result in results.items():
-        miss = np.degrees(2 * np.arcsin(np.linalg.norm(result.sphere[landmarks] - target, axis=1) / 2))
+        miss = alignment.misses(result)
         print(
             f"{name:<32}{miss.mean():>11.2f}{miss.max():>9.2f}{result.certificate.foldings:>10}"
             f"{np.abs(result.angle_differences()).mean():>8.2f}{result.energy:>9.4f}{result.seconds:>9.1f}"
         )
     print("misses and mean angle differences in degrees")
-    return results
+    return alignment
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -106,9 +150,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("--weight", type=float, default=100.0, help="of squared chords (default 100)")
     parser.add_argument("--others", type=int, default=100, help="landmarks beside the ten named (default 100)")
+    parser.add_argument("--screenshot", metavar="OUT.png", help="write a picture of the maps; needs no display")
     args = parser.parse_args(arguments)
-    results = align(args.weight, args.others)
-    return 0 if results["landmarks, confined"].certificate.folding_free else 3
+    if args.screenshot:
+        args.video, args.frame, args.size = None, None, (1400, 440)
+        open_for(args, "Align landmarks")
+    alignment = align(args.weight, args.others)
+    if args.screenshot:
+        run_app(alignment.view(), args)
+    return 0 if alignment.maps["landmarks, confined"].certificate.folding_free else 3
 
 
 if __name__ == "__main__":

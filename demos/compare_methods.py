@@ -99,8 +99,8 @@ class CompareMethods(App):
         width = ps.get_window_size()[0]
         canvas = imgui.GetBackgroundDrawList()
         if self.legend is not FOLDED_LEGEND:
-            draw_legend(canvas, 0.58 * width, 8, 240, self.legend)
-        draw_legend(canvas, 0.85 * width, 4, 240, FOLDED_LEGEND)
+            draw_legend(canvas, 0.58 * width, 8, 300, self.legend)
+        draw_legend(canvas, 0.85 * width, 4, 300, FOLDED_LEGEND)
         imgui.SetNextWindowPos((8, 4))
         imgui.SetNextWindowSize((290, 44))
         imgui.Begin("show", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoBackground)

@@ -18,16 +18,14 @@ from PIL import Image
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.viewer import Body, Stage, window
+from igl_spheremap.apps.viewer import Body, Stage, registration_view, window
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.apps.viewer.colouring import Colouring, colouring, folded_faces, places
+from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
 from igl_spheremap.apps.viewer.lens import look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.style import sequential
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
-from igl_spheremap.shapes.registration.features import FeatureSurface
 
 #: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
@@ -124,20 +122,8 @@ def registration(path: Path) -> None:
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     moving = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
     registered = ism.register(moving, fixed)
-    before, after = registered.stages[0].correlation.mean(), registered.stages[-1].correlation.mean()
-    shown = (
-        (fixed, f"the fixed sphere\n{len(fixed.vertices):,} vertices"),
-        (moving, f"the moving sphere\n{len(moving.vertices):,} vertices, correlation {before:.2f}"),
-        (registered.map, f"laid on the fixed one, no folding\ncorrelation {after:.3f}"),
-    )
-    stage = _row(3, (1200, 440))
-    for column, (result, caption) in enumerate(shown):
-        depth = FeatureSurface(result).geometry[:, 1]
-        shades = sequential("depth", -2, 2).colours(depth[result.faces].mean(axis=1))
-        body = Body(f"sphere {column}", result.sphere, result.faces)
-        Colouring(shades, _NONE, None).apply(stage.place(0, column, body))
-        body.caption = caption
-    _save(stage, path)
+    window.open_window(size=(1200, 440), offscreen=True)
+    _save(registration_view(moving, fixed, registered).stage, path)
 
 
 def _demo(name: str, *arguments: str) -> Callable[[Path], None]:
@@ -158,6 +144,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "dino": dino,
     "eigen_projection": eigen_projection,
     "curves": curves,
+    "align_landmarks": _demo("align_landmarks"),
     "folding_removal": _demo("folding_removal", "sample:dino", "--size", "1200", "480"),
     "compare_methods": _demo("compare_methods", "sample:dino"),
     "conformal_texture": _demo("conformal_texture", "sample:dino"),

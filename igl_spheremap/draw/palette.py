@@ -65,7 +65,7 @@ class Ramp:
     def colours(self, values: FloatArray) -> FloatArray:
         """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""
         span = self.high - self.low
-        t = np.clip((np.nan_to_num(values, nan=self.low) - self.low) / (span if span > 0 else 1), 0, 1)
+        t = (np.clip(np.nan_to_num(values, nan=self.low), self.low, self.high) - self.low) / (span if span > 0 else 1)
         places = np.linspace(0, 1, len(self.stops))
         return np.column_stack([np.interp(t, places, self.stops[:, k]) for k in range(3)])
 

@@ -70,6 +70,28 @@ figures = dict(before=before, after=after, moved=moved.tolist(), free=free,
     assert figures["picked"] == figures["front"]
 
 
+def test_align_landmarks_shows_each_map_with_its_foldings():
+    figures = drive("""
+import align_landmarks as demo
+left, right = (ism.check_mesh(*ism.samples.make(name, n_vertices=1500)) for name in ('pear', 'dumbbell'))
+demo.hemispheres = lambda others: (left, right, demo._spread(left, others))
+alignment = demo.align(1000.0, 40)
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(1400, 440)), 'test')
+view = alignment.view()
+ps.set_user_callback(lambda: app._still(view))
+image = window.grab()
+columns = [image[:, 350 * k : 350 * k + 350] for k in range(4)]
+maps = alignment.maps.values()
+figures = dict(foldings=[one.certificate.foldings for one in maps], red=[vermilion(column) for column in columns[1:]],
+            drawn=min(drawn(column) for column in columns), miss=[float(alignment.misses(one).mean()) for one in maps])
+""")
+    assert figures["drawn"] > 0.1
+    assert [red > 1e-4 for red in figures["red"]] == [count > 0 for count in figures["foldings"]]
+    before, free, confined = figures["miss"]
+    assert free < before > confined
+    assert figures["foldings"][1] > 0
+
+
 def test_gallery_makes_the_first_picture(tmp_path):
     done = run([sys.executable, str(DEMOS / "gallery.py"), "dino", "--to", str(tmp_path)])
     assert done.returncode == 0, done.stderr

@@ -6,6 +6,7 @@ from .body import Body
 from .colouring import SUBJECTS
 from .pose import UPS, guess_up
 from .result_view import ResultView, picture_of, screenshot, show
+from .row_view import Part, RowView, registration_view
 from .run import Run
 from .stage import Stage
 
@@ -14,13 +15,16 @@ __all__ = [
     "UPS",
     "App",
     "Body",
+    "Part",
     "ResultView",
+    "RowView",
     "Run",
     "Stage",
     "add_picture_arguments",
     "guess_up",
     "open_for",
     "picture_of",
+    "registration_view",
     "run_app",
     "screenshot",
     "show",

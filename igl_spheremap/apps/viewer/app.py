@@ -104,7 +104,7 @@ def run(app: App, args: Namespace) -> list[dict[str, Any]]:
 
     try:
         if not (args.screenshot or args.video):
-            window.show(lambda: _live(app))
+            show(app)
             return []
         app.prepare()
         ps.set_user_callback(lambda: _still(app))
@@ -119,6 +119,11 @@ def run(app: App, args: Namespace) -> list[dict[str, Any]]:
     finally:
         ps.clear_user_callback()
         app.close()
+
+
+def show(app: App) -> None:
+    """Run the window until it is closed."""
+    window.show(lambda: _live(app))
 
 
 def _live(app: App) -> None:

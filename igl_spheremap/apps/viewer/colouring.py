@@ -1,4 +1,4 @@
-"""What the colours of a surface show: foldings and places, conformal factor, angle differences."""
+"""What the colours of a surface show: foldings and places, conformal factor, distortion of angles and areas."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, diags_array
 
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
-from ...mesh.normals import mesh_gauss_map
+from ...shapes.registration.features import FeatureSurface
 from ...start.star_map import finite_conformal_factor
 from ...verify.certificate import orientation_signs
 from ...verify.distortion import mesh_angle_differences
+from ...verify.stretch import mesh_area_distortion
 from . import style
 from .body import Body, Legend
 
@@ -23,13 +23,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: What can be shown, in the order of the menus.
-SUBJECTS = ("foldings", "conformal factor", "angle differences")
+SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")
 FOLDED_LEGEND = ("folded face; same colour: same place", style.FOLDED)
 _DARKEST = 0.72
-#: A hollow is measured within so many edges of a vertex, as a share of the root of the number of vertices.
-_REACH = 0.05
-_U = "log conformal factor u (purple: shrunk)"
+#: Hollows of about this size are seen, on a surface as large as the unit sphere.
+_REACH = 0.1
+_U = "log factor u (purple: shrunk)"
 _ANGLES = "angle difference in degrees"
+_AREAS = "log area ratio (purple: shrunk)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,15 +61,9 @@ def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 @lru_cache(maxsize=4)
 def relief(mesh: Mesh) -> FloatArray:
     """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
-    tail, head = mesh.f[:, [0, 1, 2]].ravel(), mesh.f[:, [1, 2, 0]].ravel()  # every edge, once each way
-    links = csr_matrix((np.ones(len(tail)), (tail, head)), shape=(len(mesh.v), len(mesh.v)))
-    average = diags_array(1 / np.bincount(tail, minlength=len(mesh.v))) @ links
-    mean = mesh.v
-    for _ in range(1 + int(np.sqrt(len(mesh.v)) * _REACH)):
-        mean = average @ mean
     a, b, c = (mesh.v[mesh.f[:, k]] for k in range(3))
     outward = 1 if np.einsum("ij,ij->", a, np.cross(b, c)) >= 0 else -1  # the sign of the volume
-    hollow = outward * np.einsum("ij,ij->i", mean - mesh.v, mesh_gauss_map(mesh))[mesh.f].mean(axis=1)
+    hollow = -outward * FeatureSurface(mesh).depth(_REACH)[mesh.f].mean(axis=1)
     scale = float(np.percentile(np.abs(hollow), 80)) or 1.0
     return np.asarray(1 - (1 - _DARKEST) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
 
@@ -98,6 +93,10 @@ def colouring(
         u = log_factor(mesh, x)
         ramp = style.diverging(_U, reach or style.round_up(float(u.max())))
         values = u[mesh.f].mean(axis=1)
+    elif subject == "area distortion":
+        values = mesh_area_distortion(mesh, x)
+        finite = np.abs(values[np.isfinite(values)])
+        ramp = style.diverging(_AREAS, reach or style.round_up(float(np.percentile(finite, 95))))
     else:
         values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
         ramp = style.sequential(_ANGLES, 0, reach or style.round_up(float(np.percentile(values, 95))))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .body import Body
 from .colouring import Colouring
 from .lens import Lens
-from .stage import Stage, packed, text_width
+from .stage import Stage, packed, text, text_width, wrapped
 from .style import INK
 
 _CIRCLE = 7
@@ -42,6 +42,7 @@ class Inset:
         canvas.AddCircle((x, y), _CIRCLE, packed(INK), 0, 2.0)
         left, bottom = self._stage.inset_corner(*self._cell)
         power = float(f"{self._lens.power:.2g}")
-        lines = ("the whole sphere: its circled", f"place is magnified {power:,.{int(power < 10)}f} times")
+        sentence = f"circled: magnified {power:,.{int(power < 10)}f}x"
+        lines = wrapped(sentence, left - 12 - self._stage.cell(*self._cell)[0])
         for k, line in enumerate(reversed(lines)):
-            canvas.AddText((left - 6 - text_width(line), bottom - _LINE * (k + 1)), packed(INK), line)
+            text(canvas, left - 6 - text_width(line) / 2, bottom - _LINE * (k + 1), line)

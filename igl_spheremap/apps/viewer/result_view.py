@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...maps.balanced import rebalance
 from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
 from ...verify.distortion import mesh_angle_differences
-from ...verify.figures import angle_figures
+from ...verify.figures import angle_figures, log_figures
+from ...verify.stretch import mesh_area_distortion
 from . import window
 from .app import App
+from .app import show as show_app
 from .body import Body
 from .colouring import SUBJECTS, colouring, folded_faces
 from .inset import Inset
@@ -35,7 +38,7 @@ _EDGE_WIDTH = 0.5
 class ResultView(App):
     """Source and sphere side by side, the sphere through a lens on the foldings if there are any.
 
-    The frames are the `SUBJECTS` that colours can show.
+    The frames are the `SUBJECTS` that colours can show. With a `result` the panel has a slider for its balance.
     """
 
     def __init__(
@@ -48,25 +51,32 @@ class ResultView(App):
         subject: str = SUBJECTS[0],
         panel: bool = True,
         lens: Lens | None = None,
+        result: SphereMap | None = None,
     ) -> None:
-        self.mesh, self.x, self.subject, self.zoom = mesh, x, subject, 1.0
+        self.mesh, self.subject, self.zoom = mesh, subject, 1.0
         self.stage = Stage(1, 2, panel=PANEL if panel else 0)
-        self._with_panel = panel
+        self._with_panel, self._result = panel, result
+        self._balance = 0.0 if result is None else result.balance
         self._turn = pose(mesh.v, up)
         self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self._turn), mesh.f))
         self.image = self.stage.place(0, 1, Body("sphere", x @ self._turn.T, mesh.f, lift=True))
         self.inset = Inset(self.stage, 0, 1, mesh.f, x @ self._turn.T)
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
-        self._folded = folded_faces(mesh, x)
-        self._lens = lens or follow(x @ self._turn.T, mesh.f, self._folded)
-        self._map_caption = caption
-        angles = angle_figures(mesh_angle_differences(mesh, x))
+        self._show_map(x, caption, lens)
+
+    def _show_map(self, x: FloatArray, caption: str, lens: Lens | None = None) -> None:
+        self.x, self._map_caption = x, caption
+        self._folded = folded_faces(self.mesh, x)
+        self._lens = lens or follow(x @ self._turn.T, self.mesh.f, self._folded)
+        figures = angle_figures(mesh_angle_differences(self.mesh, x)), log_figures(mesh_area_distortion(self.mesh, x))
         self._facts = (
-            f"{certify_checked(x, mesh.f)}.\n"
+            f"{certify_checked(x, self.mesh.f)}.\n"
             "Angles differ by {mean:.3g} degrees on average; 99% by less than {p99:.3g}, none by more than "
-            "{max:.3g}.".format(**angles)
+            "{max:.3g}.\n".format(**figures[0])
+            + "Logarithms of area ratios are {mean:.3g} on average; 99% below {p99:.3g}, none above {max:.3g}.".format(
+                **figures[1])
         )
-        self.show_subject(subject)
+        self.show_subject(self.subject)
 
     def show_subject(self, subject: str) -> None:
         """Colour both by one of `SUBJECTS`, and apply the lens."""
@@ -80,6 +90,12 @@ class ResultView(App):
         self.inset.show(x, lens, colours)
         self.image.show_edges(edge_width(self.mesh, subject))
         self.image.caption = f"{self._map_caption}\n{count_foldings(len(self._folded))}"
+
+    def rebalance(self, balance: float) -> None:
+        """Go on to the map of another balance."""
+        assert self._result is not None
+        self._result, self._balance = rebalance(self._result, balance), balance
+        self._show_map(self._result.sphere, caption_of(self._result))
 
     def frames(self) -> int:
         return len(SUBJECTS)
@@ -97,12 +113,18 @@ class ResultView(App):
         from polyscope import imgui
 
         begin_panel("Map", self.stage.panel)
+        if self._result is not None and self._result.certificate.folding_free:
+            _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
+            if imgui.IsItemDeactivatedAfterEdit():
+                self.rebalance(min(max(self._balance, 0.0), 1.0))
         subject, zoom = subject_combo(self.subject), zoom_slider(self.zoom)
         if (subject, zoom) != (self.subject, self.zoom):
             self.zoom = zoom
             self.show_subject(subject)
         paragraph(self._facts)
         imgui.Separator()
+        if self._result is not None:
+            paragraph("Balance: 0 keeps angles, 1 keeps areas.")
         paragraph("Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset.")
         end_panel()
 
@@ -131,7 +153,7 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours show at first: "foldings", "conformal factor" or "angle differences".
+        What the colours show at first: "foldings", "conformal factor", "angle differences" or "area distortion".
 
     Returns
     -------
@@ -144,14 +166,8 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     """
     window.open_window()
     mesh = check_mesh(result.vertices, result.faces)
-    view = ResultView(mesh, result.sphere, _caption(result), up=up, subject=subject)
-
-    def frame() -> None:
-        view.stage.mouse()
-        view.stage.draw()
-        view.panel()
-
-    window.show(frame)
+    view = ResultView(mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result)
+    show_app(view)
 
 
 def screenshot(
@@ -173,7 +189,7 @@ def screenshot(
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours show: "foldings", "conformal factor" or "angle differences".
+        What the colours show: "foldings", "conformal factor", "angle differences" or "area distortion".
     size : (int, int)
         Width and height in pixels.
 
@@ -187,7 +203,7 @@ def screenshot(
         If there is no OpenGL.
     """
     mesh = check_mesh(result.vertices, result.faces)
-    picture_of(mesh, result.sphere, path, caption=_caption(result), up=up, subject=subject, size=size)
+    picture_of(mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
 
 
 def picture_of(
@@ -216,5 +232,7 @@ def picture_of(
     window.save(path)
 
 
-def _caption(result: SphereMap) -> str:
-    return f"map ({result.method})"
+def caption_of(result: SphereMap) -> str:
+    """How a map was made."""
+    balance = f", balance {result.balance:g}" if result.balance else ""
+    return f"map ({result.method}{balance})"

@@ -19,6 +19,8 @@ PANEL = 290
 _MARGIN = 26
 _LINE = 20
 _LEGEND = 44
+#: White that lets a little through, behind text.
+_GROUND = 0xD0FFFFFF
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
 
@@ -117,10 +119,10 @@ class Stage:
                 (row > 0, (0, top), (0.0, -1.0, 0.0)),
                 (row < self.rows - 1, (0, top + h), (0.0, 1.0, 0.0)),
             )
-            for k, (inner, (x, y), normal) in enumerate(sides):
+            for inner, (x, y), normal in sides:
                 if not inner:
                     continue
-                plane = ps.add_scene_slice_plane(f"side {k} of {row} {column}")
+                plane = ps.add_scene_slice_plane()
                 plane.set_draw_plane(False)
                 plane.set_pose(((x - width / 2) * UNITS_PER_PIXEL, (height / 2 - y) * UNITS_PER_PIXEL, 0.0), normal)
                 for body in (*self.bodies.values(), *self.insets.values()):
@@ -134,7 +136,7 @@ class Stage:
         width, height = ps.get_window_size()
         left, top, w, h = self.cell(*place)
         body = self.bodies[place]
-        above = 8 + _LINE * len(body.caption.splitlines())
+        above = 8 + _LINE * len(wrapped(body.caption, w))
         row = [one.legend is not None for (r, _), one in self.bodies.items() if r == place[0]]
         below = any(row) or any(r == place[0] for r, _ in self.insets)  # the bodies of a row are of one size
         room = h - above - (_LEGEND if below else 0)
@@ -211,10 +213,10 @@ class Stage:
 
         left, top, w, h = self.cell(*place)
         canvas = imgui.GetBackgroundDrawList()
-        for k, line in enumerate(body.caption.splitlines()):
+        for k, line in enumerate(wrapped(body.caption, w)):
             text(canvas, left + w / 2, top + 8 + _LINE * k, line)
         if body.legend is not None:
-            draw_legend(canvas, left + w / 2, top + h - _LEGEND + 4, min(200.0, w - 60), body.legend)
+            draw_legend(canvas, left + w / 2, top + h - _LEGEND + 4, w, body.legend)
 
 
 def packed(colour: style.Colour) -> int:
@@ -228,20 +230,25 @@ def packed(colour: style.Colour) -> int:
 
 
 def text(canvas: Any, x: float, y: float, line: str) -> None:
-    """Write a line; x is its middle and y its upper edge, in pixels."""
-    canvas.AddText((x - text_width(line) / 2, y), packed(style.INK), line)
+    """Write a line on a light ground; x is its middle and y its upper edge, in pixels."""
+    left = x - text_width(line) / 2
+    canvas.AddRectFilled((left - 3, y), (2 * x - left + 3, y + _LINE), _GROUND)
+    canvas.AddText((left, y), packed(style.INK), line)
 
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
-    """Draw a colour map with its label and the values at its ends, or one colour with its meaning."""
+    """Draw a colour map with its label and the values at its ends, or one colour with its meaning, within a width."""
     if legend is None:
         return
     if not isinstance(legend, style.Ramp):
         label, colour = legend
-        text(canvas, x + 10, y + 12, label)
-        left = x - 10 - text_width(label) / 2
+        lines = wrapped(label, width - 24)
+        for k, line in enumerate(lines):
+            text(canvas, x + 10, y + 12 + _LINE * (k - (len(lines) - 1) / 2), line)
+        left = x - 10 - max(map(text_width, lines)) / 2
         canvas.AddRectFilled((left, y + 14), (left + 14, y + 28), packed(colour))
         return
+    width = min(200.0, width - 60)
     left = x - width / 2
     step = width / (len(legend.stops) - 1)
     for k in range(len(legend.stops) - 1):
@@ -250,6 +257,20 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
     text(canvas, x, y, legend.label)
     for edge, side, value in ((left, -1, legend.low), (left + width, 1, legend.high)):
         text(canvas, edge + side * (6 + text_width(f"{value:g}") / 2), y + 16, f"{value:g}")
+
+
+def wrapped(paragraphs: str, width: float) -> list[str]:
+    """Lines of text that are no wider than `width` pixels, unless a word is."""
+    lines: list[str] = []
+    for paragraph in paragraphs.splitlines():
+        lines.append("")
+        for word in paragraph.split(" "):
+            longer = f"{lines[-1]} {word}".lstrip()
+            if text_width(longer) <= width:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+    return [line for line in lines if line]
 
 
 def text_width(line: str) -> float:

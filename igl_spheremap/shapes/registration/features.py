@@ -10,8 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ...errors import MeshError
-from ...maps.sphere_map import SphereMap
-from ...mesh.check import check_mesh
+from ...mesh.check import Mesh
 from ...operators.factor import factorize
 from ...operators.laplacian import positive_areas, usable_laplacian
 
@@ -24,8 +23,7 @@ _NOISE = 0.16  # radians that curvature is smoothed by: that of a marching-cubes
 class FeatureSurface:
     """A surface of area 4 pi, as large as its sphere: lengths on it are comparable to radians."""
 
-    def __init__(self, result: SphereMap) -> None:
-        mesh = check_mesh(result.vertices, result.faces)
+    def __init__(self, mesh: Mesh) -> None:
         self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
         self.areas = 4 * np.pi * positive_areas(mesh)
         self.L = usable_laplacian(mesh)
@@ -45,7 +43,7 @@ class FeatureSurface:
     @cached_property
     def geometry(self) -> FloatArray:
         """Curvature and depth (n, 2), standardised."""
-        return self.standardize(np.stack((self._curvature(), self._depth()), axis=1))
+        return self.standardize(np.stack((self._curvature(), self.depth(_DEPTH)), axis=1))
 
     def _curvature(self) -> FloatArray:
         """Mean curvature, squashed so that tips and creases do not outweigh the rest."""
@@ -53,9 +51,9 @@ class FeatureSurface:
         curvature = np.einsum("ij,ij->i", self.L @ self.v, normals) / (2 * self.areas)
         return self.diffuse(np.arctan(curvature / 2)[:, None], _NOISE, steps=1)[:, 0]
 
-    def _depth(self) -> FloatArray:
-        """How far the surface lies outside of itself smoothed."""
-        smooth = self.diffuse(self.v, _DEPTH, steps=1)
+    def depth(self, sigma: float) -> FloatArray:
+        """How far the surface lies outside of itself smoothed by that width."""
+        smooth = self.diffuse(self.v, sigma, steps=1)
         return np.einsum("ij,ij->i", self.v - smooth, np.asarray(igl.per_vertex_normals(smooth, self.f)))
 
 

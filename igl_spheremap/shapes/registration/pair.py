@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...maps.sphere_map import SphereMap
+from ...mesh.check import check_mesh
 from ..harmonics.expansion import expand
 from ..locate import SphereLocator
 from ..transfer import interpolate
@@ -21,6 +22,10 @@ _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined b
 _OVERSAMPLING = 2.0  # features are smooth and noisy at once: finer grids change no result
 
 
+def _surface(result: SphereMap) -> FeatureSurface:
+    return FeatureSurface(check_mesh(result.vertices, result.faces))
+
+
 class Pair:
     """The moving and the fixed surface; features are columns of mean 0 and variance 1 at each width."""
 
@@ -28,7 +33,7 @@ class Pair:
         self, moving: SphereMap, fixed: SphereMap, features: tuple[ArrayLike, ArrayLike] | None, widths: list[float]
     ) -> None:
         self._moving, self._fixed = moving, fixed
-        surfaces = FeatureSurface(moving), FeatureSurface(fixed)
+        surfaces = _surface(moving), _surface(fixed)
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
         values = _features(surfaces, features)
         self._raw = tuple(s.standardize(each) for s, each in zip(surfaces, values, strict=True))

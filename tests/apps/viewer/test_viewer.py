@@ -38,7 +38,9 @@ def test_fitting_moves_no_shape(dino):
 def test_ramps_give_their_stops_and_clamp_what_is_beyond():
     ramp = style.diverging("u", 2.0)
     assert ramp.colours(np.array([-2.0, 2.0])) == pytest.approx(ramp.stops[[0, -1]])
-    assert ramp.colours(np.array([-np.inf, np.inf])) == pytest.approx(ramp.stops[[0, -1]])
+    for each in (ramp, style.diverging("u", 1e-3)):  # overflow is a warning, which no picture has cause for
+        with np.errstate(all="raise"):
+            assert each.colours(np.array([-np.inf, np.inf])) == pytest.approx(each.stops[[0, -1]])
     level = style.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(level) > 0).all()  # lightness alone tells the order
 
@@ -184,3 +186,62 @@ def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(tmp_
     for name in ("nowhere/a.gif", "file"):
         assert main(["view", "sample:sphere", "--video", str(tmp_path / name)]) == 74
         assert name in capsys.readouterr().err
+
+
+@needs_drawing
+def test_no_body_leaves_its_cell_however_large_and_no_label_leaves_it_in_500_pixels():
+    figures = drive("""
+from igl_spheremap.apps.viewer import ResultView
+from igl_spheremap.apps.viewer.stage import text_width, wrapped
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(500, 300)), 'test')
+v, f = ism.samples.make('dino', n_vertices=1500)
+view = ResultView(ism.check_mesh(v, f), ism.spherical_conformal_map(v, f).sphere, 'a caption that is ' + 9 * 'long ')
+widths = []
+def draw():
+    app._still(view)
+    for place, body in view.stage.bodies.items():
+        left, top, w, h = view.stage.cell(*place)
+        widths.extend(w - text_width(line) for line in wrapped(body.caption, w))
+ps.set_user_callback(draw)
+window.grab()
+left, _, w, _ = view.stage.cell(0, 1)
+view.source.paint(np.tile([0.1, 0.9, 0.1], (len(f), 1)))
+view.image.paint(np.tile([0.1, 0.1, 0.9], (len(f), 1)))
+view.source.caption = view.image.caption = ''
+view.source.legend = None
+view.stage.zoom = 8.0
+image = window.grab().astype(int)
+green = (image[..., 1] > image[..., 2] + 60).any(axis=0).nonzero()[0]
+blue = (image[..., 2] > image[..., 1] + 60).any(axis=0).nonzero()[0]
+panel = view.stage.panel
+figures = dict(room=min(widths), border=left, green=[int(green[green > panel].min()), int(green.max())],
+            blue=[int(blue[blue > panel].min()), int(blue.max())])
+""")
+    assert figures["room"] >= 0
+    assert figures["green"][1] < figures["border"] + 2
+    assert figures["border"] - 2 < figures["blue"][0] < figures["border"] + 40
+    assert figures["blue"][1] > 490
+
+
+@needs_drawing
+def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
+    figures = drive("""
+from igl_spheremap.apps.viewer import ResultView
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+v, f = ism.samples.make('spheroid', n_vertices=1500)
+result = ism.spherical_conformal_map(v, f)
+view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='area distortion')
+ps.set_user_callback(lambda: app._still(view))
+spread, facts, drawn_ = [], [], []
+for balance in (0.5, 1.0, 0.0):
+    view.rebalance(balance)
+    drawn_.append(drawn(window.grab()))
+    spread.append(float(np.abs(ism.area_distortion(v, f, view.x)).mean()))
+    facts.append(view._facts)
+figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x == result.sphere).all()))
+""")
+    half, equal, conformal = figures["spread"]
+    assert equal < 0.02 < 0.4 * conformal < half < 0.7 * conformal
+    assert figures["back"]
+    assert all("folding-free (exact)" in text and "area ratios" in text for text in figures["facts"])
+    assert figures["drawn"] > 0.15

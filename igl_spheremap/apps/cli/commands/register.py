@@ -13,6 +13,7 @@ from ....io import read_sphere, write_map
 from ....maps.given_sphere import sphere_map
 from ....maps.sphere_map import SphereMap
 from ....shapes.registration.register import STAGES, Registration, register
+from ...viewer import open_for, registration_view, run_app
 from ..exits import Exit
 from ..failures import UsageError
 from ..output import add_output, certificate_figures, mesh_row, report, row
@@ -22,6 +23,9 @@ from ..streams import add_target, check_outputs, write_target
 from ..vertex_data import read_data
 
 FloatArray = NDArray[np.float64]
+
+#: Width and height of the picture in pixels.
+_SIZE = (1200, 440)
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -38,6 +42,9 @@ def configure(parser: ArgumentParser) -> None:
     parser.add_argument("--stiffness", metavar="S", type=float,
                         help="of the elastic stage (default: 0.1, or 0.3 for features of the surfaces)")  # fmt: skip
     parser.add_argument("--reflect", action="store_true", help="mirror MOVING (x to -x) and map it anew first")
+    parser.add_argument("--show", action="store_true",
+                        help="open a window with both spheres, before and after, coloured by the first feature")
+    parser.add_argument("--screenshot", metavar="OUT.png", help="write that as a picture; needs no display")
     add_output(parser)
 
 
@@ -50,6 +57,9 @@ def run(args: Namespace) -> Exit:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
     if args.stiffness is not None and not 0 < args.stiffness < np.inf:
         raise UsageError(f"--stiffness {args.stiffness:g} is out of range: give a positive number")
+    args.video, args.frame, args.size = None, None, _SIZE
+    if args.show or args.screenshot:
+        open_for(args, "igl_spheremap")
     moving, moving_name, x = load_pair(args)
     fixed = read_source(args.fixed, stage=args.progress.stage)
     y, g = read_sphere(args.fixed_sphere)
@@ -68,6 +78,8 @@ def run(args: Namespace) -> Exit:
     ]
     report(args, {**_figures(result), "moving": moving.name, "fixed": fixed.name, "target": args.target,
                   "certificate": certificate_figures(written.certificate)}, summary)  # fmt: skip
+    if args.show or args.screenshot:
+        run_app(registration_view(*maps, result, features), args)
     return Exit.OK if written.certificate.folding_free else Exit.FOLDINGS
 
 

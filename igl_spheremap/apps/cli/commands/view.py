@@ -5,23 +5,23 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ....errors import MeshError
+from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
+from ....maps.balanced import rebalance
+from ....maps.given_sphere import sphere_map
 from ....maps.options import METHODS
+from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.check import check_mesh
-from ....sphere.rows import unit_rows
 from ...viewer import SUBJECTS, UPS, ResultView, add_picture_arguments, guess_up, open_for, run_app
+from ...viewer.result_view import caption_of
 from ..exits import Exit
+from ..mapping import add_balance
 from ..pair import load_pair
 from ..source import Source, add_source, load_source
 
-FloatArray = NDArray[np.float64]
 #: What colours can show, by the words that users give.
-_SHOWN = dict(zip(("foldings", "factor", "angles"), SUBJECTS, strict=True))
+_SHOWN = dict(zip(("foldings", "factor", "angles", "areas"), SUBJECTS, strict=True))
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -31,6 +31,7 @@ def configure(parser: ArgumentParser) -> None:
         "sphere", metavar="SPHERE", nargs="?", help="its map, if there is one; else it is made, or found in an .npz"
     )
     parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="that makes the map; default: auto")
+    add_balance(parser)
     parser.add_argument("--show", choices=tuple(_SHOWN), default="foldings", help="by colours; default: foldings")
     parser.add_argument("--up", choices=tuple(UPS), help="which way is up; default: z, but y for .obj, .glb, .gltf")
     add_picture_arguments(parser)
@@ -39,29 +40,36 @@ def configure(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> Exit:
     """Show the map, whether it folds or not."""
     open_for(args, "igl_spheremap")
-    source, x, caption = _map(args)
+    source, result, caption = _map(args)
     args.progress.close()
     mesh = check_mesh(source.v, source.f)
     up = args.up or guess_up(source.name)
     panel = not (args.screenshot or args.video)
-    run_app(ResultView(mesh, x, caption, up=up, subject=_SHOWN[args.show], panel=panel), args)
+    view = ResultView(mesh, result.sphere, caption, up=up, subject=_SHOWN[args.show], panel=panel, result=result)
+    run_app(view, args)
     return Exit.OK
 
 
-def _map(args: Namespace) -> tuple[Source, FloatArray, str]:
+def _map(args: Namespace) -> tuple[Source, SphereMap, str]:
     """The mesh, its map, and a caption."""
     if args.sphere is not None:
         source, name, x = load_pair(args)
-        bad = np.flatnonzero(~(np.linalg.norm(x, axis=1) > 0) | ~np.isfinite(x).all(axis=1))
-        if len(bad):
-            raise MeshError(f"{name}: vertex {bad[0]} is at the origin or not finite; give a map to a sphere")
-        return source, unit_rows(x), Path(name).name
+        try:
+            result = sphere_map(source.v, source.f, x)
+        except FoldingsRemain as error:
+            result = error.result
+        except MeshError as error:
+            raise MeshError(f"{name}: {error}") from None
+        return source, result, Path(name).name
     source = load_source(args)
     if source.name.endswith(".npz") and not args.repair:
         try:
-            return source, read_map(source.name).sphere, "map"
+            return source, read_map(source.name), "map"
         except MeshError:  # the archive holds a mesh only
             pass
     args.progress.stage(f"mapping {source.name}")
-    result = spherical_conformal_map(source.v, source.f, args.method, listener=args.progress.listener(source.f))
-    return source, result.sphere, f"map ({args.method})"
+    listener = args.progress.listener(source.f)
+    result = spherical_conformal_map(source.v, source.f, args.method, listener=listener)
+    if args.balance:
+        result = rebalance(result, args.balance, listener=listener)
+    return source, result, caption_of(result)

@@ -1,9 +1,11 @@
 """The command register: what it writes, and how it fails."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
+from drawing import needs_drawing, run
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -80,3 +82,18 @@ def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(folder, monkeypa
     assert "mirrored.obj: the sphere is a reflection" in capsys.readouterr().err
     assert main(["register", SOURCE, "fixed.obj", "sample:pear:n_vertices=500", "fixed.obj", out]) == 2
     assert "give a map of this mesh" in capsys.readouterr().err
+
+
+@needs_drawing
+def test_the_picture_shows_the_moving_sphere_before_and_as_the_fixed_one_after(folder, monkeypatch, tmp_path):
+    images = pytest.importorskip("PIL.Image")
+    monkeypatch.chdir(folder)
+    picture = str(tmp_path / "picture.png")
+    options = ["--feature", "f=features.npz:a,features.npz:a", "--screenshot", picture, "-q"]
+    done = run([sys.executable, "-m", "igl_spheremap", *words(str(tmp_path / "out.obj"), *options)])
+    assert done.returncode == 0, done.stderr
+    with images.open(picture) as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    fixed, before, after = (pixels[60:380, 400 * k : 400 * k + 400] for k in range(3))
+    assert (fixed.min(axis=2) < 250).mean() > 0.4
+    assert np.abs(after - fixed).mean() < 0.3 * np.abs(before - fixed).mean()
