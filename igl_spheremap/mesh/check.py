@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,8 @@ IntArray = NDArray[np.int64]
 _EPS = np.finfo(float).eps
 #: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
 _FLAT = 512 * _EPS
+#: Of the last mesh: its faces come again where its map is certified as it is written, and in meshes that only move.
+_last: weakref.ref[HalfEdges] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +83,9 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     """
     vertices = _positions(v)
     faces = check_triangles(f)
-    edges = _check_sphere(faces, len(vertices))
+    global _last
+    edges = _sphere_edges(faces, len(vertices))
+    _last = weakref.ref(edges)
     return Mesh(vertices, _unit_area(vertices, faces), faces, edges)
 
 
@@ -112,7 +117,7 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     (4, 3)
     """
     faces = check_triangles(f)
-    _check_sphere(faces, n_vertices)
+    _sphere_edges(faces, n_vertices)
     return faces
 
 
@@ -198,6 +203,14 @@ def _check_indices(f: IntArray, n: int) -> None:
         bad = np.flatnonzero(repeated)
         raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {examples(bad)}; "
                         f"remove them ({REPAIR} does)")
+
+
+def _sphere_edges(f: IntArray, n: int) -> HalfEdges:
+    """`_check_sphere`, or what it found if the last mesh that was checked is still there and has the same faces."""
+    last = None if _last is None else _last()
+    if last is not None and len(last.diagonal) == n and np.array_equal(last.faces, f):
+        return last
+    return _check_sphere(f, n)
 
 
 def _check_sphere(f: IntArray, n: int) -> HalfEdges:

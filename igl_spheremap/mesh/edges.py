@@ -19,6 +19,7 @@ class HalfEdges:
     are beyond the last half-edge.
     """
 
+    faces: Indices  # (m, 3), a copy
     indptr: Indices
     indices: Indices
     half: Indices  # of each entry, the half-edge that runs from its row to its column
@@ -28,7 +29,8 @@ class HalfEdges:
 
 def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
     """Half-edges of faces in range without repeated corners; None unless each has one twin."""
-    (a, b, c), loops = f.T.astype(np.int32), np.arange(n, dtype=np.int32)
+    faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
+    a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
     there = csr_matrix((np.arange(1, len(start) + 1, dtype=np.int32), (start, stop)), shape=(n, n))  # 0 is no entry
     back = there.T.tocsr()
@@ -38,4 +40,4 @@ def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
     there.data -= 1
     back.data -= 1
     diagonal = np.flatnonzero(there.data >= f.size).astype(np.int32)
-    return HalfEdges(there.indptr, there.indices, there.data, back.data, diagonal)
+    return HalfEdges(faces, there.indptr, there.indices, there.data, back.data, diagonal)

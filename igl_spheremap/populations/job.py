@@ -32,6 +32,8 @@ from .table import Row
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+#: Kept, since meshes that only move share what depends on their faces.
+_previous: SphereMapper | None = None
 Result = tuple[Row, Fingerprint | None]
 
 
@@ -131,8 +133,9 @@ def _mapped(row: Row, source: str, target: str, options: Options) -> Row:
 
 def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]:
     """The checked mesh and its map."""
+    global _previous
     if isinstance(options.method, Auto):
-        mapper = SphereMapper(v, f, options.method)
+        _previous = mapper = SphereMapper(v, f, options.method)
         result = mapper.map()
         return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
     result = balanced_spherical_map(v, f, options.balance, method=options.method)

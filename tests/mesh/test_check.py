@@ -192,3 +192,15 @@ def test_results_share_no_memory_with_what_was_given():
 def test_masked_arrays_are_refused_wherever_arrays_are_taken(use):
     with pytest.raises(ism.MeshError, match="are a masked array"):
         use(np.ma.masked_array(V, V > 0.9))
+
+
+def test_meshes_that_only_move_share_what_their_faces_say():
+    first = ism.check_mesh(V, F)
+    assert ism.check_mesh(V @ np.diag([1, 2, 3]), F).edges is first.edges
+    first.f[:] = 0  # what the caller does to a mesh is not taken for its faces
+    assert ism.check_mesh(V, F).edges is first.edges
+    assert ism.check_mesh(V, F[::-1]).edges is not first.edges
+    again = ism.check_mesh(V, F)
+    for v, f in ((V, F[1:]), (np.concatenate((V, V[:1])), F), (V, np.where(F == 5, 6, F))):
+        fault(v, f)
+    assert np.array_equal(again.edges.faces, F)
