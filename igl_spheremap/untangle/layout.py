@@ -63,6 +63,22 @@ class Layout:
         return np.array(z)
 
 
+class Inverted(Layout):
+    """A layout after the inversion that takes the middle of a face to infinity, as precise as the layout."""
+
+    def __init__(self, layout: Layout, face: int) -> None:
+        self.f, self._layout = layout.f, layout
+        corner = int(self.f[face, 0])
+        self._unit = float(layout.log_edge[corner])
+        z = layout.about(corner, self._unit)
+        self._z = z - z[self.f[face]].mean()
+        self.log_edge = layout.log_edge - self._unit - 2 * np.log(np.abs(self._z))
+
+    def about(self, root: int, log_unit: float) -> ComplexArray:
+        """Positions relative to a vertex, in units of exp(log_unit)."""
+        return -self._layout.about(root, self._unit + log_unit) / (self._z * self._z[root])
+
+
 def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
     """Log length and direction of each half-edge, (m, 3): column k runs from corner k + 1 to k + 2.
 

@@ -94,7 +94,7 @@ class AngleNewton:
         y = unit_rows(x + np.einsum("na,nai->ni", steps, axes))
         before = float(np.degrees(np.abs(difference).mean()))
         folded = (orientation_signs(y, self.f) <= 0).sum()
-        if folded > _FEW_SHARE * len(self.f) or self.difference(y) >= before:
+        if folded > _FEW_SHARE * len(self.f):
             return x
         if folded:
             y = self._embedded(y, smoothing)

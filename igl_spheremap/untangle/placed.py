@@ -41,6 +41,8 @@ class Placed:
     depth: FloatArray
     #: Positions relative to a vertex, precise relative to the distance from it.
     about: Callable[[int], ComplexArray]
+    #: What they are taken from, if not from a map.
+    layout: Layout | None = None
 
 
 def centred(layout: Layout, area: FloatArray) -> Placed:
@@ -56,7 +58,7 @@ def centred(layout: Layout, area: FloatArray) -> Placed:
     size = (1 - p @ p) / square
     z, unit = (z - 2 * (p[0] + 1j * p[1]) / square) / size, unit + np.log(size)
     depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
-    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit))
+    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout)
 
 
 def between_poles(layout: Layout, area: FloatArray) -> Placed:
@@ -66,7 +68,7 @@ def between_poles(layout: Layout, area: FloatArray) -> Placed:
     distance = np.log(np.where(z == 0, 1, np.abs(z)))
     middle = _median(distance, area)
     depth = np.where(z == 0, 0, distance + unit - layout.log_edge)
-    return Placed(layout.f, z * np.exp(-middle), depth, lambda tip: layout.about(tip, unit + middle))
+    return Placed(layout.f, z * np.exp(-middle), depth, lambda tip: layout.about(tip, unit + middle), layout)
 
 
 def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:

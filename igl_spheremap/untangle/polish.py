@@ -25,11 +25,9 @@ _LAST_SWEEPS = 10
 _LEAST_GAIN = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which a stiffer loss locks.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: Damping of the first step on a map that was folded, where undamped ones move limbs by hundreds of their edges; on
-#: any other, where only the Moebius group has to be held; and the most that is tried.
-_DAMPING, UNDAMPED, _LARGEST = 1e-3, 1e-8, 0.1
-#: Factors of the damping after a step that fails, and after one that succeeds.
-_RAISED, _LOWERED = 10.0, 1 / 3
+#: Damping of steps on a map that was folded, where undamped ones move limbs by hundreds of their edges; on any other,
+#: where only the Moebius group has to be held; and by how much it grows after a step that fails, twice.
+_DAMPING, UNDAMPED, _RAISED = 3e-4, 1e-8, 4.0
 #: Vertices on whose stars the gain of a sweep is tried.
 _SAMPLE = 500
 
@@ -76,10 +74,9 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int
         y = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9), damping)
         if y is x:
             damping = max(_RAISED * damping, _DAMPING)
-            if damping > _LARGEST:
+            if damping > _RAISED**2 * _DAMPING:
                 break
             continue
-        damping *= _LOWERED
         before, mean, x = mean, newton.difference(y), y
         if mean > (1 - least_gain) * before:
             break

@@ -12,7 +12,7 @@ from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.certificate import orientation_signs
 from .angles import CLOSED, close_angles, proper_angles
-from .layout import Layout
+from .layout import Inverted, Layout
 from .placed import Placed, between_poles, centred
 from .profile import plane_angles
 
@@ -23,8 +23,6 @@ IntArray = NDArray[np.int64]
 _LARGEST = 60
 #: A hole lies on a limb if its depth exceeds this quantile of all depths by so many nepers.
 _BODY, _ON_LIMB = 0.02, 5.0
-#: Holes tried.
-_TRIES = 3
 #: Faces with shorter edges keep the mesh's own angles: projection changes theirs by less than its rounding does.
 _SMALL = np.log(1e-4)
 #: A map with more of its faces folded says nothing of angles, not even around the hole (needle, dumbbell).
@@ -34,34 +32,26 @@ _LEAST_SHARE = 0.05
 
 
 def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
-    """The body laid out in the plane by closed angles, a face of its middle cut out; None if they do not close."""
+    """The body laid out in the plane by closed angles, a face of its middle at infinity; None if they do not close."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
     lost = bool((orientation_signs(x, mesh.f) <= 0).mean() > _LOST)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
-    for _ in range(_TRIES):
-        target = source if lost else _targets(mesh.f, source, x, hole)
-        layout = _laid_out(mesh.f, target, hole)
-        if layout is None:
-            return None
-        placed = centred(layout, area)
-        if placed.depth[mesh.f[hole]].max() < np.quantile(placed.depth, _BODY) + _ON_LIMB:
-            break
-        hole = _hole(mesh.f, source, placed.depth)
-    return placed
+    closed = close_angles(mesh.f, source if lost else _targets(mesh.f, source, x, hole), hole)
+    if closed.residual > CLOSED:
+        return None
+    layout = Layout(mesh.f, closed.angles, hole)
+    placed = centred(layout, area)
+    if placed.depth[mesh.f[hole]].max() < np.quantile(placed.depth, _BODY) + _ON_LIMB:
+        return placed
+    return centred(Inverted(layout, _hole(mesh.f, source, placed.depth)), area)
 
 
-def unroll_between_poles(mesh: Mesh, depth: FloatArray, area: FloatArray) -> Placed | None:
-    """The body laid out about one of its two deepest tips, a face beside the other cut out."""
-    source = proper_angles(corner_angles(mesh.v, mesh.f))
-    around = np.flatnonzero((mesh.f == np.argmax(depth)).any(axis=1))
-    layout = _laid_out(mesh.f, source, int(around[np.argmax(source[around].min(axis=1))]))
-    return None if layout is None else between_poles(layout, area)
-
-
-def _laid_out(f: IntArray, target: FloatArray, hole: int) -> Layout | None:
-    """A layout by the closed angles nearest to a target; None if they do not close."""
-    closed = close_angles(f, target, hole)
-    return Layout(f, closed.angles, hole) if closed.residual <= CLOSED else None
+def between_tips(mesh: Mesh, placed: Placed, area: FloatArray) -> Placed:
+    """The same body laid out about one of its two deepest tips, a face beside the other at infinity."""
+    around = np.flatnonzero((mesh.f == np.argmax(placed.depth)).any(axis=1))
+    shape = corner_angles(mesh.v, mesh.f[around]).min(axis=1)
+    assert placed.layout is not None  # positions from angles have one
+    return between_poles(Inverted(placed.layout, int(around[np.argmax(shape)])), area)
 
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:

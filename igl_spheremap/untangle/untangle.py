@@ -33,7 +33,7 @@ from .local_repair import repair_locally, restore_gauge
 from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import floors, make_room
-from .unrolling import unroll, unroll_between_poles
+from .unrolling import between_tips, unroll
 
 FloatArray = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ _SAMPLE = 1500
 #: Newton steps at the most; the share that one must gain for another to follow; and the same where
 #: nothing was folded.
 _ROUNDS = 10
-_LEAST_GAIN, _LARGE_GAIN = 0.015, 0.04
+_LEAST_GAIN, _LARGE_GAIN = 0.02, 0.04
 
 
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
@@ -160,10 +160,7 @@ class _Line:
         floor = floors(np.float64)[0]
         if self.laid_out is None or self.laid_out.depth.max() < floor:
             return
-        between = unroll_between_poles(mesh, self.laid_out.depth, area)
-        if between is None:
-            return
-        z, stretch = make_room(between, self._source, floor)
+        z, stretch = make_room(between_tips(mesh, self.laid_out, area), self._source, floor)
         x = onto_sphere(mesh, z, area, keep_axis=True)
         if self.accept("poles", x, stretch) or self.accept("poles", repair_locally(mesh, x), stretch):
             self.newton(_LEAST_GAIN, "poles")

@@ -13,7 +13,7 @@ from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.operators.laplacian import positive_areas
 from igl_spheremap.sphere.charts import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
-from igl_spheremap.untangle.layout import Layout, lengths_and_directions
+from igl_spheremap.untangle.layout import Inverted, Layout, lengths_and_directions
 from igl_spheremap.untangle.placed import as_mapped, between_poles, centred, onto_sphere, to_ball
 from igl_spheremap.untangle.room import make_room, tips_beyond
 from igl_spheremap.verify.certificate import certify_checked
@@ -68,6 +68,27 @@ def test_lengths_agree_across_every_edge_and_positions_have_the_angles(body):
     plane = np.column_stack((z.real, z.imag, 0 * z.real))
     assert len(near) > 20
     assert np.abs(corner_angles(plane, f[near]) - closed.angles[near]).max() < 1e-6
+
+
+def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over_z_elsewhere(body):
+    mesh, _, closed = body
+    layout = Layout(mesh.f, closed.angles, closed.hole)
+    tip = int(np.argmin(layout.log_edge))
+    face = int(np.argmax(np.where(np.arange(len(mesh.f)) == closed.hole, -np.inf, layout.log_edge[mesh.f].min(axis=1))))
+    inverted = Inverted(layout, face)
+    z = inverted.about(tip, inverted.log_edge[tip])
+    near = np.flatnonzero((np.abs(z) < 1e6)[mesh.f].all(axis=1))
+    assert len(near) > 20
+    assert np.abs(corner_angles(np.column_stack((z.real, z.imag, 0 * z.real)), mesh.f[near]) - closed.angles[near]
+                  ).max() < 1e-6
+    corner = mesh.f[face, 0]
+    plane = layout.about(corner, layout.log_edge[corner])
+    w = 1 / (plane - plane[mesh.f[face]].mean())
+    assert np.abs(inverted.about(corner, 0.0) - (w - w[corner])).max() < 1e-9
+    back = Inverted(inverted, closed.hole)  # about another point of that face: shapes come back, turned
+    shape = [np.exp(1j * np.angle(at.about(tip, at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0]))
+             for at in (layout, back)]
+    assert np.abs(shape[0] / shape[1] / (shape[0] / shape[1])[0] - 1).max() < 1e-6
 
 
 def test_a_limb_comes_back_with_the_depth_that_was_planted():
