@@ -14,6 +14,7 @@ from ..mesh.measure import face_areas
 from ..operators.operators import Operators
 from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import is_coarse, punctured_start
+from ..timings import stage
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
 from .energies.harmonic import HarmonicEnergy
@@ -86,6 +87,7 @@ def _boost(x: FloatArray, g: FloatArray, density: FloatArray) -> FloatArray:
     return np.linalg.solve(gram, g.sum(axis=0))
 
 
+@stage("steps")
 def harmonic_map(
     mesh: Mesh,
     operators: Operators,

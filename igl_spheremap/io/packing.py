@@ -20,7 +20,7 @@ def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
     if isinstance(value, Enum):
         return value.name
     if dataclasses.is_dataclass(value):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
     if isinstance(value, Mapping):
         return {str(key): pack(item, _below(name, key), arrays) for key, item in value.items()}
     if isinstance(value, tuple | list):

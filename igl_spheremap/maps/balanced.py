@@ -16,6 +16,7 @@ from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import turn_to_gauss_map
+from ..timings import stage, timed
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .options import Auto, Method
@@ -132,6 +133,7 @@ def check_balance(balance: float) -> None:
         raise ValueError(f"balance {balance!r} is not between 0 (conformal) and 1 (area-preserving)")
 
 
+@timed()
 def rebalance_checked(
     mesh: Mesh, family: Family, result: SphereMap, balance: float, listener: Listener | None
 ) -> SphereMap:
@@ -145,7 +147,8 @@ def rebalance_checked(
         raise FoldingsRemain("a map with foldings can't be balanced; remove them with repair_foldings", result)
     history = History(listener)
     energy = family.energy(conformal.sphere, balance)
-    minimum = family.minimize(energy, result.sphere, history)
+    with stage("balance"):
+        minimum = family.minimize(energy, result.sphere, history)
     short = energy.area_error(minimum.last.x)
     status, notes = minimum.status, conformal.notes
     if short > _SHORT and status is not Status.STOPPED:

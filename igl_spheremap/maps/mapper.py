@@ -15,6 +15,7 @@ from ..descent.recording import History
 from ..errors import MeshError, own_errstate
 from ..mesh.check import check_mesh, plain_array
 from ..operators.operators import build_operators
+from ..timings import timed
 from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
 from .options import Auto
@@ -74,6 +75,7 @@ class SphereMapper:
         return Family(self.mesh)
 
     @own_errstate
+    @timed()
     def map(
         self,
         start: ArrayLike | None = None,

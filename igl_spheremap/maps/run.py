@@ -15,6 +15,7 @@ from ..mesh.check import Mesh, check_directions, check_mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
+from ..timings import timed, timings
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
@@ -28,6 +29,7 @@ def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArr
     return unit_rows(check_directions(x, n, name))  # eq. (4)
 
 
+@timed()
 def run(
     v: ArrayLike,
     f: ArrayLike,
@@ -58,4 +60,4 @@ def finish(
     moves = sum(step.iteration > 0 for step in history.steps)
     return SphereMap(mesh.vertices, mesh.f, x, certificate, found.energy, found.status, moves,
                      time.perf_counter() - began, method, tuple(history.steps), found.rounds, found.backend,
-                     notes, settings, found.gauge, found.stretch)
+                     notes, settings, found.gauge, found.stretch, timings=timings())

@@ -66,6 +66,9 @@ class SphereMap:
     stretch : float
         By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was. Angles are
         off there.
+    timings : dict
+        Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
+        "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.
     """
 
     vertices: FloatArray
@@ -86,6 +89,7 @@ class SphereMap:
     stretch: float = 1.0
     balance: float = 0.0
     conformal: SphereMap | None = None
+    timings: dict[str, float] = field(default_factory=dict, compare=False)
 
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.

@@ -13,6 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
+from ..timings import stage
 from .edges import HalfEdges, half_edges
 from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
 
@@ -49,6 +50,7 @@ class Mesh:
 
 
 @own_errstate
+@stage("check")
 def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
 

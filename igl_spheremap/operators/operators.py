@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
+from ..timings import stage
 from .factor import Factor, factorize
 from .laplacian import Weights, is_usable, laplacian, positive_areas
 
@@ -30,6 +31,7 @@ class Operators:
     notes: tuple[str, ...] = ()  # why the weights are not the first choice
 
 
+@stage("Laplacian")
 def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent") -> Operators:
     """Assemble and factorise the Laplacian with those weights, or the next more robust ones that can be factorised.
 

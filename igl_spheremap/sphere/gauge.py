@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.normals import mesh_gauss_map
+from ..timings import stage
 from .moebius import center
 from .rows import weighted_moment, weighted_sum
 
@@ -17,6 +18,7 @@ FloatArray = NDArray[np.float64]
 _TIE_BREAK = 1e-3
 
 
+@stage("gauge")
 def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """Moebius map of `x` in the package's gauge; `A` are the vertex areas of the source.
 

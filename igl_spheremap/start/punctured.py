@@ -15,6 +15,7 @@ from ..operators.operators import Operators
 from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
 from ..sphere.rows import inner, row_dots
+from ..timings import stage
 from ..verify.distortion import mean_angle_difference
 
 FloatArray = NDArray[np.float64]
@@ -40,6 +41,7 @@ _FINAL_ACCURACY = 1e-8
 _TRIES = 4
 
 
+@stage("start")
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> FloatArray:
     """Conformal map but for one face, as good as two solves can make it, Moebius-centred on the vertex areas.
 

@@ -11,6 +11,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..operators.laplacian import positive_areas
 from ..sphere.rows import weighted_sum
+from ..timings import stage
 from ..verify.distortion import mean_angle_difference, mean_difference
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
@@ -32,6 +33,7 @@ _DAMPING, UNDAMPED, _RAISED = 3e-4, 1e-8, 4.0
 _SAMPLE = 500
 
 
+@stage("polish")
 def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     """Polish a map without changing the sign of any face.
 

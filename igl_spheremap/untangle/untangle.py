@@ -26,6 +26,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..operators.operators import Operators
 from ..sphere.rows import weighted_sum
+from ..timings import stage
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
@@ -55,6 +56,7 @@ _ROUNDS = 10
 _LEAST_GAIN, _LARGE_GAIN = 0.02, 0.04
 
 
+@stage("repair")
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
              poles: bool = False) -> Candidate:
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.

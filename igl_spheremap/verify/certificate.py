@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import own_errstate
 from ..mesh.check import check_faces, check_rows
 from ..sphere.rows import along, row_lengths, scale_rows
+from ..timings import stage
 from .signs import determinant_signs, orientation_signs
 
 FloatArray = NDArray[np.float64]
@@ -118,6 +119,7 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
     return certify_checked(x, check_faces(f, len(x)))
 
 
+@stage("certificate")
 def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
     """`certify` for float64 rows and faces that passed the gate already."""
     nothing = np.empty(0, dtype=np.int64)

@@ -38,6 +38,7 @@ def add_map_arguments(parser: ArgumentParser) -> None:
         help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
     )
     add_reporting(parser)
+    parser.add_argument("--timings", action="store_true", help="print the time of each stage")
     add_output(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
 
@@ -121,6 +122,7 @@ def _figures(source: Source, args: Namespace, result: SphereMap, written: Sphere
         "status": result.status.name,
         "iterations": result.iterations,
         "seconds": result.seconds,
+        "timings": result.timings,
         "energy": result.energy,
         "balance": result.balance,
         "angle_differences": angle_figures(result.angle_differences()),
@@ -147,6 +149,7 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
             f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; "
             f"{result.status.value}",
         ),
+        *(_timings(result) if args.timings else ()),
         *(row("note", note) for note in result.notes),
         *_rounds(result),
         energy_row(result.energy),
@@ -160,6 +163,13 @@ def _summary(source: Source, args: Namespace, result: SphereMap, written: Sphere
             f"{_as_written(result, written)}",
         ),
     ]
+
+
+def _timings(result: SphereMap) -> list[str]:
+    """Seconds and share of each stage, and of what belongs to none."""
+    stages = result.timings | {"other": result.seconds - sum(result.timings.values())}
+    return [row("time" if k == 0 else "", f"{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}")
+            for k, (name, seconds) in enumerate(stages.items())]
 
 
 def _rounds(result: SphereMap) -> list[str]:

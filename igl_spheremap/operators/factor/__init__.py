@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
+from ...timings import stage
 from .base import Factor
 
 __all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize"]
@@ -35,6 +36,7 @@ def available_backends() -> tuple[str, ...]:
     return tuple(name for name, (needs, _) in _BACKENDS.items() if _installed(needs))
 
 
+@stage("factorisation")
 def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from ...timings import stage
+
 Solver = Callable[[np.ndarray], np.ndarray]
 
 _MAX_STEPS = 200
@@ -23,6 +25,7 @@ class Factor:
     exact: bool = True  # False for a multigrid cycle, which is symmetric positive definite, too
     nnz: int | None = None  # entries stored, where that is known without cost
 
+    @stage("solves")
     def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:
         """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
 

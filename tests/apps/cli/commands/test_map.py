@@ -1,9 +1,10 @@
 """The flags of `map` are the options of the methods' records."""
 
+import json
 from dataclasses import fields
 from typing import get_args, get_type_hints
 
-from igl_spheremap.apps.cli.main import build_parser
+from igl_spheremap.apps.cli.main import build_parser, main
 
 from igl_spheremap.maps.options import METHODS, Auto
 
@@ -37,3 +38,10 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
 def test_flags_of_every_method_are_options_of_every_method():
     for method in METHODS.values():
         assert {"tolerance", "max_iterations"} <= {option.name for option in fields(method)}
+
+
+def test_timings_are_printed_and_are_figures(tmp_path, capsys):
+    assert main(["map", "sample:spheroid", str(tmp_path / "a.obj"), "--timings", "--json", str(tmp_path / "a.json")]) == 0
+    figures = json.loads((tmp_path / "a.json").read_text())
+    printed = capsys.readouterr().out
+    assert figures["timings"] and all(f"  {name}\n" in printed for name in (*figures["timings"], "other"))

@@ -1,0 +1,50 @@
+"""Where the time of a run goes: seconds by stage."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
+
+
+@contextmanager
+def timed() -> Iterator[None]:
+    """Count the stages inside; `timings` gives their seconds."""
+    token = _SECONDS.set({})
+    try:
+        yield
+    finally:
+        _SECONDS.reset(token)
+
+
+def timings() -> dict[str, float]:
+    """Wall seconds of the stages that ended so far in the run that counts them.
+
+    >>> with timed():
+    ...     with stage("outer"), stage("inner"):
+    ...         pass
+    ...     list(timings())
+    ['inner', 'outer']
+    """
+    return dict(_SECONDS.get() or {})
+
+
+@contextmanager
+def stage(name: str) -> Iterator[None]:
+    """Count the time inside under a name, but for that of stages within it."""
+    outer = _SECONDS.get()
+    if outer is None:
+        yield
+        return
+    inner: dict[str, float] = {}
+    token, began = _SECONDS.set(inner), time.perf_counter()
+    try:
+        yield
+    finally:
+        _SECONDS.reset(token)
+        inner[name] = inner.get(name, 0.0) + time.perf_counter() - began - sum(inner.values())
+        for key, seconds in inner.items():
+            outer[key] = outer.get(key, 0.0) + seconds
