@@ -23,39 +23,14 @@ def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: I
     return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
 
 
-def sides(corners: FloatArray) -> FloatArray:
-    """(3, 3, m): coordinate, corner, face; the side opposite each corner, from the next corner to the one after."""
-    side = np.empty_like(corners)
-    for k in range(3):
-        np.subtract(corners[:, k - 1], corners[:, k - 2], out=side[:, k])
-    return side
+#: Below this angle in radians the law of cosines, which libigl uses, has lost half of its digits.
+_THIN = 1e-4
 
 
-def area_vectors(side: FloatArray) -> FloatArray:
-    """(3, m): normals of the faces with those sides, twice as long as the areas."""
-    a, b = side[:, 0], side[:, 1]
-    return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
-
-
-def sines_and_cosines(side: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m,) and (3, m): of the corner angles, both times the lengths of the two sides there."""
-    normal = area_vectors(side)
-    cosines = [-np.einsum("ij,ij->j", side[:, k - 2], side[:, k - 1]) for k in range(3)]
-    return np.sqrt(np.einsum("ij,ij->j", normal, normal)), np.stack(cosines)
-
-
-def half_cotangents(v: FloatArray, f: IntArray) -> FloatArray:
-    """(m, 3) halves of the corner angles' cotangents; not finite on faces of zero area.
-
-    >>> half_cotangents(np.eye(3), np.array([[0, 1, 2]])).round(6)
-    array([[0.288675, 0.288675, 0.288675]])
-    """
-    def compute(corners: FloatArray) -> FloatArray:
-        sines, cosines = sines_and_cosines(sides(corners))
-        return (cosines / (2 * sines)).T
-
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return by_blocks(compute, v, f)
+def _unit_scale(d: FloatArray) -> FloatArray:
+    """Rows divided by their largest entry, so that products neither over- nor underflow."""
+    size = np.abs(d).max(axis=1, keepdims=True)
+    return np.asarray(d / np.where(size > 0, size, 1))
 
 
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
@@ -64,13 +39,13 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     >>> np.degrees(corner_angles(np.eye(3), np.array([[0, 1, 2]]))).round(9)
     array([[60., 60., 60.]])
     """
-    def compute(corners: FloatArray) -> FloatArray:
-        side = sides(corners)
-        size = np.abs(side).max(axis=(0, 1))
-        side /= np.where(size > 0, size, 1)  # products neither over- nor underflow
-        return np.arctan2(*sines_and_cosines(side)).T
-
-    return by_blocks(compute, v, f)
+    angles = np.asarray(igl.internal_angles(v, f))
+    redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))  # NaN included
+    for k in range(3):
+        a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
+        u, w = _unit_scale(b - a), _unit_scale(c - a)
+        angles[redo, k] = np.arctan2(np.linalg.norm(np.cross(u, w), axis=1), np.einsum("ij,ij->i", u, w))
+    return angles
 
 
 def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
@@ -98,12 +73,7 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Area that belongs to each vertex, A_i of eq. (13): a third of the faces around it."""
-    return sum_at_vertices(face_areas(v, f) / 3, f, len(v))  # eq. (13)
-
-
-def sum_at_vertices(values: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """Sums of the faces' values around each vertex."""
-    return np.asarray(np.bincount(f.ravel(), np.repeat(values, 3), n), float)
+    return np.asarray(np.bincount(f.ravel(), np.repeat(face_areas(v, f) / 3, 3), len(v)), float)  # eq. (13)
 
 
 def enclosed_volume(v: FloatArray, f: IntArray) -> float:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import own_errstate
 from .check import Mesh, check_mesh
-from .measure import area_vectors, by_blocks, sides, sum_at_vertices
 
 FloatArray = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     Returns
     -------
     (n, 3) float64 array
-        Unit rows: area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
+        Unit rows: libigl's area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
         its neighbours' normals stands in.
 
     Raises
@@ -55,9 +55,8 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
 def mesh_gauss_map(mesh: Mesh) -> FloatArray:
     """`gauss_map` of a mesh that passed the gate."""
-    of_faces = by_blocks(lambda corners: area_vectors(sides(corners)).T, mesh.v, mesh.f)
-    normals = [sum_at_vertices(component, mesh.f, len(mesh.v)) for component in of_faces.T]  # Definition 1
-    return fill_directions(np.stack(normals, axis=1), mesh.f)
+    normals = igl.per_vertex_normals(mesh.v, mesh.f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
+    return fill_directions(normals, mesh.f)
 
 
 def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:

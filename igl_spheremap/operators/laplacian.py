@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, half_edges
-from ..mesh.measure import half_cotangents, vertex_areas
+from ..mesh.measure import vertex_areas
 from .flips import delaunay_triangulation
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +64,7 @@ def laplacian(
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
-        weight = half_cotangents(v, f)
+        weight = igl.cotmatrix_entries(v, f)
     elif weights == "mollified":
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     elif weights == "uniform":
