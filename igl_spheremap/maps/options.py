@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal, get_args
 from ..descent.line_search import BarzilaiBorwein
 
 Gauge = Literal["centred", "poles"]
+EdgeWeights = Literal["cotangent", "delaunay"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["angles", "mips"]
 
@@ -99,6 +100,14 @@ class Lai2014(Method):
     bb : {"alternating", "tau_1", "tau_2"}
         Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
         iterations and tau_2 at even ones.
+    weights : {"cotangent", "delaunay"}
+        Of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (6), of which some are
+        negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not.
+
+    Raises
+    ------
+    ValueError
+        If `weights` is unknown.
 
     References
     ----------
@@ -121,6 +130,12 @@ class Lai2014(Method):
     delta: float = 0.1
     xi: float = 0.85
     bb: BarzilaiBorwein = "alternating"
+    weights: EdgeWeights = "cotangent"
+
+    def __post_init__(self) -> None:
+        """Refuse unknown weights before anything is computed."""
+        if self.weights not in get_args(EdgeWeights):
+            raise ValueError(f"unknown weights {self.weights!r}: choose 'cotangent' or 'delaunay'")
 
 
 @dataclass(frozen=True)

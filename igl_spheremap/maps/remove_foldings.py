@@ -10,7 +10,7 @@ from ..errors import own_errstate
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from .methods.lai2014 import lai2014
-from .options import Lai2014
+from .options import EdgeWeights, Lai2014
 from .run import check_start, run
 from .sphere_map import SphereMap
 
@@ -28,6 +28,7 @@ def minimize_harmonic_energy(
     delta: float = 0.1,
     xi: float = 0.85,
     bb: BarzilaiBorwein = "alternating",
+    weights: EdgeWeights = "cotangent",
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 1: minimise the harmonic energy by Cayley updates, from any start.
@@ -40,7 +41,7 @@ def minimize_harmonic_energy(
         Faces as 0-based vertex indices.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
-    tolerance, max_iterations, plateau, rho, delta, xi, bb
+    tolerance, max_iterations, plateau, rho, delta, xi, bb, weights
         The options of `Lai2014`, with its defaults.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to end with what there is.
@@ -67,7 +68,7 @@ def minimize_harmonic_energy(
     True
     """
     return remove_foldings(v, f, x0, rounds=0, tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
-                           rho=rho, delta=delta, xi=xi, bb=bb, listener=listener)
+                           rho=rho, delta=delta, xi=xi, bb=bb, weights=weights, listener=listener)
 
 
 @own_errstate
@@ -84,6 +85,7 @@ def remove_foldings(
     delta: float = 0.1,
     xi: float = 0.85,
     bb: BarzilaiBorwein = "alternating",
+    weights: EdgeWeights = "cotangent",
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 2: alternate Algorithm 1 and weighted eigen-projection until no folding is left.
@@ -96,7 +98,7 @@ def remove_foldings(
         Faces as 0-based vertex indices.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
-    rounds, tolerance, max_iterations, plateau, rho, delta, xi, bb
+    rounds, tolerance, max_iterations, plateau, rho, delta, xi, bb, weights
         The options of `Lai2014`, with its defaults.
     listener : callable, optional
         Called with every `Iterate`, star maps included; may raise StopIteration to end with what there is.
@@ -123,7 +125,7 @@ def remove_foldings(
     [('gauss map', 0)]
     """
     method = Lai2014(tolerance=tolerance, max_iterations=max_iterations, plateau=plateau, rounds=rounds, rho=rho,
-                     delta=delta, xi=xi, bb=bb)
+                     delta=delta, xi=xi, bb=bb, weights=weights)
 
     def solve(mesh: Mesh, notify: Listener) -> Candidate:
         return lai2014(mesh, method, notify, None if x0 is None else check_start(x0, len(mesh.v)))

@@ -91,9 +91,9 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_F
     return lengths + max(0.0, factor * lengths.mean() - slack)
 
 
-def usable_laplacian(mesh: Mesh) -> sp.csr_matrix:
-    """The mesh's own Laplacian, or the mollified one where slivers or faces of zero area spoil it."""
-    L = laplacian(mesh.v, mesh.f, "cotangent", mesh.edges)
+def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
+    """The Laplacian with those weights, or the mollified one where slivers or faces of zero area spoil it."""
+    L = laplacian(mesh.v, mesh.f, weights, mesh.edges)
     return L if is_usable(L) else laplacian(mesh.v, mesh.f, "mollified", mesh.edges)
 
 

@@ -81,7 +81,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     True
     """
     mesh = check_mesh(v, f)
-    return project(mesh, check_directions(x, len(mesh.v), "images"))
+    return project(mesh, stiffness(mesh), check_directions(x, len(mesh.v), "images"))
 
 
 def stiffness(mesh: Mesh) -> sp.csr_matrix:
@@ -112,10 +112,10 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     return sp.csr_matrix((np.concatenate(values), index), shape=(n, n))
 
 
-def project(mesh: Mesh, x: FloatArray) -> EigenProjection:
-    """`weighted_eigen_projection` of a checked mesh and map."""
+def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
+    """`weighted_eigen_projection` of a checked mesh and map, with a stiffness matrix A."""
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
-    values, phi = _lowest_eigenpairs(stiffness(mesh), B)  # eq. (20)
+    values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
     areas = vertex_areas(mesh.v, mesh.f)
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
 from ..mesh.check import Mesh
 from ..start.star_map import project
+from ..verify.certificate import certify_checked
 from .candidate import Candidate
+from .local_repair import has_few_foldings, repair_locally
 
 FloatArray = NDArray[np.float64]
 
@@ -21,6 +25,7 @@ FloatArray = NDArray[np.float64]
 def unfold(
     mesh: Mesh,
     problem: Problem,
+    L: csr_matrix,
     x: FloatArray,
     name: str,
     descend: Callable[[Iterate], Minimum],
@@ -29,32 +34,38 @@ def unfold(
 ) -> Candidate:
     """Alternate Algorithm 1, `descend`, and up to `rounds` eigen-projections until no folding is left.
 
-    `name` is what the first map is called in the record; the listener sees the start of every round. The map is that of
-    the round that left the fewest foldings, of the last such.
+    L is the Laplacian of the problem's energy. `name` is what the first map is called in the record; the listener sees
+    the start of every round. The map is that of the round that left the fewest foldings, of the last such.
     """
     done: list[Round] = []
     x = problem.centred(x)
     start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     for k in range(rounds + 1):
         began = time.perf_counter()
-        minimum = _stopped_at(start, listener) or descend(start)  # Algorithm 2, steps 1 and 4
+        minimum = _stopped_at(start, listener) or descend(_repaired(mesh, start))  # Algorithm 2, steps 1 and 4
         minimum = minimum.centred(problem)
         done.append(minimum.as_round(mesh, start, time.perf_counter() - began))
         if done[-1].foldings_after <= min(record.foldings_after for record in done):
             best = minimum
         if done[-1].foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
-        start = _star_map(mesh, problem, minimum.last.x, k + 1)
+        start = _star_map(mesh, problem, L, minimum.last.x, k + 1)
     status = Status.STOPPED if minimum.status is Status.STOPPED else best.status
     return Candidate(best.last.x, best.last.energy, status, tuple(done))
 
 
-def _star_map(mesh: Mesh, problem: Problem, x: FloatArray, round: int) -> Iterate:
+def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, x: FloatArray, round: int) -> Iterate:
     """The start of a round: the star map of the eigenfunctions that `x` weights, which its details hold."""
-    projection = project(mesh, x)  # Algorithm 2, step 2
+    projection = project(mesh, L, x)  # Algorithm 2, step 2
     details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
     star = problem.centred(projection.star_map)  # Algorithm 2, step 3
     return Iterate("star map", round, 0, star, problem.energy.evaluate(star)[0], details=details)
+
+
+def _repaired(mesh: Mesh, start: Iterate) -> Iterate:
+    """A star map without the foldings that small moves undo: Algorithm 1 keeps a map free of them that starts so."""
+    few = start.round > 0 and has_few_foldings(certify_checked(start.x, mesh.f), mesh.f)
+    return replace(start, x=repair_locally(mesh, start.x)) if few else start
 
 
 def _stopped_at(start: Iterate, listener: Listener | None) -> Minimum | None:

@@ -9,7 +9,7 @@ from ..mesh.check import Mesh
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import weighted_sum
 from ..start.punctured import is_coarse
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_angle_difference
 from .embedding import Watch, dilate, fix_orientation, progressive_embedding
 from .nudge import nudge
@@ -18,6 +18,9 @@ from .relax import AngleLoss, descend
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+#: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
+#: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
+_FEW = 0.01
 #: Rings around what embedding moved that are relaxed with it.
 _RELAXED_RINGS = 2
 #: Sweeps of that at the least and at the most, and how many vertices they may move together in between.
@@ -28,6 +31,11 @@ _TOLERANCE = 0.01
 _OFF_CENTRE = 1e-3
 #: But not if the mean angle difference grows by more than this factor.
 _WORSE = 1.05
+
+
+def has_few_foldings(certificate: Certificate, f: NDArray[np.int64]) -> bool:
+    """True if foldings are so few that they are undone where they are."""
+    return certificate.foldings <= max(1.0, _FEW * len(f)) and certificate.degree == 1
 
 
 def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:

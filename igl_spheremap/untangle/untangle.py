@@ -30,7 +30,7 @@ from ..timings import stage
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
-from .local_repair import repair_locally, restore_gauge
+from .local_repair import has_few_foldings, repair_locally, restore_gauge
 from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import floors, make_room
@@ -38,9 +38,6 @@ from .unrolling import between_tips, unroll
 
 FloatArray = NDArray[np.float64]
 
-#: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
-#: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
-_FEW = 0.01
 #: The next floor is tried where undoing foldings raised the mean angle difference by more than this factor.
 _COSTLY = 1.1
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
@@ -73,7 +70,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
         return first
     line.accept("map", x)
     if not free:
-        few = line.last.foldings <= max(1.0, _FEW * len(mesh.f)) and line.last.degree == 1
+        few = has_few_foldings(line.last, mesh.f)
         if not few:
             line.angles(x)
         if line.best is None or (not few and len(mesh.v) <= _SMALL):

@@ -61,6 +61,7 @@ def test_records_are_frozen_and_equal_by_value():
 @pytest.mark.parametrize(("record", "wrong", "message"), [
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'centred' or 'poles'"),
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'angles' or 'mips'"),
+    (ism.Lai2014, {"weights": "uniform"}, "unknown weights 'uniform': choose 'cotangent' or 'delaunay'"),
     (ism.GuYau, {"step": 2.0}, "unstable"),
     (ism.Stereographic, {"plane": "circle-packing"}, "laplace-beltrami, conformal-equivalence"),
 ])

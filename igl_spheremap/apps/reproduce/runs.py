@@ -28,6 +28,7 @@ IntArray = NDArray[np.int64]
 METHODS: dict[str, Method] = {
     "Algorithm 1": Lai2014(rounds=0),
     "Algorithm 2": Lai2014(),
+    "Delaunay weights": Lai2014(weights="delaunay"),
     "Gu-Yau": GuYau(tutte=False),
     "Gu-Yau after Tutte": GuYau(),
     "stereographic": Stereographic(),

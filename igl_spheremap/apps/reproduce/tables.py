@@ -14,9 +14,10 @@ from .surfaces import Surface
 _NOTE = """\
 Seconds are CPU time, everything included. "paper" columns are quoted from the paper, measured on its machine
 with its programs; only ratios compare. "Algorithm 1" is method "lai2014" without folding removal, "Algorithm
-2" with it, "Gu-Yau" is method "gu-yau" from the Gauss map as in the paper's comparison, "fast" is the default
-method. Each run ends by its own stopping rule; "to one energy" compares the two down to the lowest energy
-that both reach. A dagger marks a run that met its cap of iterations.
+2" with it, "with Delaunay weights" the same with weights that are never negative, "Gu-Yau" is method "gu-yau"
+from the Gauss map as in the paper's comparison, "fast" is the default method. Each run ends by its own stopping
+rule; "to one energy" compares the two down to the lowest energy that both reach. A dagger marks a run that met
+its cap of iterations.
 """
 
 
@@ -134,6 +135,9 @@ TABLES = {
             _iterations("Algorithm 2: iterations by step (paper)", "Algorithm 2"),
             ("foldings before -> after each step", lambda line: _course(line.outcome("Algorithm 2"))),
             _time("Algorithm 2"),
+            ("with Delaunay weights: iterations", lambda line: _steps(line.outcome("Delaunay weights"))),
+            ("foldings before -> after each step", lambda line: _course(line.outcome("Delaunay weights"))),
+            ("mean angle", lambda line: line.angle(line.outcome("Delaunay weights"))),
             *_against_gu_yau("Algorithm 2"),
         ),
     ),

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import own_errstate
 from ...mesh.check import Mesh, check_mesh, check_rows
-from ...operators.laplacian import apply, usable_laplacian
+from ...operators.laplacian import Weights, apply, usable_laplacian
 from ...sphere.rows import inner
 
 FloatArray = NDArray[np.float64]
@@ -23,9 +23,9 @@ class HarmonicEnergy:
     L: sp.csr_matrix
 
     @classmethod
-    def of(cls, mesh: Mesh) -> HarmonicEnergy:
-        """With mollified weights where the mesh's own are unusable."""
-        return cls(usable_laplacian(mesh))
+    def of(cls, mesh: Mesh, weights: Weights = "cotangent") -> HarmonicEnergy:
+        """With mollified weights where those are unusable."""
+        return cls(usable_laplacian(mesh, weights))
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Value and derivatives, L x."""

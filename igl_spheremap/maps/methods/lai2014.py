@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...descent.algorithm_1 import CayleyBB
+from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.iterate import Iterate, Listener
 from ...descent.minimize import Minimum, minimize
-from ...descent.problem import harmonic_problem
+from ...descent.problem import Problem
 from ...mesh.check import Mesh
 from ...mesh.normals import mesh_gauss_map
 from ...untangle.algorithm_2 import unfold
@@ -20,7 +21,8 @@ def lai2014(
     mesh: Mesh, options: Lai2014, listener: Listener | None = None, x0: NDArray[np.float64] | None = None
 ) -> Candidate:
     """Map a mesh from the Gauss map, or from another start, of unit rows."""
-    problem = harmonic_problem(mesh)
+    energy = HarmonicEnergy.of(mesh, options.weights)
+    problem = Problem.of(mesh, energy)
     solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, keep_injective=True)
 
     def algorithm_1(start: Iterate) -> Minimum:
@@ -29,4 +31,4 @@ def lai2014(
                         round=start.round)
 
     x, name = (mesh_gauss_map(mesh), "gauss map") if x0 is None else (x0, "given map")
-    return unfold(mesh, problem, x, name, algorithm_1, options.rounds, listener)
+    return unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener)

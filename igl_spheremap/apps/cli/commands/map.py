@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import fields
 from typing import Any, get_args
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....descent.iterate import Listener
 from ....maps.balanced import rebalance
-from ....maps.options import METHODS, Gauge, Polish
+from ....maps.options import METHODS, EdgeWeights, Gauge, Polish
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ..exits import Exit
@@ -37,14 +38,19 @@ def configure(parser: ArgumentParser) -> None:
         choices=get_args(Gauge),
         help="poles: the two deepest tips at the poles, for bodies beyond float64 (auto); default: centred",
     )
+    parser.add_argument(
+        "--weights",
+        choices=get_args(EdgeWeights),
+        help="of the edges: the paper's, or those of intrinsic Delaunay triangles, never negative (lai2014)",
+    )
     add_balance(parser)
 
 
 def run(args: Namespace) -> Exit:
     """Map, conformally unless another balance is asked for."""
-    chosen = {name: getattr(args, name) for name in ("polish", "gauge") if getattr(args, name) is not None}
-    if chosen and args.method != "auto":
-        raise UsageError(f"--{' and --'.join(chosen)} go with --method auto only, not with {args.method}")
+    chosen = {name: getattr(args, name) for name in ("polish", "gauge", "weights") if getattr(args, name) is not None}
+    if unknown := set(chosen) - {option.name for option in fields(METHODS[args.method])}:
+        raise UsageError(f"--method {args.method} takes no --{' and no --'.join(sorted(unknown))}")
 
     def solve(v: FloatArray, f: IntArray, listener: Listener, **limits: Any) -> SphereMap:
         result = spherical_conformal_map(v, f, METHODS[args.method](**chosen, **limits), listener=listener)
