@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, import_optional
+from .reading import check_regular
 from .replacing import replacing
 
 
@@ -15,10 +17,13 @@ def read_picture(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     """An image (height, width, 3) of any format that pillow knows, rows from above."""
     pillow = import_optional("PIL.Image", "a picture", "io")
     try:
+        check_regular(Path(path))
         with pillow.open(path) as image:
             return np.asarray(image.convert("RGB"))
-    except OSError as error:  # an unknown format, too
-        raise FileError(f"can't read {path} as a picture: {error.strerror or error}") from None
+    except FileError:
+        raise
+    except Exception as error:  # pillow raises many kinds on damaged or huge pictures
+        raise FileError(f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}") from None
 
 
 def write_picture(path: str | os.PathLike[str], image: NDArray[np.uint8], *, force: bool = False) -> None:

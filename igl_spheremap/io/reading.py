@@ -51,6 +51,17 @@ def check_regular(path: Path) -> None:
         raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
 
 
+def read_lines(path: str | Path) -> list[str]:
+    """Lines of a small text file in UTF-8; bytes that are none are kept as surrogates, as in names of files."""
+    try:
+        check_regular(Path(path))
+        return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    except FileError:
+        raise
+    except OSError as error:
+        raise FileError(f"can't read {path}: {error.strerror}") from error
+
+
 def expansion_limit(stored: int) -> int:
     """Bytes that a file of that size may expand to."""
     return max(_EXPANSION * stored, _ALWAYS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 import tempfile
 from argparse import ArgumentParser, Namespace
@@ -55,7 +56,11 @@ def read_stream(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) 
         raise FileError("can't read stdin: it is closed")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"stdin.{kind}"
-        path.write_bytes(sys.stdin.buffer.read())
+        try:
+            with path.open("wb") as copy:
+                shutil.copyfileobj(sys.stdin.buffer, copy)  # in pieces: readers bound memory by the size of a file
+        except OSError as error:
+            raise FileError(f"can't copy stdin to {path}: {error.strerror}") from error
         try:
             return read(path)
         except (MeshError, FileError) as error:

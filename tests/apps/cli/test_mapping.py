@@ -58,6 +58,27 @@ def test_options_reach_the_method(tmp_path):
     assert (result.method, result.settings) == ("lai2014", {"max_iterations": 2, "tolerance": 1e-9})
 
 
+def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
+    words = ["map", "sample:dino:n_vertices=1500", str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]
+    main([*words, "--max-iterations", "100", "--json", str(tmp_path / "a.json")])
+    rounds = [each["iterations"] for each in json.loads((tmp_path / "a.json").read_text())["rounds"]]
+    assert len(rounds) > 1
+    assert rounds[0] == 100 < sum(rounds)
+    assert max(rounds) == 100
+    for command in ("map", "p-harmonic", "landmarks"):
+        assert main([command, "--help"]) == 0
+        assert "of each minimisation, so of each round" in " ".join(capsys.readouterr().out.split())
+
+
+def test_weights_reach_the_method(tmp_path, capsys):
+    words = ["map", "sample:spheroid:n_vertices=500", str(tmp_path / "a.npz"), "--weights", "delaunay"]
+    assert main([*words, "--method", "lai2014", "--json", str(tmp_path / "a.json")]) == 0
+    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {"weights": "delaunay"}
+    capsys.readouterr()
+    assert main([*words, "-f"]) == 64
+    assert capsys.readouterr().err == "igl-spheremap: --method auto takes no --weights\n"
+
+
 def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, monkeypatch):
     def mirrored(*arguments, **options):
         result = spherical_conformal_map(*arguments, **options)
@@ -84,7 +105,7 @@ def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, mon
     assert main(["map", SAMPLE, str(tmp_path / "rh.sphere.conformal")]) == 0
     assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
 
-    def plainly(x, f, radius, v):
+    def plainly(x, f, radius):
         return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
 
     monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)

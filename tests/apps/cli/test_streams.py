@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import sys
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -100,6 +102,23 @@ def test_faults_of_stdin_are_told_under_its_name(monkeypatch, capsys):
         assert out == ""
         assert err.startswith("igl-spheremap: stdin: ")
         assert err.count("\n") == 1
+
+
+def test_stdin_is_copied_in_pieces(monkeypatch, capsys):
+    """A stream without end fills a disk at the worst, and no memory."""
+    class Endless(io.RawIOBase):
+        asked: ClassVar[list[int]] = []
+
+        def read(self, size=-1):
+            self.asked.append(size)
+            if len(self.asked) > 3:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return b"x" * size
+
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=Endless()))
+    assert main(["info", "-"]) == 74
+    assert capsys.readouterr().err.endswith("stdin.obj: No space left on device\n")
+    assert 0 < min(Endless.asked) <= max(Endless.asked) <= 1 << 20
 
 
 def test_a_mesh_from_stdin_is_mapped_to_a_file(tmp_path, monkeypatch, capsys):

@@ -1,5 +1,7 @@
 """The commands for p-harmonic maps and landmarks: what they write, and how they fail."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,13 @@ def test_bad_landmark_files_are_one_line(tmp_path, capsys, text, status, words):
     err = capsys.readouterr().err
     assert words in err
     assert err.count("\n") == 1
+
+
+def test_landmarks_from_a_device_or_a_pipe_are_refused_without_reading(tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe")
+    for points in ("/dev/zero", str(tmp_path / "pipe")):
+        assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", points]) == 74
+        assert capsys.readouterr().err.endswith("it is a device or a pipe; write its content to a file first\n")
 
 
 def test_a_missing_landmark_file_is_told(tmp_path, capsys):

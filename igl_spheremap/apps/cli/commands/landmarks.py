@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import FileError
+from ....io.reading import read_lines
 from ....maps.landmarks import landmark_map
 from ..exits import Exit
 from ..failures import UsageError
@@ -48,12 +48,8 @@ def read_points(path: str, weight: float) -> tuple[NDArray[np.int64], NDArray[np
 
     `weight` is that of lines with four numbers; a FileError names a line that is something else.
     """
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"can't read {path}: {getattr(error, 'strerror', None) or error}") from error
     rows = []
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(read_lines(path), 1):
         words = line.partition("#")[0].replace(",", " ").split()
         if not words:
             continue

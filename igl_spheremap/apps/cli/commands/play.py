@@ -34,7 +34,7 @@ def configure(parser: ArgumentParser) -> None:
     add_repair(parser)
     parser.add_argument("--method", choices=tuple(METHODS), default="lai2014", help="default: lai2014, the paper's")
     parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
-    parser.add_argument("--max-iterations", type=int, metavar="N", help="default: the method's")
+    parser.add_argument("--max-iterations", type=int, metavar="N", help="of each round; default: the method's")
     parser.add_argument("--rounds", type=int, metavar="N", help="of Algorithm 2 at the most; default: the method's")
     parser.add_argument("--up", choices=tuple(UPS), help="which way is up; default: z, but y for .obj, .glb, .gltf")
     add_picture_arguments(parser, SIZE)
