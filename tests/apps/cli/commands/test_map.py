@@ -41,7 +41,9 @@ def test_flags_of_every_method_are_options_of_every_method():
 
 
 def test_timings_are_printed_and_are_figures(tmp_path, capsys):
-    assert main(["map", "sample:spheroid", str(tmp_path / "a.obj"), "--timings", "--json", str(tmp_path / "a.json")]) == 0
+    words = ["map", "sample:spheroid", str(tmp_path / "a.obj"), "--timings", "--json", str(tmp_path / "a.json")]
+    assert main(words) == 0
     figures = json.loads((tmp_path / "a.json").read_text())
     printed = capsys.readouterr().out
-    assert figures["timings"] and all(f"  {name}\n" in printed for name in (*figures["timings"], "other"))
+    assert figures["timings"]
+    assert all(f"  {name}\n" in printed for name in (*figures["timings"], "other"))
