@@ -13,7 +13,7 @@ import igl_spheremap
 
 ROOT = Path(igl_spheremap.__file__).parent
 ARCHITECTURE = ROOT.parent / "docs" / "architecture.md"
-FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py", "timings.py"}
+FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py"}
 
 
 def modules_at(name):

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
+from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import is_coarse, punctured_start
-from ..timings import stage
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
 from .energies.harmonic import HarmonicEnergy

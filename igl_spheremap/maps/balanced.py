@@ -14,9 +14,9 @@ from ..descent.iterate import Listener, Status
 from ..descent.recording import History
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.timings import stage, timed
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import turn_to_gauss_map
-from ..timings import stage, timed
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .options import Auto, Method

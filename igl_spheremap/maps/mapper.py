@@ -14,8 +14,8 @@ from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..errors import MeshError, own_errstate
 from ..mesh.check import check_mesh, plain_array
+from ..mesh.timings import timed
 from ..operators.operators import build_operators
-from ..timings import timed
 from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
 from .options import Auto

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..mesh.check import Mesh, check_directions, check_mesh
+from ..mesh.timings import timed, timings
 from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
-from ..timings import timed, timings
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked

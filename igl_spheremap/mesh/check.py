@@ -13,9 +13,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
-from ..timings import stage
 from .edges import HalfEdges, half_edges
 from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
+from .timings import stage
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

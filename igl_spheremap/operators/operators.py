@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
-from ..timings import stage
+from ..mesh.timings import stage
 from .factor import Factor, factorize
 from .laplacian import Weights, is_usable, laplacian, positive_areas
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.normals import mesh_gauss_map
-from ..timings import stage
+from ..mesh.timings import stage
 from .moebius import center
 from .rows import weighted_moment, weighted_sum
 

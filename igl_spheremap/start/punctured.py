@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
+from ..mesh.timings import stage
 from ..operators.laplacian import apply
 from ..operators.operators import Operators
 from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
 from ..sphere.rows import inner, row_dots
-from ..timings import stage
 from ..verify.distortion import mean_angle_difference
 
 FloatArray = NDArray[np.float64]

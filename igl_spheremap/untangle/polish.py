@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
+from ..mesh.timings import stage
 from ..operators.laplacian import positive_areas
 from ..sphere.rows import weighted_sum
-from ..timings import stage
 from ..verify.distortion import mean_angle_difference, mean_difference
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend

@@ -24,9 +24,9 @@ from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
+from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import weighted_sum
-from ..timings import stage
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import own_errstate
 from ..mesh.check import check_faces, check_rows
+from ..mesh.timings import stage
 from ..sphere.rows import along, row_lengths, scale_rows
-from ..timings import stage
 from .signs import determinant_signs, orientation_signs
 
 FloatArray = NDArray[np.float64]

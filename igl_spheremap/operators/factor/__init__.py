@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from ...timings import stage
+from ...mesh.timings import stage
 from .base import Factor
 
 __all__ = ["Factor", "FactorisationFailed", "available_backends", "factorize"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from ...timings import stage
+from ...mesh.timings import stage
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
