@@ -91,6 +91,14 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     return Mesh(vertices, _unit_area(vertices, faces), faces, edges)
 
 
+@stage("check")
+def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
+    """The mesh at other positions; MeshError if their number is another."""
+    vertices = _positions(v)
+    check_rows(vertices, len(mesh.v), "vertices")
+    return Mesh(vertices, _unit_area(vertices, mesh.f), mesh.f, mesh.edges)
+
+
 @own_errstate
 def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.

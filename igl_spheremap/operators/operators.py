@@ -32,8 +32,12 @@ class Operators:
 
 
 @stage("Laplacian")
-def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent") -> Operators:
+def build_operators(
+    mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent", like: Operators | None = None
+) -> Operators:
     """Assemble and factorise the Laplacian with those weights, or the next more robust ones that can be factorised.
+
+    Those of the same faces at other positions, `like` these, are lost: their order and memory are used again.
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
@@ -46,9 +50,9 @@ def build_operators(mesh: Mesh, backend: str = "auto", weights: Weights = "cotan
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
         try:
-            P = L.copy()
-            P.setdiag(L.diagonal() + _REGULARISATION * A)  # keeps the pattern
-            factor = factorize(P, backend)
+            P = sp.csr_matrix((L.data.copy(), L.indices, L.indptr), shape=L.shape)
+            P.setdiag(L.diagonal() + _REGULARISATION * A)  # keeps the pattern, which both share
+            factor = factorize(P, backend, like.factor if like else None)
         except FactorisationFailed:
             if choice == "uniform":
                 raise

@@ -5,6 +5,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.operators import operators as metric_module
+from igl_spheremap.operators.factor import available_backends
 
 V, F = ism.samples.make("dino", n_vertices=1500)
 
@@ -37,6 +38,30 @@ def test_factorises_once(monkeypatch):
     for scale in (1.0, 2.0, 3.0):
         assert mapper.map(weights=np.exp(scale * v[:, 0])).certificate.folding_free
     assert len(calls) == 1
+
+
+@pytest.mark.parametrize("backend", available_backends())
+def test_moved_positions_give_the_map_of_a_new_mapper(backend):
+    """Also after positions whose weights are others, with another pattern, or can't be factorised."""
+    v, f = ism.samples.make("spheroid", n_vertices=600)
+    flat = v.copy()
+    flat[f[0]] = flat[f[0, 0]]  # faces of zero area: mollified weights
+    mapper = ism.SphereMapper(v, f, ism.Auto(backend=backend))
+    for w in (v * [1, 1, 1.5], 1e3 * v + 7, flat, v * [1, 0.7, 1]):
+        mapper.move(w)
+        expected = ism.spherical_conformal_map(w, f, backend=backend)
+        np.testing.assert_array_equal(mapper.map().sphere, expected.sphere)
+        assert mapper.map().notes == expected.notes
+        np.testing.assert_array_equal(mapper.map().vertices, w)
+    np.testing.assert_array_equal(mapper.rebalance(mapper.map(), 0.3).sphere, ism.rebalance(expected, 0.3).sphere)
+
+
+@pytest.mark.parametrize("positions", [V[:-1], V * np.nan, V * 0, [1, 2]], ids=["too few", "NaN", "a point", "no rows"])
+def test_a_mapper_stays_as_it_is_where_positions_are_refused(mapper, positions):
+    before = mapper.map().sphere
+    with pytest.raises(ism.MeshError):
+        mapper.move(positions)
+    np.testing.assert_array_equal(mapper.map().sphere, before)
 
 
 def test_the_weights_that_are_given_are_balanced(mapper):

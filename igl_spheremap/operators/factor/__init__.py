@@ -37,11 +37,12 @@ def available_backends() -> tuple[str, ...]:
 
 
 @stage("factorisation")
-def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
+def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
     "auto" takes the fastest exact solver that is installed, but "multigrid", which only approximates the inverse,
-    where a factor would take more than half of the machine's memory.
+    where a factor would take more than half of the machine's memory. The order of a factor `like` it, of a matrix with
+    the same pattern, is taken over, and that factor is lost.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
@@ -60,6 +61,8 @@ def factorize(P: sp.spmatrix, backend: str = "auto") -> Factor:
         raise ValueError(f"backend {backend!r} needs {_BACKENDS[backend][0]}, which is not installed")
     if not np.isfinite(P.data).all():
         raise FactorisationFailed("the matrix has entries that are not finite")
+    if like is not None and like.again and like.backend == backend and np.array_equal(like.P.indices, P.indices):
+        return like.again(P)
     build: Callable[[sp.csc_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
     return build(P)
 

@@ -24,6 +24,8 @@ class Factor:
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
     exact: bool = True  # False for a multigrid cycle, which is symmetric positive definite, too
     nnz: int | None = None  # entries stored, where that is known without cost
+    #: Factorises a matrix of the same pattern in less time. It may take the memory of this factor, which is lost then.
+    again: Callable[[sp.csc_matrix], Factor] | None = None
 
     @stage("solves")
     def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:

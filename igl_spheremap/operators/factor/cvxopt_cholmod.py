@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from cvxopt import cholmod, matrix, sparse, spmatrix
@@ -13,11 +16,14 @@ from .ordering import bandwidth_order
 
 def build(P: sp.csc_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
-    order = bandwidth_order(P.T)
+    return _factorised(P, bandwidth_order(P.T))
+
+
+def _factorised(P: sp.csc_matrix, order: np.ndarray, symbolic: Any = None) -> Factor:
     A = _lower_triangle(P, order)
     cholmod.options["supernodal"] = 2
     try:
-        symbolic = cholmod.symbolic(A)
+        symbolic = symbolic or cholmod.symbolic(A)
         cholmod.numeric(A, symbolic)
     except ArithmeticError as error:
         raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
@@ -27,7 +33,8 @@ def build(P: sp.csc_matrix) -> Factor:
         x = cholmod.spsolve(symbolic, sparse(matrix(np.asfortranarray(b.reshape(len(b), -1)))))
         return np.asarray(matrix(x)).reshape(b.shape)
 
-    return Factor("cvxopt", P.T, reordered(order, solve))
+    again = partial(_factorised, order=order, symbolic=symbolic)
+    return Factor("cvxopt", P.T, reordered(order, solve), again=again)
 
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
@@ -26,6 +28,10 @@ def build(P: sp.csc_matrix) -> Factor:
         order, rule = bandwidth_order(P.T), "MMD_AT_PLUS_A"
     else:
         order, rule = nested_dissection(P.T).order, "NATURAL"
+    return _factorised(P, order, rule)
+
+
+def _factorised(P: sp.csc_matrix, order: np.ndarray, rule: str) -> Factor:
     try:
         lu = splu(
             P[order][:, order],
@@ -37,7 +43,7 @@ def build(P: sp.csc_matrix) -> Factor:
         raise FactorisationFailed(f"SuperLU: {error}") from error
     solve = reordered(order, lu.solve)
     _probe(P, solve)
-    return Factor("scipy", P.T, solve, nnz=lu.nnz)
+    return Factor("scipy", P.T, solve, nnz=lu.nnz, again=partial(_factorised, order=order, rule=rule))
 
 
 def _probe(P: sp.csc_matrix, solve: Solver) -> None:
