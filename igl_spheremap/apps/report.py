@@ -41,7 +41,10 @@ img, svg { max-width: 100%; height: auto } figure { margin: 1rem 0 } figcaption 
 pre { background: #f3f5f7; padding: 0.7rem 1rem; white-space: pre-wrap }
 .scene { display: flex; flex-wrap: wrap; gap: 1rem } .scene figure { flex: 1 1 15rem; margin: 0 }
 canvas { width: 100%; aspect-ratio: 1; touch-action: none; cursor: grab }
-@media (max-width: 40rem) { body { margin: 0.5rem auto } th { white-space: normal } }
+@media (max-width: 40rem) {
+  body { margin: 0.5rem auto } table { font-size: 0.82rem }
+  th, td { white-space: normal; padding-right: 0.5rem }
+}
 .verdict { padding: 0.7rem 1rem; border-left: 6px solid; font-weight: 600 }
 .free { border-color: #009e73; background: #eef8f4 } .folded { border-color: #d63d00; background: #fdf1ec }
 """
@@ -50,6 +53,7 @@ _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
     "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
     "angle differences": "Mean size of the angle differences of each face.",
+    "area distortion": "Logarithm of image area over source area of each face: purple where the map shrinks.",
 }
 
 
@@ -97,7 +101,7 @@ def write_report(
 def _rounds(rounds: Sequence[Round]) -> str:
     if not rounds:
         return ""
-    header = ("round", "from", "folded faces", "iterations", "energy", "mean angle difference")
+    header = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
     rows = [
         (
             str(entry.round),

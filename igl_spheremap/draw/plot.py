@@ -53,7 +53,7 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     figure, ((energy, *middle, angles),) = new_figure(1, 2 if foldings is None else 3, title, (4, 3.2))
     gap = np.abs(np.array([step.energy for step in history]) - 4 * math.pi)
     energy.semilogy(np.maximum(gap, 1e-16), color=LINES[0], marker=_marker(gap))
-    energy.set(title="harmonic energy above 4 pi", xlabel="iterate")
+    energy.set(title="harmonic energy above 4π", xlabel="iterate")
     for ax in middle:
         counts = np.asarray(foldings)
         ax.plot(counts, color=FOLDED, marker=_marker(counts))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..mesh.check import check_rows, check_triangles
 from . import npz
 from .formats import format_of
+from .gifti import structure_of
 from .reading import reading
 from .records import LoadedMesh, Metadata
 from .replacing import replacing
@@ -83,7 +84,7 @@ def _read(path: Path, *names: str, triangulate: bool = False) -> LoadedMesh:
         kind = format_of(path)
         raw = npz.read(path, *names) if kind is npz.FORMAT else kind.read(path)
         v, f = check_rows(raw.v, name="vertices"), raw.faces.triangles(triangulate)
-        return LoadedMesh(v, f, raw.metadata, int(np.count_nonzero(raw.faces.sizes > 3)))
+        return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
 
 
 def write_mesh(
@@ -117,4 +118,4 @@ def write_mesh(
     x, faces = check_rows(v, name="vertices"), check_triangles(f)
     kind = format_of(path)
     with replacing(path, force) as partial:
-        kind.write(partial, x, faces, metadata or {})
+        kind.write(partial, x, faces, structure_of(path) | dict(metadata or {}))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import binascii
 import gzip
+import os
+import re
 import zlib
 from io import BytesIO
 from pathlib import Path
@@ -20,7 +22,18 @@ from .records import FloatArray, Format, IntArray, Metadata, RawMesh
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
+_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)")
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
+
+
+def structure_of(path: str | os.PathLike[str]) -> dict[str, str]:
+    """The hemisphere that a file's name has by FreeSurfer's custom or that of BIDS, as metadata.
+
+    >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
+    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})
+    """
+    found = _HEMISPHERE.search(Path(path).name)
+    return {"structure": f"Cortex{'Left' if found[1] in ('lh', 'hemi-L') else 'Right'}"} if found else {}
 
 
 def read(path: Path) -> RawMesh:

@@ -18,6 +18,7 @@ from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import read_sphere
 from .formats import format_of
+from .gifti import structure_of
 from .marks import mark_of
 from .reading import reading
 from .records import Metadata
@@ -127,7 +128,7 @@ def write_sphere(
 ) -> SphereCheck:
     """Write unit rows as `write_map` does, without a result."""
     kind = format_of(path)
-    known = {"geometric_type": "Spherical"} | dict(metadata or {})
+    known = {"geometric_type": "Spherical"} | structure_of(path) | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:

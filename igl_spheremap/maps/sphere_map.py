@@ -164,7 +164,7 @@ def result_rows(result: SphereMap) -> list[tuple[str, str]]:
             "their logarithms are {mean:.3g} on average, 99% below {p99:.3g}, at most {max:.3g}".format(
                 **log_figures(result.area_ratios())),
         ),
-        ("harmonic energy", f"{result.energy:.6f}, which is 4 pi {result.energy - 4 * math.pi:+.2e}"),
+        ("harmonic energy", f"{result.energy:.6f}, which is 4π {result.energy - 4 * math.pi:+.2e}"),
         ("method", f"{result.method}{f' ({options})' if options else ''}{backend}"),
         ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),
     ]

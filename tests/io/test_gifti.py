@@ -43,3 +43,18 @@ def test_arrays_of_many_dimensions_are_refused_before_they_are_counted(ball, tmp
     path.write_bytes(path.read_bytes().replace(b'Dimensionality="2"', b'Dimensionality="2000000000"'))
     with pytest.raises(MeshError, match="dimensions"):
         read_mesh(path)
+
+
+def test_gifti_names_the_hemisphere_of_the_file_s_name_where_the_source_names_none(ball, tmp_path):
+    v, f = ball
+    write_mesh(tmp_path / "rh.pial.ply", v, f)
+    for source, target, structure in (
+        ("rh.pial.ply", "sphere.surf.gii", "CortexRight"),  # by the source's name
+        ("plain.ply", "lh.sphere.surf.gii", "CortexLeft"),  # by its own
+        ("rh.pial.ply", "lh.sphere.surf.gii", "CortexRight"),  # the source knows better
+        ("plain.ply", "sphere.surf.gii", None),
+    ):
+        write_mesh(tmp_path / source, v, f, force=True)
+        write_mesh(tmp_path / target, v, f, force=True, metadata=read_mesh(tmp_path / source).metadata)
+        points = nibabel.load(tmp_path / target).get_arrays_from_intent("NIFTI_INTENT_POINTSET")[0]
+        assert dict(points.meta).get("AnatomicalStructurePrimary") == structure

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from ...descent.iterate import Iterate, Listener, Status
@@ -61,10 +63,14 @@ def add_may_fold(parser: ArgumentParser) -> None:
     parser.add_argument("--may-fold", action="store_true", help="also take steps that fold")
 
 
-def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
+def map_by(
+    args: Namespace,
+    solve: Callable[..., SphereMap],
+    more: Callable[[SphereMap], tuple[dict[str, Any], list[str]]] = lambda result: ({}, []),
+) -> Exit:
     """Map by a function of v, f, a listener, and the tolerance and max_iterations that were given.
 
-    Exit.OK means that the numbers in the file are certified.
+    `more` is what the figures and the summary report besides. Exit.OK means that the numbers in the file are certified.
     """
     if args.radius is not None and not 0 < args.radius < float("inf"):
         raise UsageError(f"--radius {args.radius:g} is not positive")
@@ -78,7 +84,8 @@ def map_by(args: Namespace, solve: Callable[..., SphereMap]) -> Exit:
         lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
     )
     write_reports(args, source, result, recording)
-    report(args, _figures(source, args, result, written), _summary(source, args, result, written))
+    figures, rows = more(result)
+    report(args, _figures(source, args, result, written) | figures, _summary(source, args, result, written) + rows)
     if interrupted is not None:
         return interrupted
     certified = result.certificate.folding_free and written.certificate.folding_free
@@ -100,11 +107,17 @@ def _map(
     with Interrupt() as interrupt:
         listeners = (recording, log if args.verbose else args.progress.listener(source.f), interrupt)
 
+        listening = 0.0
+
         def listen(iterate: Iterate) -> None:
+            nonlocal listening
+            began = time.perf_counter()
             for listener in filter(None, listeners):
                 listener(iterate)
+            listening += time.perf_counter() - began
 
         result = solve(source.v, source.f, listener=listen, **options)
+        result = replace(result, seconds=result.seconds - listening)
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 

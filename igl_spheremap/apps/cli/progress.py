@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 from typing import Any
@@ -13,24 +14,37 @@ from tqdm import tqdm
 from ...descent.iterate import Iterate, Listener
 from ...verify.certificate import orientation_signs
 
+_LOGGER = logging.getLogger("igl_spheremap")
 _PLAIN = "{desc} [{elapsed}]"
 _ITERATES = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
 
 
-class Progress:
-    """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream."""
+class Progress(logging.Handler):
+    """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream.
+
+    Stages are those of the command, and what the library logs.
+    """
 
     def __init__(self, quiet: bool = False) -> None:
+        super().__init__(logging.INFO)
         self._quiet = quiet
         self._bar: tqdm[Any] | None = None
         self._iterating = False
 
     def __enter__(self) -> Progress:
+        _LOGGER.addHandler(self)
+        _LOGGER.setLevel(logging.INFO)
         return self
 
     def __exit__(self, *_: object) -> None:
+        _LOGGER.removeHandler(self)
+        _LOGGER.setLevel(logging.NOTSET)
         self.close()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show what the library does as a stage."""
+        self.stage(record.getMessage())
 
     def stage(self, name: str, total: int | None = None, unit: str = "it") -> None:
         """Begin a stage; with a total it has a bar that `advance` moves."""

@@ -30,7 +30,7 @@ _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 
 def figure_3(runs: Runs) -> Any:
     """Surfaces, their harmonic maps, and u on the surfaces."""
-    figure, axes = new_figure(3, len(TABLE_1), "Fig. 3. Surfaces, harmonic maps by Algorithm 1, and u of e^2u on them")
+    figure, axes = new_figure(3, len(TABLE_1), "Fig. 3. Surfaces, maps by Algorithm 1, and u of $e^{2u}$ on them")
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         outcome = runs.get(surface, "Algorithm 1")
@@ -48,7 +48,7 @@ def figure_4(runs: Runs) -> Any:
         outcome = runs.get(surface, "Algorithm 1")
         energy.loglog(1 + np.arange(len(outcome.energies)), outcome.energies, color=LINES[0])
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
-        energy.set(xlabel="iteration + 1", ylabel="energy (dotted: 4 pi)")
+        energy.set(xlabel="iteration + 1", ylabel="energy (dotted: 4π)")
         energy.set_title(f"{row.surface}: {surface.source}", fontsize=8)
         _angles(angles, surface, outcome)
     return figure
@@ -89,7 +89,7 @@ def figure_9(runs: Runs) -> Any:
     dinosaurs = _dinosaurs(runs)
     outcomes = [runs.get(surface, "Algorithm 2") for surface in dinosaurs]
     rows = max(len(outcome.maps) for outcome in outcomes)
-    figure, axes = new_figure(rows, 4 * len(dinosaurs), "Fig. 9. Algorithm 2: folded faces, map, u, surface of Phi^u")
+    figure, axes = new_figure(rows, 4 * len(dinosaurs), "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$")
     for ax in axes.ravel():
         ax.axis("off")
     for k, (surface, outcome) in enumerate(zip(dinosaurs, outcomes, strict=True)):
@@ -157,4 +157,4 @@ def _u(surface: Surface, x: FloatArray) -> FloatArray:
 def _roundness(phi: FloatArray) -> str:
     """How far the surface of the eigenfunctions is from the sphere of Theorem 2."""
     radius = np.linalg.norm(phi, axis=1) / _PHI_RADIUS
-    return f"|Phi| / sqrt(3 / (4 pi)) from {radius.min():.3f} to {radius.max():.3f}"
+    return f"|Φ| / √(3/4π) from {radius.min():.3f} to {radius.max():.3f}"

@@ -1,5 +1,6 @@
 """The commands for p-harmonic maps and landmarks: what they write, and how they fail."""
 
+import json
 import os
 
 import numpy as np
@@ -25,7 +26,7 @@ def test_p_at_most_one_is_a_usage_error(tmp_path, capsys):
     assert "above 1" in capsys.readouterr().err
 
 
-def test_landmarks_come_from_a_file_with_weights_of_their_own(tmp_path):
+def test_landmarks_come_from_a_file_and_their_misses_are_reported(tmp_path, capsys):
     points, out = tmp_path / "points.txt", tmp_path / "out.obj"
     targets = V[[5, 100, 200]] @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [0.1, 0, 0.1]
     lines = [f"{vertex} {x} {y} {z}" for vertex, (x, y, z) in zip((5, 100, 200), targets, strict=True)]
@@ -34,9 +35,19 @@ def test_landmarks_come_from_a_file_with_weights_of_their_own(tmp_path):
     assert vertices.tolist() == [5, 100, 200]
     assert np.array_equal(read, targets)
     assert weights.tolist() == [7, 50, 50]
-    assert main(["landmarks", SOURCE, str(out), "--points", str(points), "--weight", "50", "--quiet"]) == 0
+    figures = tmp_path / "figures.json"
+    words = ["landmarks", SOURCE, str(out), "--points", str(points), "--weight", "50", "--json", str(figures)]
+    assert main(words) == 0
     expected = ism.landmark_map(V, F, vertices, targets, weights).sphere
     assert np.allclose(read_mesh(out).v, expected, atol=1e-12)
+    unit = targets / np.linalg.norm(targets, axis=1)[:, None]
+    misses = np.degrees(np.arccos((expected[vertices] * unit).sum(axis=1)))
+    found = json.loads(figures.read_text())["landmarks"]
+    assert [one["vertex"] for one in found] == [5, 100, 200]
+    assert [one["miss"] for one in found] == pytest.approx(misses, rel=1e-6)
+    shown = capsys.readouterr().out
+    assert all(f"misses its target by {miss:.3g} degrees" in shown for miss in misses)
+    assert f"{misses.mean():.3g} degrees on average" in shown
 
 
 @pytest.mark.parametrize(

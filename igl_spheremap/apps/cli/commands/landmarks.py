@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+<<<<<<< HEAD
+=======
+from pathlib import Path
+from typing import Any
+>>>>>>> 9ecfa20 (Show factorising and certifying as stages, landmarks' misses, hemispheres in GIFTI, areas in the report)
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +15,13 @@ from numpy.typing import NDArray
 from ....errors import FileError
 from ....io.reading import read_lines
 from ....maps.landmarks import landmark_map
+from ....sphere.rows import unit_rows
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_map_arguments, add_may_fold, map_by
+from ..output import row
+
+_SHOWN = 20  # landmarks that the summary lists
 
 
 def configure(parser: ArgumentParser) -> None:
@@ -40,7 +49,20 @@ def run(args: Namespace) -> Exit:
     return map_by(
         args,
         lambda v, f, **options: landmark_map(v, f, vertices, targets, weights, keep_injective=injective, **options),
+        lambda result: _misses(result.sphere[vertices], targets, vertices),
     )
+
+
+def _misses(
+    x: NDArray[np.float64], targets: NDArray[np.float64], vertices: NDArray[np.int64]
+) -> tuple[dict[str, Any], list[str]]:
+    """Degrees between landmarks (k, 3) and their targets, in the order of the file."""
+    misses = np.degrees(2 * np.arcsin(np.minimum(np.linalg.norm(x - unit_rows(targets), axis=1) / 2, 1)))
+    rows = [row(f"vertex {k}", f"misses its target by {miss:.3g} degrees")
+            for k, miss in zip(vertices[:_SHOWN], misses, strict=False)]
+    more = f", and {len(misses) - _SHOWN} more that --json lists" if len(misses) > _SHOWN else ""
+    rows.append(row("landmarks", f"miss by {misses.mean():.3g} degrees on average, at most {misses.max():.3g}{more}"))
+    return {"landmarks": [{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)]}, rows
 
 
 def read_points(path: str, weight: float) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
