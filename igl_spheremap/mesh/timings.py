@@ -1,12 +1,14 @@
-"""Where the time of a run goes: seconds by stage."""
+"""Where the time of a run goes: seconds by stage; each is logged when it begins."""
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+LOGGER = logging.getLogger(__name__)
 _SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
 
 
@@ -35,6 +37,7 @@ def timings() -> dict[str, float]:
 @contextmanager
 def stage(name: str) -> Iterator[None]:
     """Count the time inside under a name, but for that of stages within it."""
+    LOGGER.info(name)
     outer = _SECONDS.get()
     if outer is None:
         yield

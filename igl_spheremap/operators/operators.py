@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +41,6 @@ def build_operators(
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
-    logging.getLogger(__name__).info(f"factorising the Laplacian of {len(mesh.v):,} vertices")
     A = positive_areas(mesh)
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")

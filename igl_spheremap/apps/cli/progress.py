@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ...descent.iterate import Iterate, Listener
+from ...timings import LOGGER
 from ...verify.certificate import orientation_signs
 
-_LOGGER = logging.getLogger("igl_spheremap")
+#: Stages of the library that take long on large meshes, by what they do.
+_LONG = {"factorisation": "factorising", "repair": "repairing", "certificate": "certifying"}
 _PLAIN = "{desc} [{elapsed}]"
 _ITERATES = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
@@ -23,7 +25,7 @@ _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
 class Progress(logging.Handler):
     """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream.
 
-    Stages are those of the command, and what the library logs.
+    Stages are those of the command, and some that the library logs.
     """
 
     def __init__(self, quiet: bool = False) -> None:
@@ -33,18 +35,19 @@ class Progress(logging.Handler):
         self._iterating = False
 
     def __enter__(self) -> Progress:
-        _LOGGER.addHandler(self)
-        _LOGGER.setLevel(logging.INFO)
+        LOGGER.addHandler(self)
+        LOGGER.setLevel(logging.INFO)
         return self
 
     def __exit__(self, *_: object) -> None:
-        _LOGGER.removeHandler(self)
-        _LOGGER.setLevel(logging.NOTSET)
+        LOGGER.removeHandler(self)
+        LOGGER.setLevel(logging.NOTSET)
         self.close()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show what the library does as a stage."""
-        self.stage(record.getMessage())
+        """Show a stage of the library."""
+        if record.msg in _LONG:
+            self.stage(_LONG[record.msg])
 
     def stage(self, name: str, total: int | None = None, unit: str = "it") -> None:
         """Begin a stage; with a total it has a bar that `advance` moves."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +34,6 @@ def map_factorised(
     """Map a mesh whose Laplacian is factorised; the areas of its operators are what the gauge balances."""
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
-    logging.getLogger(__name__).info(f"certifying {len(mesh.f):,} faces")
     x = fix_gauge(mesh, minimum.last.x, operators.A)
     certificate = certify_checked(x, mesh.f)
     found = Candidate(x, minimum.last.energy, minimum.status, certificate=certificate,
