@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +10,7 @@ from typing import Any
 from ...descent.iterate import Iterate, Listener, Status
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
+from ...mesh.timings import stage
 from ...verify.figures import angle_figures, log_figures
 from .exits import Exit
 from .failures import UsageError
@@ -20,6 +20,8 @@ from .progress import measures
 from .reporting import add_reporting, check_reporting, recorder, write_reports
 from .source import Source, add_source, load_source
 from .streams import add_target, check_outputs, target_format, write_target
+
+_LISTENING = "listening"
 
 
 def add_map_arguments(parser: ArgumentParser) -> None:
@@ -107,17 +109,14 @@ def _map(
     with Interrupt() as interrupt:
         listeners = (recording, log if args.verbose else args.progress.listener(source.f), interrupt)
 
-        listening = 0.0
-
+        @stage(_LISTENING)
         def listen(iterate: Iterate) -> None:
-            nonlocal listening
-            began = time.perf_counter()
             for listener in filter(None, listeners):
                 listener(iterate)
-            listening += time.perf_counter() - began
 
         result = solve(source.v, source.f, listener=listen, **options)
-        result = replace(result, seconds=result.seconds - listening)
+        timings = dict(result.timings)  # without the time of the progress line and the recording
+        result = replace(result, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ...descent.iterate import Iterate, Listener
-from ...timings import LOGGER
+from ...mesh.timings import LOGGER
 from ...verify.certificate import orientation_signs
 
 #: Stages of the library that take long on large meshes, by what they do.

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-<<<<<<< HEAD
-=======
-from pathlib import Path
 from typing import Any
->>>>>>> 9ecfa20 (Show factorising and certifying as stages, landmarks' misses, hemispheres in GIFTI, areas in the report)
 
 import numpy as np
 from numpy.typing import NDArray
