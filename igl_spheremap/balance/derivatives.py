@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from .energy import Energy, cross
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 #: Faces at a time: what they need stays in the processor's cache, which halves the time of a large mesh.
-_CHUNK = 8192
+_CHUNK = 16384
 #: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''.
 _FLOOR = 1e-3
 #: Corner pairs of a face whose blocks are kept; the others are their transposes.
@@ -47,8 +48,8 @@ def derivatives(energy: Energy, x: FloatArray, axes: FloatArray, convex: bool = 
     for first in range(0, m, _CHUNK):
         chunk = slice(first, first + _CHUNK)
         corners = f[chunk].T
-        gradient[:, :, chunk], blocks[..., chunk] = _of_faces(energy, chunk, columns[:, corners],
-                                                              axes[:, :, corners], convex)
+        gradient[:, :, chunk], blocks[..., chunk] = _of_faces(energy, chunk, columns.take(corners, axis=1),
+                                                              axes.take(corners, axis=2), convex)
     corners = f.T.ravel()
     return Derivatives(np.stack([np.bincount(corners, part.ravel(), energy.source.n) for part in gradient]), blocks)
 
@@ -57,10 +58,10 @@ def _of_faces(energy: Energy, chunk: slice, p: FloatArray, axes: FloatArray,
               convex: bool) -> tuple[FloatArray, FloatArray]:
     """Gradients (axis, corner, face) and blocks of some faces with corners `p` (coordinate, corner, face)."""
     area = energy.source.area[chunk]
-    s1, s2, modes = _stretches(energy.source.gradients[:, :, chunk], area, p, axes)
+    s1, s2, modes = _stretches(energy.source.hats[:, chunk], area, p, axes)
     w = energy.weight
-    q1, q2 = ((1 - w) * slope for slope in energy.slopes(np.log(s1 / s2)))
-    p1, p2 = (w * slope for slope in energy.slopes(np.log(s1) + np.log(s2) - energy.target[chunk]))
+    q1, q2 = ((1 - w) * slope for slope in energy.slopes(s1 / s2))
+    p1, p2 = (w * slope for slope in energy.slopes(s1 * s2 * area / energy.aim[chunk]))
     r1, r2 = p1 + q1, p1 - q1  # balance (5)
     gradient = area * (r1 * modes[0] + r2 * modes[1])
     # Second derivatives along the moves that stretch, twist and shear a face.
@@ -75,17 +76,15 @@ def _of_faces(energy: Energy, chunk: slice, p: FloatArray, axes: FloatArray,
         least = _FLOOR * (p2 + q2)
         h11, h22, h12 = _raised(h11, h22, h12, least)
         twist, shear = np.maximum(twist, least), np.maximum(shear, least)
-    weighted = area * np.stack((h11 * modes[0] + h12 * modes[1], h12 * modes[0] + h22 * modes[1],
-                                twist * modes[2], shear * modes[3]))
+    weighted = area * np.stack((h11, h22, twist, shear))[:, None, None] * modes
+    weighted[:2] += area * h12 * modes[1::-1]
     blocks = np.empty((6, 2, 2, len(area)))
     for k, (i, j) in enumerate(PAIRS):
-        for a in range(2):
-            for b in range(2):
-                blocks[k, a, b] = (weighted[:, a, i] * modes[:, b, j]).sum(axis=0)
+        np.einsum("kam,kbm->abm", weighted[:, :, i], modes[:, :, j], out=blocks[k])
     return gradient, blocks
 
 
-def _stretches(hats: FloatArray, area: FloatArray, p: FloatArray,
+def _stretches(hats: ComplexArray, area: FloatArray, p: FloatArray,
                axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Singular values of each face's map, and its modes (stretch 1, stretch 2, twist, shear) by axis and corner.
 
@@ -93,30 +92,36 @@ def _stretches(hats: FloatArray, area: FloatArray, p: FloatArray,
     """
     side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]
     outward = p.sum(axis=1)
-    length = np.sqrt((outward * outward).sum(axis=0))
+    length = np.sqrt(np.einsum("cm,cm->m", outward, outward))
     outward /= length
-    u = side[:, 2] - (side[:, 2] * outward).sum(axis=0) * outward
-    u /= np.sqrt((u * u).sum(axis=0))
-    frame = np.stack((u, cross(outward, u)))
-    first = (frame * side[:, 2]).sum(axis=1)  # corner 1 as seen from corner 0
-    second = -(frame * side[:, 1]).sum(axis=1)  # corner 2
-    J = first[:, None] * hats[1] + second[:, None] * hats[2]
+    height = np.einsum("cim,cm->im", side, outward)
+    u = side[:, 2] - height[2] * outward
+    u /= np.sqrt(np.einsum("cm,cm->m", u, u))
+    w = cross(outward, u)
+
+    def seen(vectors: FloatArray) -> ComplexArray:
+        """Coordinates in the plane of projection."""
+        return np.asarray(np.einsum("...cim,cm->...im", vectors, u) + 1j * np.einsum("...cim,cm->...im", vectors, w))
+
+    _, second, first = seen(side) * np.array([[1], [-1], [1]])  # corners 2 and 1 from corner 0
+    # The map of the face is z -> (alpha z + beta conj(z)) / 2.
+    alpha = first * hats[1].conj() + second * hats[2].conj()
+    beta = first * hats[1] + second * hats[2]
+    sizes = np.abs(alpha), np.abs(beta)
+    s1 = (sizes[0] + sizes[1]) / 2
+    s2 = (first.conj() * second).imag / (2 * area * s1)
+    # It is left diag(s1, s2) right, with the squares of the two rotations known: one of the two roots will do.
+    alpha /= sizes[0]
+    beta = np.where(sizes[1] > 0, beta / np.where(sizes[1] > 0, sizes[1], 1.0), 1.0)
+    square = alpha * beta.conj()
+    right = np.where(square.real >= 0, 1 + square, 1j * (1 - square))
+    right /= np.abs(right)
     # The plane of projection turns with the corners, by their sum's share across it.
-    hats = hats - ((side[:, 2] * outward).sum(axis=0) * hats[1] - (side[:, 1] * outward).sum(axis=0) * hats[2]) / length
-    # Rotations U and V with U^T J V = diag(s1, s2), as of a complex linear map z -> alpha z + beta conj(z).
-    alpha = J[0, 0] + J[1, 1], J[1, 0] - J[0, 1]
-    beta = J[0, 0] - J[1, 1], J[1, 0] + J[0, 1]
-    s1 = (np.hypot(*alpha) + np.hypot(*beta)) / 2
-    s2 = (first[0] * second[1] - first[1] * second[0]) / (2 * area * s1)
-    turn_alpha, turn_beta = np.arctan2(alpha[1], alpha[0]), np.arctan2(beta[1], beta[0])
-    left, right = (turn_alpha + turn_beta) / 2, (turn_alpha - turn_beta) / 2
-    cos_l, sin_l, cos_r, sin_r = np.cos(left), np.sin(left), np.cos(right), np.sin(right)
-    moved = np.stack([(axes * direction[None, :, None]).sum(axis=1) for direction in frame])  # axis, corner, face
-    moved = np.stack((cos_l * moved[0] + sin_l * moved[1], cos_l * moved[1] - sin_l * moved[0]))
-    hats = np.stack((cos_r * hats[:, 0] - sin_r * hats[:, 1], sin_r * hats[:, 0] + cos_r * hats[:, 1]))
+    hats = right * (hats - (height[2] * hats[1] - height[1] * hats[2]) / length)
+    moved = right * alpha.conj() * seen(axes)  # axis, corner, face
     mean = np.sqrt(s1 * s2)
-    across, back = moved[0] * hats[1] / mean, moved[1] * hats[0] / mean
-    modes = np.stack((moved[0] * hats[0] / s1, moved[1] * hats[1] / s2,
+    across, back = moved.real * (hats.imag / mean), moved.imag * (hats.real / mean)
+    modes = np.stack((moved.real * (hats.real / s1), moved.imag * (hats.imag / s2),
                       (across - back) * np.sqrt(0.5), (across + back) * np.sqrt(0.5)))
     return s1, s2, modes
 

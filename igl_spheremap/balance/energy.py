@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,17 +35,20 @@ class Energy:
     power: int
     target: FloatArray
 
+    @cached_property
+    def aim(self) -> FloatArray:
+        """Area that each face is to have."""
+        return np.asarray(self.source.area * np.exp(self.target))
+
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
         """Energies of the given faces; infinite where one is folded."""
-        source = self.source
-        area, target = source.area[faces], self.target[faces]
-        image, dirichlet = project(source, x, faces)
+        image, dirichlet = project(self.source, x, faces)
         free = image > 0
         image = np.where(free, image, 1.0)
-        q = np.arccosh(np.maximum(dirichlet / image, 1.0))  # balance (2)
-        p = np.log(image / area)
-        with np.errstate(over="ignore"):  # a bad trial step
-            value = area * ((1 - self.weight) * self.phi(q) + self.weight * self.phi(p - target))  # balance (3)
+        cosh = np.maximum(dirichlet / image, 1.0)  # balance (2)
+        with np.errstate(over="ignore", invalid="ignore"):  # a bad trial step
+            angles, areas = self.phi(cosh + np.sqrt(cosh * cosh - 1)), self.phi(image / self.aim[faces])
+            value = self.source.area[faces] * ((1 - self.weight) * angles + self.weight * areas)  # balance (3)
         return np.where(free, value, np.inf)
 
     def area_error(self, x: FloatArray) -> float:
@@ -52,27 +56,27 @@ class Energy:
         area = self.source.area
         return float((area * np.abs(log_areas(self.source, x) - self.target)).sum() / area.sum())
 
-    def phi(self, u: FloatArray) -> FloatArray:
-        """u^2, or 2 (cosh u - 1), docs/balance.md (4)."""
-        return u * u if self.power == 0 else (2 * np.sinh(u / 2)) ** 2  # balance (4)
+    def phi(self, ratio: FloatArray) -> FloatArray:
+        """u^2, or 2 (cosh u - 1), of the logarithm u of a ratio, docs/balance.md (4)."""
+        return np.asarray(np.log(ratio) ** 2 if self.power == 0 else (ratio - 1) ** 2 / ratio)  # balance (4)
 
-    def slopes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """First and second derivative of phi."""
+    def slopes(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """First and second derivative of phi by u."""
         if self.power == 0:
-            return 2 * u, np.full_like(u, 2.0)
-        return 2 * np.sinh(u), 2 * np.cosh(u)
+            return 2 * np.log(ratio), np.full_like(ratio, 2.0)
+        return ratio - 1 / ratio, ratio + 1 / ratio
 
 
 def project(source: Source, x: FloatArray, faces: IntArray | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
     """Signed areas and Dirichlet energies of image faces in planes across their centroids, docs/balance.md (1)."""
-    p = x.T[:, source.f[faces].T]  # coordinate, corner, face
+    p = np.ascontiguousarray(x.T).take(source.f[faces].T, axis=1)  # coordinate, corner, face
     side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
     outward = p.sum(axis=1)
-    length = np.sqrt((outward * outward).sum(axis=0))
+    length = np.sqrt(np.einsum("cm,cm->m", outward, outward))
     outward /= np.where(length > 0, length, 1.0)
-    square = (side * side).sum(axis=0) - (side * outward[:, None]).sum(axis=0) ** 2
-    image = 0.5 * (cross(side[:, 2], -side[:, 1]) * outward).sum(axis=0)
-    return image, 0.25 * (source.cot[:, faces] * square).sum(axis=0)
+    square = np.einsum("cim,cim->im", side, side) - np.einsum("cim,cm->im", side, outward) ** 2
+    image = 0.5 * np.einsum("cm,cm->m", cross(side[:, 2], -side[:, 1]), outward)
+    return image, 0.25 * np.einsum("im,im->m", source.cot[:, faces], square)
 
 
 def log_areas(source: Source, x: FloatArray) -> FloatArray:

@@ -40,12 +40,14 @@ class NewtonSystem:
         blocks, self._block = np.unique(np.minimum(first, second) * n + np.maximum(first, second), return_inverse=True)
         self._transposed = (first < second)[:, None, None]
         self._blocks, row, column = len(blocks), blocks % n, blocks // n
-        entries = [(2 * row[kept] + a, 2 * column[kept] + b, (2 * a + b) * self._blocks + np.flatnonzero(kept))
-                   for a in range(2) for b in range(2) for kept in [(row > column) | (a >= b)]]
-        rows, columns, source = (np.concatenate(part) for part in zip(*entries, strict=True))
-        sort = np.lexsort((rows, columns))
-        rows, columns, self._source = rows[sort], columns[sort], source[sort]
-        self._diagonal = np.flatnonzero(rows == columns)
+        # Entries (b, block, a) of the lower triangle are sorted by row within every column.
+        a, b = np.arange(2), np.arange(2)[:, None, None]
+        i, j, entry = np.broadcast_arrays(2 * row[:, None] + a, 2 * column[:, None] + b,
+                                          (2 * a + b) * self._blocks + np.arange(self._blocks)[:, None])
+        kept = i >= j
+        A = sp.csc_matrix((entry[kept], (i[kept], j[kept])), shape=(2 * n, 2 * n))
+        self._source, rows, columns = A.data, A.indices.astype(np.int64), np.repeat(np.arange(2 * n), np.diff(A.indptr))
+        self._diagonal = A.indptr[:-1]
         self._solve = (_cholmod if cholmod else _superlu)(rows, columns, 2 * n)
 
     def step(self, d: Derivatives) -> FloatArray:

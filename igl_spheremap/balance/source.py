@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..operators.laplacian import mollified_edge_lengths
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 
 
@@ -27,7 +28,7 @@ class Source:
         Areas of the faces, none zero.
     cot : (3, m) float64 array
         Cotangents of the corner angles.
-    gradients : (3, 2, m) float64 array
+    hats : (3, m) complex128 array
         Gradient of each corner's hat function in the plane of the face.
     """
 
@@ -35,7 +36,7 @@ class Source:
     n: int
     area: FloatArray
     cot: FloatArray
-    gradients: FloatArray
+    hats: ComplexArray
 
 
 def lay_flat(v: FloatArray, f: IntArray) -> Source:
@@ -47,9 +48,8 @@ def lay_flat(v: FloatArray, f: IntArray) -> Source:
     area = area * scale**2
     cot = np.stack((b * b + c * c - a * a, c * c + a * a - b * b, a * a + b * b - c * c)) / (4 * area)
     # Corner 0 lies at the origin, corner 1 at (c, 0), corner 2 at (c, 2 area) cut by the cotangent of corner 0.
-    height = 2 * area / c
-    second = np.stack((np.zeros_like(c), 1 / height))
-    first = np.stack((1 / c, -cot[0] / c))
+    second = 1j * c / (2 * area)
+    first = (1 - 1j * cot[0]) / c
     return Source(f, len(v), area, cot, np.stack((-(first + second), first, second)))
 
 

@@ -42,8 +42,8 @@ def cap(size):
     a, b, c = plane[f].transpose(1, 0, 2)
     u, w = b - a, c - a
     det = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
-    first = np.stack((w[:, 1], -w[:, 0])) / det
-    second = np.stack((-u[:, 1], u[:, 0])) / det
+    first = (w[:, 1] - 1j * w[:, 0]) / det
+    second = (-u[:, 1] + 1j * u[:, 0]) / det
     cot = np.stack([((q - p) * (r - p)).sum(axis=1) / det for p, q, r in ((a, b, c), (b, c, a), (c, a, b))])
     source = Source(f, 7, det / 2, cot, np.stack((-(first + second), first, second)))
     x = unit_rows(np.column_stack((size * (plane @ [[1.3, 0.2], [-0.4, 0.8]]), np.ones(7))))
