@@ -16,6 +16,8 @@ ComplexArray = NDArray[np.complex128]
 _CHUNK = 16384
 #: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''.
 _FLOOR = 1e-3
+#: And those of a twist to this one: turning costs next to nothing, but along straight lines it strains by its square.
+_TWIST_FLOOR = 0.05
 #: Corner pairs of a face whose blocks are kept; the others are their transposes.
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -73,9 +75,9 @@ def _of_faces(energy: Energy, chunk: slice, p: FloatArray, axes: FloatArray,
     twist = p1 - q1 * half  # balance (7)
     shear = np.where(round_face, 2 * q2, q1 / np.where(round_face, 1.0, half)) - p1  # balance (8)
     if convex:
-        least = _FLOOR * (p2 + q2)
-        h11, h22, h12 = _raised(h11, h22, h12, least)
-        twist, shear = np.maximum(twist, least), np.maximum(shear, least)
+        h11, h22, h12 = _raised(h11, h22, h12, _FLOOR * (p2 + q2))
+        twist = np.maximum(twist, _TWIST_FLOOR * (p2 + q2))
+        shear = np.maximum(shear, _FLOOR * (p2 + q2))
     weighted = area * np.stack((h11, h22, twist, shear))[:, None, None] * modes
     weighted[:2] += area * h12 * modes[1::-1]
     blocks = np.empty((6, 2, 2, len(area)))

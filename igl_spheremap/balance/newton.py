@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..descent.iterate import Iterate
 from ..errors import FactorisationFailed
 from ..sphere.charts import tangent_axes
+from ..sphere.rows import row_crosses, weighted_moment
 from .derivatives import derivatives
 from .energy import Energy
 from .newton_system import NewtonSystem
@@ -44,7 +45,7 @@ def newton(energy: Energy, system: NewtonSystem, x: FloatArray, stage: str) -> I
         except FactorisationFailed:
             return
         decrease = -_DECREASE * float((slope.gradient * step).sum())
-        move = np.einsum("an,ain->ni", step, axes)
+        move = _without_rotation(x, np.einsum("an,ain->ni", step, axes))
         length = min(1.0, 2 * length)
         while (trial := certified_step(energy, x, length * move, by_face)) is None \
                 or not trial[1].sum() < value - length * decrease:
@@ -57,3 +58,10 @@ def newton(energy: Energy, system: NewtonSystem, x: FloatArray, stage: str) -> I
         ratio = min(gains[-1] / gains[-2], _LARGEST_RATIO)
         residual = gains[-1] * ratio / (1 - ratio) if length == 1 else max(gains[-_PATIENCE:])
         yield Iterate(stage, 0, len(gains) - _PATIENCE, x, value, residual, length)
+
+
+def _without_rotation(x: FloatArray, move: FloatArray) -> FloatArray:
+    """The move less the rotation nearest to it, which changes no energy but strains along straight lines."""
+    inertia = len(x) * np.eye(3) - weighted_moment(np.ones(len(x)), x, x)
+    turn = np.linalg.solve(inertia, row_crosses(x, move).sum(axis=0))
+    return np.asarray(move - row_crosses(np.broadcast_to(turn, x.shape), x))

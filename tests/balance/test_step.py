@@ -50,6 +50,14 @@ def test_every_iterate_towards_random_areas_is_a_bijection_of_less_energy():
     assert (np.diff([i.energy for i in iterates]) < 0).all()
 
 
+def test_no_step_turns_the_sphere():
+    energy, x = sphere_energy(spread=0.5)
+    steps = newton(energy, NewtonSystem(energy.source.f, len(x)), x, "balance")
+    moved = [next(steps) for _ in range(2)][-1].x
+    assert np.abs(moved - x).max() > 0.01
+    assert np.abs(np.cross(x, moved - x).sum(axis=0)).max() < 0.01 * np.abs(np.cross(x, moved - x)).sum()
+
+
 def test_backends_agree():
     energy, x = sphere_energy(spread=0.5)
     ends = []
