@@ -1,10 +1,8 @@
 """Conformal maps of genus-0 triangle meshes to the unit sphere, proved free of foldings."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
 from ._version import __version__ as __version__
 
+TYPE_CHECKING = False  # as type checkers know it; `typing` would take most of the time until Ctrl-C is caught
 if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from . import samples
     from .apps.viewer.result_view import screenshot, show
@@ -200,8 +198,10 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a public name from its room at first use."""
+    from importlib import import_module
+
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = import_module(f"{__name__}.{_HOME[name]}")

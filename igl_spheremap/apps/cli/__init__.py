@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import Any
+
+TYPE_CHECKING = False  # `typing` would take most of the time until Ctrl-C is caught
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
 
 __all__ = ["main"]
 
@@ -21,8 +23,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # An exception in the middle of an import would come out of libigl's as another one, or abort the process.
     before: Any = signal.getsignal(signal.SIGINT)
     if before is signal.default_int_handler:
-        with suppress(ValueError):  # not the main thread
+        try:  # noqa: SIM105 - an import more
             signal.signal(signal.SIGINT, _exit)
+        except ValueError:  # not the main thread
+            pass
     from .program import run
 
     return run(list(sys.argv[1:] if arguments is None else arguments), lambda: _restore(before))

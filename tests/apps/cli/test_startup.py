@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -30,6 +31,14 @@ MODULES = ["argparse", "numpy", "igl.pyigl_core", "tqdm", "igl_spheremap.apps.cl
 def test_ctrl_c_during_imports_is_one_line(module):
     done = subprocess.run([sys.executable, "-c", INTERRUPTED, module], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "igl-spheremap: interrupted\n")
+
+
+def test_next_to_nothing_is_imported_before_main():
+    """Until it runs, Ctrl-C shows a traceback: Python's own start is all that is to be before it."""
+    code = f"import sys; sys.path.insert(0, {str(Path(ism.__file__).parents[1])!r}); import igl_spheremap.apps.cli"
+    words = [sys.executable, "-S", "-E", "-c", f"{code}; print(*sys.modules)"]
+    loaded = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
+    assert not {"typing", "contextlib", "argparse", "re", "importlib.util"} & set(loaded)
 
 
 def test_the_handler_of_the_caller_comes_back():
