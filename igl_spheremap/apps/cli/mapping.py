@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -12,8 +12,8 @@ from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.timings import stage
 from ...verify.figures import angle_figures, log_figures
+from ..numbers import COUNT, FROM_ZERO, POSITIVE, number
 from .exits import Exit
-from .failures import UsageError
 from .interrupt import Interrupt
 from .output import add_output, angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
 from .progress import measures
@@ -22,22 +22,23 @@ from .source import Source, add_source, load_source
 from .streams import add_target, check_outputs, target_format, write_target
 
 _LISTENING = "listening"
+_BALANCE = number("from 0 to 1", lambda t: 0 <= t <= 1)
 
 
 def add_map_arguments(parser: ArgumentParser) -> None:
     """Add what all commands take that map a mesh and write the map."""
     add_source(parser)
     add_target(parser, "the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout")
-    parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
+    parser.add_argument("--tolerance", type=FROM_ZERO, metavar="T", help="of the stopping rule; default: the method's")
     parser.add_argument(
         "--max-iterations",
-        type=int,
+        type=COUNT,
         metavar="N",
         help="of each minimisation, so of each round of Algorithm 2; default: the method's",
     )
     parser.add_argument(
         "--radius",
-        type=float,
+        type=POSITIVE,
         metavar="R",
         help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
     )
@@ -49,15 +50,8 @@ def add_map_arguments(parser: ArgumentParser) -> None:
 
 def add_balance(parser: ArgumentParser) -> None:
     """Add the choice between angles and areas."""
-    parser.add_argument("--balance", type=_balance, default=0.0, metavar="T",
+    parser.add_argument("--balance", type=_BALANCE, default=0.0, metavar="T",
                         help="between 0, conformal (the default), and 1, area-preserving")
-
-
-def _balance(text: str) -> float:
-    """A number from 0 to 1."""
-    if not 0 <= float(text) <= 1:
-        raise ArgumentTypeError(f"{text} is not between 0 and 1")
-    return float(text)
 
 
 def add_may_fold(parser: ArgumentParser) -> None:
@@ -74,8 +68,6 @@ def map_by(
 
     `more` is what the figures and the summary report besides. Exit.OK means that the numbers in the file are certified.
     """
-    if args.radius is not None and not 0 < args.radius < float("inf"):
-        raise UsageError(f"--radius {args.radius:g} is not positive")
     check_outputs(args, surface=True)
     check_reporting(args)
     source = load_source(args)

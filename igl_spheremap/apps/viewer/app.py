@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import DisplayError
+from ..numbers import POSITIVE_COUNT, number
 from . import window
 from .stage import Stage
 from .video import check_video, open_video
@@ -17,6 +18,8 @@ from .video import check_video, open_video
 LENGTH = 120
 #: Pictures of a video in a second; a stop is shown for a whole second.
 RATE = 20
+#: Pixels that the panels need, and those that OpenGL draws everywhere.
+_SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
 
 
 class App:
@@ -67,14 +70,14 @@ def add_picture_arguments(parser: ArgumentParser, size: tuple[int, int] = window
     )
     parser.add_argument(
         "--length",
-        type=int,
+        type=POSITIVE_COUNT,
         default=LENGTH,
         metavar="N",
         help=f"of --video: N different pictures at the most, evenly chosen, and all stops (default {LENGTH})",
     )
     parser.add_argument(
         "--size",
-        type=int,
+        type=_SIDE,
         nargs=2,
         default=size,
         metavar=("W", "H"),
@@ -89,8 +92,6 @@ def open_for(args: Namespace, title: str) -> None:
         window.check_picture(args.screenshot)
     if args.video:
         check_video(Path(args.video))
-    if min(args.size) < 200:
-        raise DisplayError("a picture needs 200 pixels each way")
     try:
         window.open_window(title, tuple(args.size), offscreen)
     except DisplayError as error:

@@ -189,4 +189,4 @@ def test_balance_reaches_the_map_and_its_figures(tmp_path):
 
 def test_a_balance_outside_is_refused(tmp_path, capsys):
     assert main(["map", SAMPLE, str(tmp_path / "map.npz"), "--balance", "1.5"]) != 0
-    assert "between 0 and 1" in one_line(capsys)
+    assert "give a number from 0 to 1" in one_line(capsys)

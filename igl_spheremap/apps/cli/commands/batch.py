@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser, ArgumentTypeError, BooleanOptionalAction, Namespace
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from collections.abc import Sequence
 
 from ....io import check_writable
@@ -12,6 +12,7 @@ from ....populations.executors import connect
 from ....populations.map_many import map_many
 from ....populations.table import Row, check_table, write_table
 from ....populations.targets import targets_of
+from ...numbers import COUNT, POSITIVE, POSITIVE_COUNT
 from ..exits import Exit
 from ..failures import UsageError
 from ..inputs import expand, subjects
@@ -47,7 +48,7 @@ def configure(parser: ArgumentParser) -> None:
 
 def _add_running(parser: ArgumentParser) -> None:
     """Add how the jobs are run."""
-    parser.add_argument("--jobs", type=_positive, metavar="N", help="processes; default: one for each processor")
+    parser.add_argument("--jobs", type=POSITIVE_COUNT, metavar="N", help="processes; default: one for each processor")
     parser.add_argument("--scheduler", metavar="ADDRESS",
                         help="run on the workers of a Dask scheduler: tcp://HOST:8786, or its scheduler file")
     parser.add_argument("--manifest", metavar="FILE",
@@ -55,24 +56,10 @@ def _add_running(parser: ArgumentParser) -> None:
     parser.add_argument("--resume", action=BooleanOptionalAction, default=True,
                         help="keep what the manifest holds of the same file, options and version; default: on")
     parser.add_argument("--retry-failed", action="store_true", help="run again what failed")
-    parser.add_argument("--timeout", type=_positive_number, metavar="SECONDS", help="end a job after so long")
-    parser.add_argument("--memory", type=_positive_number, metavar="MB", help="end a job that takes more")
-    parser.add_argument("--retries", type=int, default=1, metavar="N",
+    parser.add_argument("--timeout", type=POSITIVE, metavar="SECONDS", help="end a job after so long")
+    parser.add_argument("--memory", type=POSITIVE, metavar="MB", help="end a job that takes more")
+    parser.add_argument("--retries", type=COUNT, default=1, metavar="N",
                         help="run a job again whose process died; default: once")
-
-
-def _positive(text: str) -> int:
-    """A whole number from 1."""
-    if int(text) < 1:
-        raise ArgumentTypeError(f"{text} is not positive")
-    return int(text)
-
-
-def _positive_number(text: str) -> float:
-    """A number above 0."""
-    if not float(text) > 0:
-        raise ArgumentTypeError(f"{text} is not positive")
-    return float(text)
 
 
 def run(args: Namespace) -> Exit:

@@ -15,6 +15,7 @@ from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
 from ....shapes.grid import to_grid
+from ...numbers import POSITIVE_COUNT
 from ..exits import Exit
 from ..failures import UsageError
 from ..output import add_output, report, row
@@ -30,8 +31,8 @@ def configure(parser: ArgumentParser) -> None:
     add_data(parser)
     parser.add_argument("--kind", choices=("equirectangular", "gauss"), default="equirectangular",
                         help="cell centres of a picture (default), or Gauss-Legendre latitudes")  # fmt: skip
-    parser.add_argument("--rows", type=int, default=180, metavar="N", help="latitudes; twice as many longitudes "
-                        "(default: 180)")  # fmt: skip
+    parser.add_argument("--rows", type=POSITIVE_COUNT, default=180, metavar="N",
+                        help="latitudes; twice as many longitudes (default: 180)")  # fmt: skip
     add_output(parser)
 
 
@@ -40,8 +41,6 @@ def run(args: Namespace) -> Exit:
     target: str = args.target
     if not target.lower().endswith((".png", ".npz")):
         raise UsageError(f"OUT is a .png or .npz file, not {target}")
-    if args.rows < 1:
-        raise UsageError(f"--rows {args.rows} is out of range: give a whole number from 1")
     check_outputs(args)
     if target.lower().endswith(".png"):
         import_optional("PIL.Image", "a picture", "io")

@@ -10,6 +10,7 @@ from ....io import read_coefficients, write_coefficients, write_mesh
 from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
 from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
+from ...numbers import COUNT
 from ..exits import Exit
 from ..failures import UsageError
 from ..output import add_output, report, row
@@ -22,7 +23,7 @@ def configure(parser: ArgumentParser) -> None:
     """Add the arguments."""
     add_pair(parser, "SURFACE")
     add_target(parser, "coefficients: .coef as SPHARM-PDM writes them, or .npz")
-    parser.add_argument("--degree", type=int, default=15, metavar="L", help="the largest degree (default: 15)")
+    parser.add_argument("--degree", type=COUNT, default=15, metavar="L", help="the largest degree (default: 15)")
     add_data(parser)
     parser.add_argument("--align", action="store_true", help="put it into the frame of its first-order ellipsoid")
     parser.add_argument("--template", metavar="FILE", help="with --align: an aligned shape that decides the directions")
@@ -36,8 +37,6 @@ def run(args: Namespace) -> Exit:
     """Expand, align if asked, write, and report."""
     if args.template and not args.align:
         raise UsageError("--template goes with --align")
-    if args.degree < 0:
-        raise UsageError(f"--degree {args.degree} is out of range: give a whole number from 0")
     check_outputs(args)
     source, name, x = load_pair(args)
     values = None if args.data is None else read_data(args.data, len(source.v), source.name)

@@ -12,8 +12,8 @@ from ....errors import FileError
 from ....io.reading import read_lines
 from ....maps.landmarks import landmark_map
 from ....sphere.rows import unit_rows
+from ...numbers import FROM_ZERO
 from ..exits import Exit
-from ..failures import UsageError
 from ..mapping import add_map_arguments, add_may_fold, map_by
 from ..output import row
 
@@ -31,15 +31,13 @@ def configure(parser: ArgumentParser) -> None:
         "is not --weight",
     )
     parser.add_argument(
-        "--weight", type=float, metavar="W", default=100.0, help="of squared distances to targets (default: 100)"
+        "--weight", type=FROM_ZERO, metavar="W", default=100.0, help="of squared distances to targets (default: 100)"
     )
     add_may_fold(parser)
 
 
 def run(args: Namespace) -> Exit:
     """Map with landmarks."""
-    if not 0 <= args.weight < float("inf"):
-        raise UsageError(f"--weight {args.weight:g} is out of range: give a number from 0")
     vertices, targets, weights = read_points(args.points, args.weight)
     injective = not args.may_fold
     return map_by(

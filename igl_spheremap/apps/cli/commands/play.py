@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....maps.options import METHODS
+from ...numbers import COUNT, FROM_ZERO
 from ...viewer import UPS, add_picture_arguments, guess_up, open_for, run_app
 from ...viewer.player import SIZE, Player
 from ...viewer.player_window import PlayerWindow, parameters
@@ -33,9 +34,9 @@ def configure(parser: ArgumentParser) -> None:
     add_format(parser)
     add_repair(parser)
     parser.add_argument("--method", choices=tuple(METHODS), default="lai2014", help="default: lai2014, the paper's")
-    parser.add_argument("--tolerance", type=float, metavar="T", help="of the stopping rule; default: the method's")
-    parser.add_argument("--max-iterations", type=int, metavar="N", help="of each round; default: the method's")
-    parser.add_argument("--rounds", type=int, metavar="N", help="of Algorithm 2 at the most; default: the method's")
+    parser.add_argument("--tolerance", type=FROM_ZERO, metavar="T", help="of the stopping rule; default: the method's")
+    parser.add_argument("--max-iterations", type=COUNT, metavar="N", help="of each round; default: the method's")
+    parser.add_argument("--rounds", type=COUNT, metavar="N", help="of Algorithm 2 at the most; default: the method's")
     parser.add_argument("--up", choices=tuple(UPS), help="which way is up; default: z, but y for .obj, .glb, .gltf")
     add_picture_arguments(parser, SIZE)
     add_output(parser)

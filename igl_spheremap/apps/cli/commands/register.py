@@ -13,6 +13,7 @@ from ....io import read_sphere, write_map
 from ....maps.given_sphere import sphere_map
 from ....maps.sphere_map import SphereMap
 from ....shapes.registration.register import STAGES, Registration, register
+from ...numbers import POSITIVE
 from ...viewer import open_for, registration_view, run_app
 from ..exits import Exit
 from ..failures import UsageError
@@ -39,7 +40,7 @@ def configure(parser: ArgumentParser) -> None:
                         "default: curvature and depth of the surfaces")  # fmt: skip
     parser.add_argument("--stages", metavar="LIST", default=",".join(STAGES),
                         help=f"which stages to run, separated by commas (default: {','.join(STAGES)})")  # fmt: skip
-    parser.add_argument("--stiffness", metavar="S", type=float,
+    parser.add_argument("--stiffness", metavar="S", type=POSITIVE,
                         help="of the elastic stage (default: 0.1, or 0.3 for features of the surfaces)")  # fmt: skip
     parser.add_argument("--reflect", action="store_true", help="mirror MOVING (x to -x) and map it anew first")
     parser.add_argument("--show", action="store_true",
@@ -55,8 +56,6 @@ def run(args: Namespace) -> Exit:
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    if args.stiffness is not None and not 0 < args.stiffness < np.inf:
-        raise UsageError(f"--stiffness {args.stiffness:g} is out of range: give a positive number")
     args.video, args.frame, args.size = None, None, _SIZE
     if args.show or args.screenshot:
         open_for(args, "igl_spheremap")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from ...numbers import COUNT
 from ...reproduce import ITEMS, reproduce
 from ..exits import Exit
 
@@ -35,7 +36,7 @@ def configure(parser: ArgumentParser) -> None:
         help="where results and finished runs are kept (default: reproduction); run again to continue",
     )
     parser.add_argument(
-        "--max-iterations", type=int, metavar="N", help="of each minimisation; default: the methods' own"
+        "--max-iterations", type=COUNT, metavar="N", help="of each minimisation; default: the methods' own"
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="print nothing")
 

@@ -61,14 +61,14 @@ def test_pictures(sphere, tmp_path):
 
 @pytest.mark.parametrize(("words", "status", "sentence"), [
     (["harmonics", "a.coef", "--template", "b.coef"], 64, "--align"),
-    (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree -2"),
+    (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree: -2 is out of range"),
     (["harmonics", "a.txt"], 74, ".coef and .npz"),
     (["harmonics", "a.coef", "--surface", "a.ply", "--to", "ico:77"], 64, "--to"),
     (["harmonics", "a.npz", "--data", "short.npz"], 2, "give data of this mesh"),
     (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),
     (["harmonics", "a.npz", "--data", "missing.npz"], 74, "can't read"),
     (["grid", "a.jpg"], 64, ".png or .npz"),
-    (["grid", "a.npz", "--rows", "0"], 64, "--rows 0"),
+    (["grid", "a.npz", "--rows", "0"], 64, "--rows: 0 is out of range"),
 ])
 def test_failures_are_one_line(sphere, tmp_path, monkeypatch, capsys, words, status, sentence):
     monkeypatch.chdir(tmp_path)

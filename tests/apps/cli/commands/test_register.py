@@ -63,7 +63,7 @@ def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
     (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
     (["--feature", "f=flat.npz,flat.npz"], 2, "features of the moving surface are constant"),
     (["--stages", "rotation,warp"], 64, "'warp'"),
-    (["--stiffness", "-1"], 64, "--stiffness -1"),
+    (["--stiffness", "-1"], 64, "--stiffness: -1 is out of range"),
 ])
 def test_failures_are_one_line(folder, monkeypatch, tmp_path, capsys, options, status, sentence):
     monkeypatch.chdir(folder)
