@@ -46,6 +46,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .shapes.transfer import resample, transfer
     from .sphere.cayley import cayley_update
     from .start.star_map import EigenProjection, weighted_eigen_projection
+    from .verify.atlas import ChartAtlas, atlas_angle_differences
     from .verify.certificate import Certificate, certify
     from .verify.distortion import angle_differences, conformal_factor
     from .verify.stretch import area_distortion, edge_distortion
@@ -115,6 +116,8 @@ _HOME = {
     "cayley_update": "sphere.cayley",
     "EigenProjection": "start.star_map",
     "weighted_eigen_projection": "start.star_map",
+    "ChartAtlas": "verify.atlas",
+    "atlas_angle_differences": "verify.atlas",
     "Certificate": "verify.certificate",
     "certify": "verify.certificate",
     "angle_differences": "verify.distortion",
@@ -129,6 +132,7 @@ __all__ = [
     "Atlas",
     "Auto",
     "Certificate",
+    "ChartAtlas",
     "DisplayError",
     "EigenProjection",
     "FactorisationFailed",
@@ -158,6 +162,7 @@ __all__ = [
     "WorkersUnavailable",
     "angle_differences",
     "area_distortion",
+    "atlas_angle_differences",
     "balanced_spherical_map",
     "cayley_update",
     "certify",

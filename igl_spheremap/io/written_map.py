@@ -14,6 +14,7 @@ from ..maps.sphere_map import SphereMap
 from ..mesh.check import check_faces, check_rows
 from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
+from ..verify.atlas import certify_atlas
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import read_sphere
@@ -165,7 +166,8 @@ def read_map(path: PathLike) -> SphereMap:
         result = npz.read_map(path)
         v, x = check_rows(result.vertices, name="vertices"), check_rows(result.sphere, len(result.vertices), "sphere")
         f = check_faces(result.faces, len(v))
-        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f))
+        atlas = result.atlas and replace(result.atlas, certificate=certify_atlas(result.atlas, f))
+        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f), atlas=atlas)
 
 
 def _check_written(partial: Path, path: PathLike) -> SphereCheck:

@@ -46,6 +46,8 @@ class Auto(Method):
     polish : {"angles", "mips"}, optional
         Lower the angle differences themselves (the mean falls by 10 percent and more on meshes with limbs), or the MIPS
         energy (the largest differences fall), when the map is done. Nothing by default.
+    atlas : bool
+        Give the result an ``atlas``: the map in charts of the plane, where limbs beyond float64 keep their angles.
 
     Raises
     ------
@@ -66,6 +68,7 @@ class Auto(Method):
     backend: str = "auto"
     gauge: Gauge = "centred"
     polish: Polish | None = None
+    atlas: bool = False
 
     def __post_init__(self) -> None:
         """Refuse unknown choices before anything is computed."""

@@ -60,4 +60,5 @@ def finish(
     moves = sum(step.iteration > 0 for step in history.steps)
     return SphereMap(mesh.vertices, mesh.f, x, certificate, found.energy, found.status, moves,
                      time.perf_counter() - began, method, tuple(history.steps), found.rounds, found.backend,
-                     notes, settings, found.gauge, found.stretch, timings=timings())
+                     notes, settings, found.gauge, found.stretch, timings=timings(),
+                     atlas=found.atlas)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..descent.iterate import Round, Status, Step
 from ..draw.markup import table
 from ..draw.plot import plot_run
+from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor
 from ..verify.figures import angle_figures, log_figures
@@ -59,6 +60,9 @@ class SphereMap:
         "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says where that would fold
         huge faces, so that the map is not quite centred. "turned", of balanced maps: turned to the Gauss map only.
         "poles", only by that option: the two deepest tips at the poles. "given": left where another program put it.
+    atlas : ChartAtlas, optional
+        If asked for, the conformal map in charts of the plane, which hold limbs of any depth as they are, with a
+        certificate of its own.
     balance : float
         0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`.
     conformal : SphereMap, optional
@@ -90,6 +94,7 @@ class SphereMap:
     balance: float = 0.0
     conformal: SphereMap | None = None
     timings: dict[str, float] = field(default_factory=dict, compare=False)
+    atlas: ChartAtlas | None = None
 
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.

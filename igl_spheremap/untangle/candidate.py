@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..descent.iterate import Round, Status
+from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 
 
@@ -33,3 +34,5 @@ class Candidate:
     backend: str = ""
     #: What was done beyond the ordinary.
     notes: tuple[str, ...] = ()
+    #: As of `SphereMap`.
+    atlas: ChartAtlas | None = None

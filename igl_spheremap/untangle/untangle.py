@@ -5,7 +5,8 @@
    where float64 ends, and it is put on the sphere.
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding, which always works.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
-5. *poles*: only if asked for, and where limbs go deeper than float64 does: the two deepest tips are put at the poles.
+5. *poles*, *atlas*: only if asked for. The two deepest tips at the poles, where limbs go deeper than float64 does; the
+   layout itself in charts.
 
 A step's map is taken if it is certified and its angle differences are the least so far.
 """
@@ -27,9 +28,11 @@ from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import weighted_sum
+from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
+from .charts import make_atlas
 from .local_repair import has_few_foldings, repair_locally, restore_gauge
 from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
@@ -55,11 +58,11 @@ _LEAST_GAIN, _LARGE_GAIN = 0.02, 0.04
 
 @stage("repair")
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
-             poles: bool = False) -> Candidate:
+             poles: bool = False, atlas: bool = False) -> Candidate:
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
     `first` is handed back with its positions where it is free of foldings and steps would gain little. With `poles` the
-    gauge may be changed to "poles" for bodies beyond float64.
+    gauge may be changed to "poles" for bodies beyond float64; with `atlas` they get charts beside the map.
     """
     line, x = _Line(mesh, operators, listener), first.x
     assert first.certificate is not None
@@ -82,7 +85,8 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             line.newton(_LEAST_GAIN)
     if poles:
         line.poles()
-    return line.result(first)
+    found = line.result(first)
+    return replace(found, atlas=line.atlas()) if atlas else found
 
 
 def _sampled_mean(mesh: Mesh, x: FloatArray) -> float:
@@ -163,6 +167,14 @@ class _Line:
         x = onto_sphere(mesh, z, area, keep_axis=True)
         if self.accept("poles", x, stretch) or self.accept("poles", repair_locally(mesh, x), stretch):
             self.newton(_LEAST_GAIN, "poles")
+
+    def atlas(self) -> ChartAtlas | None:
+        """The body in charts; None if its angles do not close."""
+        assert self.best is not None
+        laid_out = self.laid_out or unroll(self.mesh, self.best, self.operators.A)
+        if laid_out is None or laid_out.layout is None:
+            return None
+        return make_atlas(laid_out.layout.closed, int(np.argmin(laid_out.depth)))
 
     def result(self, first: Candidate) -> Candidate:
         """The best map, in the package's gauge."""

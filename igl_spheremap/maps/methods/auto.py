@@ -41,7 +41,7 @@ def map_factorised(
     if found.status is Status.STOPPED:
         return found
     try:
-        found = untangle(mesh, operators, found, listener, poles=options.gauge == "poles")
+        found = untangle(mesh, operators, found, listener, poles=options.gauge == "poles", atlas=options.atlas)
     except StopIteration:
         return replace(found, status=Status.STOPPED)
     if options.polish is not None:
@@ -53,5 +53,10 @@ def map_factorised(
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))
     if found.gauge == "centred" and is_off_centre(found.x, operators.A):
         note = "not Moebius-centred, which would fold huge faces or spoil their angles"
+        found = replace(found, notes=(*found.notes, note))
+    if options.atlas and found.atlas is None:
+        found = replace(found, notes=(*found.notes, "no atlas: the angles did not close"))
+    elif found.stretch > 1 and not options.atlas:
+        note = f"limbs lengthened up to {found.stretch:.3g} times, as float64 ends; atlas=True keeps their angles"
         found = replace(found, notes=(*found.notes, note))
     return found

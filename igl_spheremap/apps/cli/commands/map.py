@@ -43,12 +43,17 @@ def configure(parser: ArgumentParser) -> None:
         choices=get_args(EdgeWeights),
         help="of the edges: the paper's, or those of intrinsic Delaunay triangles, never negative (lai2014)",
     )
+    parser.add_argument(
+        "--atlas", action="store_true", default=None,
+        help="write charts of the plane beside the map, where limbs beyond float64 keep their angles (auto; .npz)",
+    )
     add_balance(parser)
 
 
 def run(args: Namespace) -> Exit:
     """Map, conformally unless another balance is asked for."""
-    chosen = {name: getattr(args, name) for name in ("polish", "gauge", "weights") if getattr(args, name) is not None}
+    names = ("polish", "gauge", "weights", "atlas")
+    chosen = {name: getattr(args, name) for name in names if getattr(args, name) is not None}
     if unknown := set(chosen) - {option.name for option in fields(METHODS[args.method])}:
         raise UsageError(f"--method {args.method} takes no --{' and no --'.join(sorted(unknown))}")
 
