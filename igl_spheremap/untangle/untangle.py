@@ -68,7 +68,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
     assert first.certificate is not None
     free = first.certificate.folding_free
     worth_steps = free and _sampled_mean(mesh, x) > _GOOD and gain_of_a_sweep(mesh, x) > _WORTH_STEPS
-    if free and not (worth_steps or poles):
+    if free and not (worth_steps or atlas):
         line.notify(x, first.energy, 0)
         return first
     line.accept("map", x)

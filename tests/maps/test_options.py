@@ -23,7 +23,7 @@ def defaults(function):
     (ism.spherical_conformal_map, ism.Auto, set()),
     (ism.remove_foldings, ism.Lai2014, set()),
     (ism.minimize_harmonic_energy, ism.Lai2014, {"rounds"}),
-    (harmonic_map, ism.Auto, {"backend", "gauge", "polish"}),
+    (harmonic_map, ism.Auto, {"backend", "gauge", "polish", "atlas"}),
 ])
 def test_keywords_have_the_names_and_defaults_of_the_record(function, record, left_out):
     options = {option.name: option.default for option in fields(record) if option.name not in left_out}
