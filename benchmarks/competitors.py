@@ -1,4 +1,4 @@
-"""What is compared: each competitor takes arrays to positions on the sphere, and nothing else."""
+"""What is compared: each competitor takes arrays to positions on the sphere, or to our result, which holds them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from igl_spheremap.operators.factor import factorize
 from igl_spheremap.operators.laplacian import cotangent_laplacian
 
 Array = np.ndarray
-Competitor = Callable[[Array, Array], Array]
+Competitor = Callable[[Array, Array], Array | ism.SphereMap]
 
 #: Flow: stop when the radius varies by less than this share of it, or after so many steps.
 _ROUND, _FLOW_STEPS = 1e-3, 60
@@ -24,9 +24,9 @@ _ROUND, _FLOW_STEPS = 1e-3, 60
 _FLOW_TIME = 1.0
 
 
-def ours(v: Array, f: Array, **options: str) -> Array:
+def ours(v: Array, f: Array, **options: str) -> ism.SphereMap:
     """This package, its certificate included."""
-    return ism.spherical_conformal_map(v, f, **options).sphere
+    return ism.spherical_conformal_map(v, f, **options)
 
 
 def lapy(v: Array, f: Array, guarded: bool = True, use_cholmod: bool = False) -> Array:

@@ -43,7 +43,18 @@ def table(row: dict) -> str:
             lines.append(f"| {name} | {trial['failure'].replace('|', '/')} |" + " |" * (len(COLUMNS) - 2))
         else:
             lines.append("| " + " | ".join([name, *cells(name, trial, row["trials"])]) + " |")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n\n" + stages(row["trials"])
+
+
+def stages(trials: dict) -> str:
+    """Markdown table of the share of each stage in our wall time."""
+    ours = {name: trial for name, trial in trials.items() if any(key.startswith("stage ") for key in trial)}
+    names = list(dict.fromkeys(key for trial in ours.values() for key in trial if key.startswith("stage ")))
+    lines = ["| share of wall time | " + " | ".join(name.removeprefix("stage ") for name in names) + " |",
+             "|---|" + "---:|" * len(names)]
+    lines += [f"| {name} | " + " | ".join(f"{trial.get(key, 0) / trial['wall']:.1%}" for key in names) + " |"
+              for name, trial in ours.items()]
+    return "\n".join(lines) + "\n" if ours else ""
 
 
 def cells(name: str, trial: dict, trials: dict) -> list[str]:

@@ -34,10 +34,11 @@ def main(name: str, path: str, cap: str) -> dict[str, object]:
         return measured(lambda: factorize(P, FACTORS[name]))[1]
     COMPETITORS[name](*small)
     try:
-        x, figures = measured(lambda: COMPETITORS[name](v, f))
+        result, figures = measured(lambda: COMPETITORS[name](v, f))
     except (ValueError, RuntimeError, ArithmeticError) as error:
         return {"failure": f"{type(error).__name__}: {error}"[:160]}
-    return figures | quality(v, f, x)
+    stages = {f"stage {stage}": seconds for stage, seconds in getattr(result, "timings", {}).items()}
+    return figures | stages | quality(v, f, getattr(result, "sphere", result))
 
 
 def measured(run):
