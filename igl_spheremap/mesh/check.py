@@ -240,15 +240,15 @@ def _check_sphere(f: IntArray, n: int) -> HalfEdges:
                         f"remove them ({REPAIR} does)")
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
-    across = (twin[: 3 * m] % m).reshape(3, m).T.ravel()  # the faces beside each face
-    neighbours = csr_matrix((across, across, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    twin = twin[: 3 * m]
+    neighbours = csr_matrix((twin, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         components, label = connected_components(neighbours, directed=False)
         sizes = np.sort(np.bincount(label))[::-1]
         raise MeshError(f"{components} components of {listed(sizes)} faces; give one closed surface "
                         f"({REPAIR_LARGEST} does), face {int(np.argmax(label > 0))} is in the second one")
     if n - 3 * m // 2 + m != 2:
-        explain_characteristic(f, twin[: 3 * m], n)
+        explain_characteristic(f, twin, n)
     return edges
 
 

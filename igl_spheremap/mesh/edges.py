@@ -15,8 +15,8 @@ Indices = NDArray[np.int32]
 class HalfEdges:
     """Pattern, in compressed rows with sorted columns, of matrices with an entry for each edge and each vertex.
 
-    Half-edge k m + i runs along the side of face i (of m) that is opposite corner k. On the diagonal `half` and `twin`
-    are beyond the last half-edge.
+    Half-edge 3 i + k runs along the side of face i that is opposite corner k. On the diagonal `half` and `twin` are
+    beyond the last half-edge.
     """
 
     faces: Indices  # (m, 3), a copy
@@ -32,7 +32,8 @@ def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
     faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
-    there = csr_matrix((np.arange(1, len(start) + 1, dtype=np.int32), (start, stop)), shape=(n, n))  # 0 is no entry
+    number = np.append(np.arange(f.size, dtype=np.int32).reshape(f.shape).T, loops + f.size) + 1  # 0 is no entry
+    there = csr_matrix((number, (start, stop)), shape=(n, n))
     back = there.T.tocsr()
     same = np.array_equal(there.indptr, back.indptr) and np.array_equal(there.indices, back.indices)
     if there.nnz < len(start) or not same:

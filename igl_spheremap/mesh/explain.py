@@ -31,10 +31,10 @@ def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None
     """Raise for pinched vertices, else for handles."""
     # A fan is a class of half-edges with one tail; half-edge h goes on to the next one of its twin.
     m = len(f)
-    onward = (twin.astype(np.int64) + m) % (3 * m)
+    onward = 3 * (twin // 3) + (twin + 1) % 3
     _, label = components(np.arange(3 * m), onward, 3 * m)
     fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
-    fan_vertex[label] = np.roll(f, -1, axis=1).T.ravel()
+    fan_vertex[label] = np.roll(f, -1, axis=1).ravel()
     fans = np.bincount(fan_vertex, minlength=n)
     genus = (2 - (len(fan_vertex) - 3 * m // 2 + m)) // 2
     if (fans > 1).any():

@@ -112,7 +112,7 @@ def is_usable(L: sp.csr_matrix) -> bool:
 
 def _assemble(weight: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
     """Sum half cotangents, each belonging to the half-edge opposite a corner; entries that sum to zero are kept."""
-    w, n = weight.T.ravel(), len(edges.diagonal)
+    w, n = weight.ravel(), len(edges.diagonal)
     with np.errstate(invalid="ignore"):  # infinities of opposite sign: see `is_usable`
         data = w.take(edges.half, mode="clip")
         data += w.take(edges.twin, mode="clip")  # it commutes: exact symmetry

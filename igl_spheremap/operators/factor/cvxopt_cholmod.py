@@ -39,9 +39,10 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, symbolic: Any = None) -> Fa
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order], without forming the rest."""
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=order.dtype)
     A = P.T[order]  # of a symmetric matrix the columns, in which cvxopt sorts
-    rows, columns = rank.take(A.indices), np.repeat(np.arange(len(order)), np.diff(A.indptr))
+    rows, columns = rank.take(A.indices), np.repeat(np.arange(len(order), dtype=order.dtype), np.diff(A.indptr))
     lower = np.flatnonzero(rows >= columns)
-    return spmatrix(matrix(A.data[lower]), matrix(rows[lower]), matrix(columns[lower]), P.shape)
+    i, j = (matrix(index.take(lower).astype(np.int64)) for index in (rows, columns))
+    return spmatrix(matrix(A.data.take(lower)), i, j, P.shape)
