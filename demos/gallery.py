@@ -21,7 +21,7 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import Body, Stage, registration_view, window
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
-from igl_spheremap.apps.viewer.lens import look_at
+from igl_spheremap.apps.viewer.lens import follow, look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
@@ -79,12 +79,14 @@ def eigen_projection(path: Path) -> None:
         folds = replace(colouring(mesh, x, "foldings"), legend=None)
         source = _body(f"source {row}", mesh, turn, None)
         replace(colouring(mesh, x, "conformal factor", reach=2.0), folded=_NONE).apply(stage.place(row, 0, source))
-        image = _body(f"image {row}", mesh, turn, x)
+        lens = follow(x @ turn.T, mesh.f, folds.folded)
+        image = _body(f"image {row}", mesh, np.eye(3), lens(x @ turn.T))
         folds.apply(stage.place(row, 1, image))
         phi = _body(f"phi {row}", mesh, turn, projection.phi * np.sqrt(4 * np.pi / 3))
         folds.apply(stage.place(row, 2, phi))
         source.caption = f"{name}:\nconformal factor"
-        image.caption = f"{name}:\nimage, {len(folds.folded):,} folded faces"
+        power = f", {lens.power:,.0f}x" if len(folds.folded) else ""
+        image.caption = f"{name}: image{power}\n{len(folds.folded):,} folded faces"
         values = ", ".join(f"{value:.2f}" for value in projection.eigenvalues)
         phi.caption = f"eigenfunctions under that factor\neigenvalues {values}"
     _save(stage, path)

@@ -11,41 +11,73 @@ from scipy.sparse.csgraph import connected_components
 
 from ...draw.palette import FOLDED, SURFACE, diverging
 from ...draw.raster import shading, view_of
+from ...sphere.rows import unit_rows
 from ...verify.certificate import orientation_signs
+from ..viewer.lens import follow
 from .drawing import draw
 from .surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_NONE = np.empty(0, dtype=np.int64)
+
 
 def show_source(ax: Any, surface: Surface, x: FloatArray | None = None, *, title: str = "") -> None:
     """The source, and in vermilion the faces that a map folds."""
-    _show(ax, surface, surface.v, _marked(surface, x), title)
+    folded = _NONE if x is None else _folded(surface, x)
+    _show(ax, surface, surface.v, _marked(surface, folded), title)
 
 
 def show_map(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
-    """A map, lit like the source, whose shape it so shows, and in vermilion the faces that it folds."""
-    _show(ax, surface, x, _marked(surface, x), title)
+    """A map, lit like the source, whose shape it so shows; where it folds, through a lens on the largest cluster."""
+    folded = _folded(surface, x)
+    colours = _marked(surface, folded)
+    if not len(folded):
+        _show(ax, surface, x, colours, title)
+        return
+    lens = follow(unit_rows(x), surface.f, folded)
+    _show(ax, surface, lens(unit_rows(x)), colours, f"{title}, magnified {lens.power:,.0f}x", np.eye(3), folded)
+
+
+def show_shape(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
+    """Other positions of the vertices, in vermilion the faces that face inwards."""
+    _show(ax, surface, x, _marked(surface, _folded(surface, x)), title)
 
 
 def show_function(ax: Any, surface: Surface, values: FloatArray, *, title: str = "") -> None:
-    """A function of the vertices (n,) in colours on the source; white is its median, the title ends with the scale."""
+    """A function of the vertices (n,) in colours on the source, with a colour bar; white is its median."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+
     middle = float(np.median(values))
     values = values - middle
     ramp = diverging("", float(np.percentile(np.abs(values), 99)) or 1.0)
-    title = f"{title}: {middle + ramp.low:.2g} (purple) to {middle + ramp.high:.2g} (green)"
     # Soft shades, for dark ones would be taken for strong colours.
     _show(ax, surface, surface.v, ramp.colours(values[surface.f].mean(axis=1)), title, ambient=0.75)
+    ends = middle + ramp.low, middle + ramp.high
+    scale = ScalarMappable(Normalize(*ends), LinearSegmentedColormap.from_list("", ramp.stops))
+    bar = ax.figure.colorbar(scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02)
+    ticks = [ends[0], middle, ends[1]]
+    bar.set_ticks(ticks, labels=[f"{tick:.2g}" for tick in ticks])
+    bar.ax.tick_params(labelsize=8)
+    bar.outline.set_visible(False)
 
 
 def _show(
-    ax: Any, surface: Surface, where: FloatArray, colours: FloatArray, title: str, ambient: float = 0.35
+    ax: Any,
+    surface: Surface,
+    where: FloatArray,
+    colours: FloatArray,
+    title: str,
+    view: FloatArray | None = None,
+    front: IntArray = _NONE,
+    ambient: float = 0.35,
 ) -> None:
-    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and seen as the source is."""
-    view = view_of(surface.v)
-    light = shading(surface.v, surface.f, view, ambient)
-    draw(ax, where, surface.f, colours * light[:, None], view)
+    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is."""
+    own = view_of(surface.v)
+    light = shading(surface.v, surface.f, own, ambient)
+    draw(ax, where, surface.f, colours * light[:, None], own if view is None else view, front=front)
     ax.set_title(title, fontsize=8)
 
 
@@ -58,14 +90,14 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
     across = np.linalg.svd(middle[None])[2][1:]
     near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
     plane = np.column_stack(((x - middle) @ across.T, np.zeros(len(x)))) / reach
-    draw(ax, plane, surface.f[near], _marked(surface, x)[near], np.eye(3), lines=True)
+    draw(ax, plane, surface.f[near], _marked(surface, _folded(surface, x))[near], np.eye(3), lines=True)
     ax.set(xlim=(-1, 1), ylim=(-1, 1))
     ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=8)
 
 
 def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
     """Indices of folded faces, those that share a vertex together, the largest patch first."""
-    folded = np.flatnonzero(orientation_signs(x, surface.f) <= 0)
+    folded = _folded(surface, x)
     n, k = len(surface.v), len(folded)
     corners = surface.f[folded].ravel()
     links = coo_matrix((np.ones(3 * k, dtype=np.int8), (np.repeat(np.arange(k), 3), corners)), shape=(k, n))
@@ -74,9 +106,12 @@ def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
     return sorted(patches, key=len, reverse=True)
 
 
-def _marked(surface: Surface, x: FloatArray | None) -> FloatArray:
+def _folded(surface: Surface, x: FloatArray) -> IntArray:
+    return np.flatnonzero(orientation_signs(x, surface.f) <= 0)
+
+
+def _marked(surface: Surface, folded: IntArray) -> FloatArray:
     """Face colours (m, 3) that mark folded faces."""
     colours = np.tile(SURFACE, (len(surface.f), 1))
-    if x is not None:
-        colours[orientation_signs(x, surface.f) <= 0] = FOLDED
+    colours[folded] = FOLDED
     return colours

@@ -13,12 +13,26 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def draw(ax: Any, v: FloatArray, f: IntArray, colours: FloatArray, view: FloatArray, lines: bool = False) -> None:
-    """Draw a closed surface in face colours (m, 3) that are shaded already, with its edges or without."""
+def draw(
+    ax: Any,
+    v: FloatArray,
+    f: IntArray,
+    colours: FloatArray,
+    view: FloatArray,
+    lines: bool = False,
+    front: IntArray | None = None,
+) -> None:
+    """Draw a closed surface in face colours (m, 3) that are shaded already, with its edges or without.
+
+    Faces whose indices are in `front` hide all others if they lie in the nearer half.
+    """
     from matplotlib.collections import PolyCollection
 
     y = v @ view
-    order = np.argsort(y[f, 2].mean(axis=1), kind="stable")
+    depth = y[f, 2].mean(axis=1)
+    if front is not None:
+        depth[front[depth[front] > depth.mean()]] += np.ptp(depth)
+    order = np.argsort(depth, kind="stable")
     corners = y[f[order], :2]
     rgb = np.clip(colours[order], 0, 1)
     edges = INK if lines else rgb

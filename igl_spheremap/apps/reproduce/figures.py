@@ -14,7 +14,7 @@ from ...draw.plot import new_figure, plot_angles
 from ...start.star_map import weighted_eigen_projection
 from ...verify.certificate import orientation_signs
 from ...verify.distortion import angle_differences, conformal_factor
-from .canvas import folded_patches, show_fold, show_function, show_map, show_source
+from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
 from .measures import mean_angle
 from .paper import TABLE_1
 from .runs import Outcome, Runs
@@ -80,7 +80,7 @@ def figure_6(runs: Runs) -> Any:
     for k in range(3):
         title = f"eigenvalue {projection.eigenvalues[k]:.4f}, function"
         show_function(axes[0][k], surface, projection.phi[:, k], title=title)
-    show_map(axes[0][3], surface, projection.phi, title=_roundness(projection.phi))
+    show_shape(axes[0][3], surface, projection.phi, title=_roundness(projection.phi))
     return figure
 
 
@@ -102,11 +102,11 @@ def _removal(line: Any, surface: Surface, x: FloatArray, step: int) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
     folded = int((orientation_signs(x, surface.f) <= 0).sum())
     show_source(line[0], surface, x, title=f"{f'removal {step}' if step else surface.source}: {folded} foldings")
-    show_map(line[1], surface, x, title="map")
+    show_map(line[1], surface, x, title=f"map: {folded} foldings")
     show_function(line[2], surface, _u(surface, x), title="u")
     projection = weighted_eigen_projection(surface.v, surface.f, x)
     values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
-    show_map(line[3], surface, projection.phi, title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
+    show_shape(line[3], surface, projection.phi, title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
 
 
 def figure_10(runs: Runs) -> Any:

@@ -1,5 +1,6 @@
 """The paper's tables and figures: its numbers as printed, runs that are kept, pages and pictures that are whole."""
 
+import io
 import re
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.reproduce import ITEMS, measures, reproduce, runs, surfaces
+from igl_spheremap.apps.reproduce import ITEMS, canvas, measures, reproduce, runs, surfaces
 from igl_spheremap.apps.reproduce.paper import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, Surface, load_surface
 from igl_spheremap.draw.raster import shading, view_of
@@ -138,6 +139,24 @@ def test_figures_are_pictures(small, tmp_path, name):
     picture = imread(path)
     assert picture.shape[0] > 300
     assert picture[..., :3].std() > 0.02
+
+
+def test_a_map_that_counts_foldings_shows_them_however_small():
+    images, plot = pytest.importorskip("PIL.Image"), pytest.importorskip("matplotlib.figure")
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    surface = Surface("Dino", v, f, "sample:dino", "the same")
+    x = ism.spherical_conformal_map(v, f).sphere
+    smallest = f[int(np.argmin(ism.area_distortion(v, f, x)))]
+    folded = x.copy()
+    folded[smallest[:2]] = x[smallest[1::-1]]
+    for positions, shown in ((x, False), (folded, True)):
+        assert (ism.certify(positions, f).foldings > 0) == shown
+        figure = plot.Figure(figsize=(3, 3), dpi=100)
+        canvas.show_map(figure.subplots(), surface, positions)
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+        r, g, b = np.asarray(images.open(picture).convert("RGB"), dtype=int).transpose(2, 0, 1)
+        assert (((r > 1.5 * g) & (r > 2 * b) & (r > 60)).sum() > 20) == shown
 
 
 def test_views_are_rotations_and_show_the_long_side():
