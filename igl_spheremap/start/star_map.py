@@ -8,9 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from ..errors import own_errstate
+from ..errors import FactorisationFailed, own_errstate
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
@@ -65,6 +65,8 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     ------
     MeshError
         If `v, f` is no closed genus-0 mesh, or `x` has not one finite, nonzero row per vertex.
+    FactorisationFailed
+        If the eigenproblem can't be solved, as on flat surfaces.
 
     References
     ----------
@@ -144,7 +146,10 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
     factor = factorize(P)
     inverse = LinearOperator((n, n), matvec=lambda b: factor.solve(b, 1e-10), dtype=np.float64)
     start = np.ones(n) + np.sin(np.arange(n))  # fixed, so that every run gives the same numbers
-    values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)
+    try:
+        values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)
+    except ArpackError as error:
+        raise FactorisationFailed(f"the eigenproblem can't be solved: {error}") from error
     order = np.argsort(values)
     return values[order][1:], vectors[:, order][:, 1:]
 

@@ -13,6 +13,7 @@ from scipy.sparse import csr_matrix
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
+from ..errors import FactorisationFailed
 from ..mesh.check import Mesh
 from ..start.star_map import project
 from ..verify.certificate import certify_checked
@@ -38,6 +39,7 @@ def unfold(
     the start of every round. The map is that of the round that left the fewest foldings, of the last such.
     """
     done: list[Round] = []
+    notes: tuple[str, ...] = ()
     x = problem.centred(x)
     start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     for k in range(rounds + 1):
@@ -49,9 +51,13 @@ def unfold(
             best = minimum
         if done[-1].foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
-        start = _star_map(mesh, problem, L, minimum.last.x, k + 1)
+        try:
+            start = _star_map(mesh, problem, L, minimum.last.x, k + 1)
+        except FactorisationFailed as error:  # of surfaces without normals, such as flat ones
+            notes = (f"foldings were removed in {k} rounds only: there is no star map ({error})",)
+            break
     status = Status.STOPPED if minimum.status is Status.STOPPED else best.status
-    return Candidate(best.last.x, best.last.energy, status, tuple(done))
+    return Candidate(best.last.x, best.last.energy, status, tuple(done), notes=notes)
 
 
 def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, x: FloatArray, round: int) -> Iterate:

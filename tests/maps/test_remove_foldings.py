@@ -49,6 +49,15 @@ def test_on_a_delaunay_mesh_the_weights_are_the_papers():
     assert delaunay.settings == options | {"weights": "delaunay"}
 
 
+@pytest.mark.parametrize("weights", ["cotangent", "delaunay"])
+@pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
+def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights):
+    result = ism.remove_foldings(X * flat, F, weights=weights, max_iterations=50)
+    assert not result.certificate.folding_free
+    assert len(result.rounds) == 1
+    assert "there is no star map" in result.notes[-1]
+
+
 def test_a_listener_can_stop_at_a_star_map():
     v, f = ism.samples.make("dino", n_vertices=1500)
 
