@@ -81,14 +81,17 @@ class CompareMethods(App):
             surface.caption = f"{contender.name}\n{contender.foldings:,} folded faces"
             image.caption = f"mean angle difference {contender.mean:.3g}"
             self.pairs.append((contender, surface, image))
-        self.go_to(2)
+        self.go_to(SUBJECTS.index("angle differences"))
 
     def frames(self) -> int:
         return len(SUBJECTS)
 
+    def last_frame(self) -> int:
+        return SUBJECTS.index(self.subject)
+
     def go_to(self, frame: int) -> None:
         self.subject = SUBJECTS[frame]
-        reach = {"conformal factor": 2.0, "angle differences": REACH}.get(self.subject)
+        reach = {"conformal factor": 2.0, "angle differences": REACH, "area distortion": 10.0}.get(self.subject)
         for contender, surface, image in self.pairs:
             colours = colouring(self.mesh, contender.x, self.subject, reach)
             replace(colours, legend=None).apply(surface, image)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import os
 import re
 import shlex
@@ -232,6 +233,15 @@ def test_every_public_name_is_in_the_reference():
     listed = set(re.findall(r"^   ([\w.]+)$", text, re.MULTILINE))
     shapes = {f"samples.{name}" for name in ism.samples.names()}
     assert (set(ism.__all__) - {"samples"}) | shapes <= listed
+
+
+def test_summaries_are_whole_sentences():
+    """Sphinx cuts a summary at the first full stop before a space, such as that of an abbreviation."""
+    public = [getattr(ism, name) for name in ism.__all__]
+    members = [value for one in public if inspect.isclass(one) for value in vars(one).values()]
+    for one in (*public, *members):
+        first = re.split(r"(?<=\.)\s", (inspect.getdoc(one) or "").partition("\n\n")[0])[0]
+        assert not re.search(r"\b(eqs?|Figs?|Sect|vs|cf)\.$", first), first
 
 
 def test_every_picture_is_shown():

@@ -27,7 +27,7 @@ def p_harmonic_map(
     plateau: float = 5e-7,
     listener: Listener | None = None,
 ) -> SphereMap:
-    """Minimise the p-harmonic energy of eq. (8) by Algorithm 1.
+    """Minimise the p-harmonic energy of equation (8) by Algorithm 1.
 
     Parameters
     ----------

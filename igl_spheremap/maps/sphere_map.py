@@ -107,7 +107,7 @@ class SphereMap:
         return angle_differences(self.vertices, self.faces, self.sphere)
 
     def conformal_factor(self) -> FloatArray:
-        """Conformal factor e^{2u} at the vertices, eq. (14).
+        """Conformal factor e^{2u} at the vertices, equation (14).
 
         Returns
         -------

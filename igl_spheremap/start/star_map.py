@@ -26,7 +26,7 @@ _SIGMA = -0.5
 
 @dataclass(frozen=True, eq=False)
 class EigenProjection:
-    """The first three nontrivial eigenfunctions of eq. (20) and the star map that they make.
+    """The first three nontrivial eigenfunctions of equation (20) and the star map that they make.
 
     Attributes
     ----------

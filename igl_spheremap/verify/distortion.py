@@ -71,7 +71,7 @@ def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
 
 @own_errstate
 def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
-    """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, eq. (14).
+    """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, equation (14).
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ MATERIAL = "spheremap"
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
-_MAX_FPS = 25
+MAX_FPS = 25
 _PICTURES = (".png", ".jpg")
 _PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
 _offscreen: bool | None = None
@@ -115,7 +115,7 @@ def _dress(ps: ModuleType, offscreen: bool) -> None:
     ps.set_automatically_compute_scene_extents(False)
     ps.set_view_projection_mode("orthographic")
     ps.set_vertical_fov_degrees(_FIELD_OF_VIEW)
-    ps.set_max_fps(_MAX_FPS)
+    ps.set_max_fps(MAX_FPS)
 
 
 def aim(height: int) -> None:

@@ -35,7 +35,7 @@ class HarmonicEnergy:
 
 @own_errstate
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
-    """Harmonic energy of a map, eq. (6).
+    """Harmonic energy of a map, equation (6).
 
     Parameters
     ----------

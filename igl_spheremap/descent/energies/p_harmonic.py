@@ -59,7 +59,7 @@ class PHarmonicEnergy:
 
 @own_errstate
 def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> float:
-    """p-harmonic energy of a map, eq. (8).
+    """p-harmonic energy of a map, equation (8).
 
     Parameters
     ----------
