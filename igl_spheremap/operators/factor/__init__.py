@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 
@@ -79,6 +80,7 @@ def _memory() -> float:
         return float("inf")
 
 
+@cache
 def _installed(module: str) -> bool:
     try:
         return find_spec(module) is not None
