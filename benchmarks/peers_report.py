@@ -67,7 +67,8 @@ def cells(name: str, trial: dict, trials: dict) -> list[str]:
     factor = trials.get(name.replace("ours", "factor"), {}) if name.startswith("ours") else {}
     over = "-"
     if "cpu" in factor:
-        over = f"{trial['cpu'] / factor['cpu']:.2f} ({trial['memory'] / factor['memory']:.2f})"
+        memory = f" ({trial['memory'] / factor['memory']:.2f})" if factor["memory"] else ""
+        over = f"{trial['cpu'] / factor['cpu']:.2f}{memory}"
     return [f"{trial['cpu']:.2f}", f"{trial['wall']:.2f}", f"{trial['memory']:.0f}", *quality,
             "-" if name.startswith("factor") else quotient, over]
 
