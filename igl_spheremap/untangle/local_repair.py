@@ -16,26 +16,21 @@ from .nudge import nudge
 from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
 #: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
-_FEW = 0.01
+FEW = 0.01
 #: Rings around what embedding moved that are relaxed with it.
-_RELAXED_RINGS = 2
-#: Sweeps of that at the least and at the most, and how many vertices they may move together in between.
-_SWEEPS = (5, 30)
-_WORK = 3000
-_TOLERANCE = 0.01
+RELAXED_RINGS = 2
 #: A centroid this far from the origin is worth the repair of what the rounding of a Moebius map folds.
 _OFF_CENTRE = 1e-3
-#: But not if the mean angle difference grows by more than this factor.
-_WORSE = 1.05
+#: A repair costs too much if the mean angle difference grows by more than this factor.
+WORSE = 1.05
 
 
 def has_few_foldings(certificate: Certificate, f: NDArray[np.int64]) -> bool:
     """True if foldings are so few that they are undone where they are."""
-    return certificate.foldings <= max(1.0, _FEW * len(f)) and certificate.degree == 1
+    return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
 def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:
@@ -45,32 +40,9 @@ def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> Flo
     """
     x = fix_orientation(x, mesh.f)
     y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
-    moved = dilate(mesh.f, (y != x).any(axis=1), _RELAXED_RINGS)
-    return relax_some(mesh, y, moved)
-
-
-def relax_some(mesh: Mesh, x: FloatArray, movable: BoolArray) -> FloatArray:
-    """Descend on the angle differences of some vertices.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows, without folding around the movable vertices.
-    movable : (n,) bool array
-        Vertices that may move.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, without folding where there was none.
-    """
-    around = mesh.f[movable[mesh.f].any(axis=1)]
-    if not len(around):
-        return x
-    sweeps = int(np.clip(_WORK / movable.sum(), *_SWEEPS))
-    return descend(x, around, AngleLoss.of(mesh.v, around), movable, sweeps=sweeps, tolerance=_TOLERANCE)
+    moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
+    around = mesh.f[moved[mesh.f].any(axis=1)]
+    return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=0.01)
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
@@ -99,7 +71,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
         if not is_off_centre(x, A):
             return x
         y = repair_locally(mesh, y)
-    worth = mean_angle_difference(mesh, y) < _WORSE * mean_angle_difference(mesh, x)
+    worth = mean_angle_difference(mesh, y) < WORSE * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x
 
 

@@ -23,17 +23,12 @@ from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .embedding import dilate, embed_locally
+from .local_repair import FEW, RELAXED_RINGS
 from .nudge import nudge
 from .relax import AngleLoss, descend
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-#: Foldings that a step makes are embedded again if they are no more than this share of the faces.
-_FEW_SHARE = 0.01
-#: Rings around what that moved that are relaxed with it, and sweeps.
-_RELAXED_RINGS = 2
-_SWEEPS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +89,7 @@ class AngleNewton:
         y = unit_rows(x + np.einsum("na,nai->ni", steps, axes))
         before = float(np.degrees(np.abs(difference).mean()))
         folded = (orientation_signs(y, self.f) <= 0).sum()
-        if folded > _FEW_SHARE * len(self.f):
+        if folded > FEW * len(self.f):
             return x
         if folded:
             y = self._embedded(y, smoothing)
@@ -103,9 +98,9 @@ class AngleNewton:
     def _embedded(self, x: FloatArray, smoothing: float) -> FloatArray:
         """Undo the foldings of a step, and relax what that moved with its surroundings."""
         y = embed_locally(nudge(x, self.f), self.f)
-        movable = dilate(self.f, (y != x).any(axis=1), _RELAXED_RINGS)
+        movable = dilate(self.f, (y != x).any(axis=1), RELAXED_RINGS)
         around = movable[self.f].any(axis=1)
-        return descend(y, self.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=_SWEEPS)
+        return descend(y, self.f[around], AngleLoss(self.source[:, around], smoothing), movable)
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""

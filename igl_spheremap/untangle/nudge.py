@@ -21,8 +21,7 @@ IntArray = NDArray[np.int64]
 _THICKNESS = 1e-3
 #: Moves are this much longer than the shortest ones that would do alone.
 _OVER_RELAXATION = 1.3
-#: Iterations at the most, and without progress.
-_ITERATIONS = 80
+#: Iterations without progress.
 _PATIENCE = 25
 #: Rings around foldings that may move.
 _RINGS = 3
@@ -63,14 +62,12 @@ def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     y, folded = x, f[bad]
     f = f[near[f].any(axis=1)]
     best, fewest, since = x, len(folded), 0
-    for _ in range(_ITERATIONS if fewest else 0):
+    while fewest and since < _PATIENCE:
         y = _projected(y, folded, near)
         if watch is not None:
             watch(y)
         folded = f[orientation_signs(y, f) <= 0]
         best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
-        if not fewest or since == _PATIENCE:
-            break
     return _without_failures(x, best, f)
 
 

@@ -18,9 +18,8 @@ from .relax import AngleLoss, MipsLoss, Polish, descend
 
 FloatArray = NDArray[np.float64]
 
-#: Newton steps at the most, sweeps before them, and sweeps at the end.
+#: Newton steps at the most, and sweeps at the end.
 _ROUNDS = 20
-_SWEEPS = 5
 _LAST_SWEEPS = 10
 #: Newton steps end when one lowers the mean by less than this share.
 _LEAST_GAIN = 0.004
@@ -61,7 +60,7 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float,
-                 sweeps: int = _SWEEPS, damping: float = _DAMPING) -> FloatArray:
+                 sweeps: int = 5, damping: float = _DAMPING) -> FloatArray:
     """Lower the angle differences of a map free of foldings by damped Newton steps (Levenberg and Marquardt).
 
     The centroid of the source's area goes to `centroid`. Ends after `rounds` steps, or when one lowers the mean by

@@ -164,7 +164,7 @@ def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
 
 
 def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = None, *,
-            sweeps: int = 10, tolerance: float = 2e-3) -> FloatArray:
+            sweeps: int = 5, tolerance: float = 2e-3) -> FloatArray:
     """Lower a loss of shape vertex by vertex, keeping a map that is free of foldings so.
 
     Parameters

@@ -16,14 +16,8 @@ from .profile import Limb, choose_kappas
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Discs of limbs begin where edges are shorter than exp(-this).
+#: Discs of limbs begin where edges are shorter than exp(-this), and fork where two tips lie so much deeper.
 _ONSET = 4.0
-#: A tip is one of its own if it lies so many nepers deeper than where its limb meets a deeper one.
-_PERSISTENCE = 4.0
-#: Share of the distance to the nearest vertex outside that a disc takes.
-_CLEAR = 0.98
-#: A disc of fewer vertices is left as it is: it has no ring to be shortened along.
-_LEAST_DISC = 6
 #: Limbs end so many nepers above the last bit of numbers about 1: tried one after the other.
 _ABOVE = (1.0, 3.0)
 
@@ -67,9 +61,9 @@ def _limbs(placed: Placed, floor: float) -> list[Limb]:
         z = placed.about(tip)
         outside = np.ones(len(z), dtype=bool)
         outside[members] = False
-        radius = _CLEAR * float(np.abs(z[outside]).min()) if outside.any() else 0.0
+        radius = float(np.abs(z[outside]).min()) if outside.any() else 0.0
         disc = np.flatnonzero(np.abs(z) < radius)
-        if len(disc) >= _LEAST_DISC:
+        if len(disc) > 1:
             limbs[tip] = Limb(tip, disc, z, radius, parent)
     for limb in limbs.values():
         if limb.parent in limbs:
@@ -101,7 +95,7 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int,
         for other in {int(part[u]) for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
             elder, younger = (here, other) if depth[tip[here]] >= depth[tip[other]] else (other, here)
             end = tip[younger]
-            if depth[end] > floor and depth[end] - depth[v] >= _PERSISTENCE:
+            if depth[end] > floor and depth[end] - depth[v] >= _ONSET:
                 found.append((end, tip[elder], np.array(members[younger])))
             keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
             tip[keep] = tip[elder]

@@ -21,14 +21,10 @@ IntArray = NDArray[np.int64]
 
 #: Faces with the largest images, of which the best shaped one is cut out.
 _LARGEST = 60
-#: A hole lies on a limb if its depth exceeds this quantile of all depths by so many nepers.
-_BODY, _ON_LIMB = 0.02, 5.0
 #: Faces with shorter edges keep the mesh's own angles: projection changes theirs by less than its rounding does.
 _SMALL = np.log(1e-4)
 #: A map with more of its faces folded says nothing of angles, not even around the hole (needle, dumbbell).
 _LOST = 0.25
-#: Angles to aim at beside the hole are no smaller than this share of the mesh's own (or of half a radian).
-_LEAST_SHARE = 0.05
 
 
 def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
@@ -41,7 +37,7 @@ def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
         return None
     layout = Layout(mesh.f, closed.angles, hole)
     placed = centred(layout, area)
-    if placed.depth[mesh.f[hole]].max() < np.quantile(placed.depth, _BODY) + _ON_LIMB:
+    if hole in _largest(mesh.f, placed.depth):
         return placed
     return centred(Inverted(layout, _hole(mesh.f, source, placed.depth)), area)
 
@@ -56,8 +52,13 @@ def between_tips(mesh: Mesh, placed: Placed, area: FloatArray) -> Placed:
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
     """The best shaped of the faces with the largest images."""
-    largest = np.argsort(depth[f].max(axis=1), kind="stable")[:_LARGEST]
+    largest = _largest(f, depth)
     return int(largest[np.argmax(source[largest].min(axis=1))])
+
+
+def _largest(f: IntArray, depth: FloatArray) -> IntArray:
+    """Faces with the largest images."""
+    return np.argsort(depth[f].max(axis=1), kind="stable")[:_LARGEST]
 
 
 def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> FloatArray:
@@ -67,5 +68,4 @@ def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> Float
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
     known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > _SMALL)
     usable = known & (orientation_signs(x, f) > 0) & (plane > 0).all(axis=1)
-    target = source + np.where(usable[:, None], plane - ball, 0)
-    return proper_angles(np.maximum(target, _LEAST_SHARE * np.minimum(source, 0.5)))
+    return proper_angles(source + np.where(usable[:, None], plane - ball, 0))

@@ -33,7 +33,7 @@ from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .candidate import Candidate
 from .charts import make_atlas
-from .local_repair import has_few_foldings, repair_locally, restore_gauge
+from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import floors, make_room
@@ -41,8 +41,6 @@ from .unrolling import between_tips, unroll
 
 FloatArray = NDArray[np.float64]
 
-#: The next floor is tried where undoing foldings raised the mean angle difference by more than this factor.
-_COSTLY = 1.1
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
 _SMALL = 1000
 #: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep would gain less
@@ -146,7 +144,7 @@ class _Line:
             if not self.accept("angles", y, stretch):
                 placed = self.rounds[-1].mean_angle_difference
                 self.accept("embedding", repair_locally(self.mesh, y), stretch)
-                if self.rounds[-1].mean_angle_difference > _COSTLY * placed:
+                if self.rounds[-1].mean_angle_difference > WORSE * placed:
                     continue
             return
 
