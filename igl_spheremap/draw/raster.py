@@ -48,11 +48,13 @@ def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArra
     low, high = y.min(axis=0), y.max(axis=0)
     radius = max(float((high - low)[:2].max()) / 2, 1e-300) * _MARGIN
     pixels = (y - (low + high) / 2) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
-    image = np.full((size * size, 3), 1.0)
     place, depth, owner = _samples(pixels, f, size)
-    front = np.argsort(depth, kind="stable")  # of equal places the last assignment counts
-    image[place[front]] = np.clip(colours, 0, 1)[owner[front]]
-    return np.rint(255 * image).astype(np.uint8).reshape(size, size, 3)
+    levels = np.ptp(depth) / np.iinfo(np.uint16).max or 1.0  # integers of 16 bits are sorted in a tenth of the time
+    front = np.argsort(((depth - depth.min()) / levels).astype(np.uint16), kind="stable")
+    seen = np.full(size * size, len(f))  # white, where there is no face
+    seen[place[front]] = owner[front]  # of equal places the last assignment counts
+    palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3))), 0, 1)).astype(np.uint8)
+    return palette[seen].reshape(size, size, 3)
 
 
 def _samples(pixels: FloatArray, f: IntArray, size: int) -> tuple[IntArray, FloatArray, IntArray]:
@@ -63,9 +65,9 @@ def _samples(pixels: FloatArray, f: IntArray, size: int) -> tuple[IntArray, Floa
     parts = []
     for k in np.unique(level):
         faces = np.flatnonzero(level == k)
-        points = np.einsum("pc,mcx->mpx", _grid(int(2.0**k)), corners[faces])
-        column, row = (np.clip(points[:, :, axis], 0, size - 1).astype(int) for axis in (0, 1))
-        parts.append((row * size + column, points[:, :, 2], np.broadcast_to(faces[:, None], row.shape)))
+        column, row, depth = (corners[faces, :, axis] @ _grid(int(2.0**k)).T for axis in range(3))
+        column, row = (np.clip(x, 0, size - 1).astype(np.int32) for x in (column, row))
+        parts.append((row * size + column, depth, np.broadcast_to(faces[:, None], row.shape)))
     place, depth, owner = (np.concatenate([part[j].ravel() for part in parts]) for j in range(3))
     return place, depth, owner
 

@@ -126,8 +126,11 @@ def serve() -> None:
             answer = (False, function(*args))
         except Exception as error:
             answer = (True, error)
-        pickle.dump(answer, results)
-        results.flush()
+        try:
+            pickle.dump(answer, results)
+            results.flush()
+        except BrokenPipeError:  # who asked was killed
+            os._exit(1)
 
 
 def own_child() -> Child:

@@ -1,0 +1,114 @@
+"""A population whose workers and whose client are killed: nothing may be lost, nothing done twice, no bit may differ.
+
+Run as ``python benchmarks/population.py [MESHES]``; prints what happened. Samples of random shape are mapped by
+`igl-spheremap batch`. After a fifth and two fifths of the meshes a worker is killed, after three fifths the client;
+then the batch is run again. Its table is compared with maps of the same files in this process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.populations.job import Job, Options, map_one
+from igl_spheremap.populations.table import read_table
+
+COMMAND = [sys.executable, "-m", "igl_spheremap", "batch", "@meshes.txt", "--out", "spheres/{stem}.ply", "--jobs", "2",
+           "--summary", "table.tsv"]
+MANIFEST = Path("spheres/stem.ply.manifest.jsonl")
+#: Of each sample: its share, a parameter that is random, and from where to where.
+SHAPES = {"spheroid": (0.35, "aspect", 0.5, 3.0), "dumbbell": (0.3, "n_vertices", 300, 600),
+          "pear": (0.3, "n_vertices", 300, 600), "dino": (0.03, "n_vertices", 1500, 1900),
+          "spring": (0.02, "turns", 1.0, 3.0)}
+
+
+def main(meshes: int = 2000) -> None:
+    """Make the meshes, map them, and compare."""
+    os.chdir(tempfile.mkdtemp())
+    make(meshes)
+    began = time.perf_counter()
+    print("killed workers", *interrupted(meshes))
+    at_the_kill = rows_of_manifest()
+    done = subprocess.run(COMMAND, check=False)
+    wall = time.perf_counter() - began
+    rows = read_table("table.tsv")
+    written = rows_of_manifest()
+    print(f"rows when the client was killed: {len(at_the_kill)}; taken over by the next run: "
+          f"{sum(row.resumed for row in rows)}; exit status {done.returncode}")
+    print(f"rows: {len(rows)} for {meshes} inputs; rows in the manifest: {len(written)}, with different keys: "
+          f"{len({key for key, _ in written})}; statuses: {sorted({row.status for row in rows})}")
+    print(f"both runs: {wall:.1f} s, {meshes / wall:.1f} maps a second with 2 processes")
+    compare(rows)
+
+
+def make(meshes: int) -> None:
+    """Samples whose shape, parameters and size are random, from one seed."""
+    random = np.random.default_rng(0)
+    os.mkdir("spheres")
+    names = []
+    for k in range(meshes):
+        shape = str(random.choice(list(SHAPES), p=[share for share, *_ in SHAPES.values()]))
+        _, parameter, low, high = SHAPES[shape]
+        value = random.uniform(low, high)
+        size = int(value) if parameter == "n_vertices" else int(random.integers(300, 600))
+        v, f = ism.samples.make(shape, **{parameter: value} | {"n_vertices": size})
+        names.append(f"{k:04d}_{shape}.ply")
+        ism.write_mesh(names[-1], v * random.uniform(0.5, 2, 3), f)
+    Path("meshes.txt").write_text("\n".join(names))
+
+
+def interrupted(meshes: int) -> list[str]:
+    """Run until two workers and the client are killed; the workers."""
+    killed: list[str] = []
+    client = subprocess.Popen(COMMAND)
+    for part in (1, 2, 3):
+        while len(rows := rows_of_manifest()) < part * meshes // 5:
+            time.sleep(0.05)
+        if part == 3:
+            client.kill()
+            client.wait()
+            return killed
+        worker = next(worker for _, worker in reversed(rows) if worker not in killed)
+        os.kill(int(worker.rpartition(":")[2]), signal.SIGKILL)
+        killed.append(worker)
+    return killed
+
+
+def rows_of_manifest() -> list[tuple[str, str]]:
+    """Key and worker of each result."""
+    if not MANIFEST.exists():
+        return []
+    lines = MANIFEST.read_text().split("\n")[:-1]  # the last one may be half a line
+    return [(entry["key"], entry["row"]["worker"]) for entry in map(json.loads, lines) if "row" in entry]
+
+
+def compare(rows) -> None:
+    """Compare files and rows with those of this process."""
+    options = Options(ism.Auto(), 0.0, False, False, True, os.getcwd())
+    spheres = figures = 0
+    seconds = []
+    for row in rows:
+        alone, _ = map_one(Job(row.source, "alone.ply", ""), options)
+        seconds.append(alone.seconds)
+        spheres += Path("alone.ply").read_bytes() == Path(row.target).read_bytes()
+        of_the_run = {"target": row.target, "resumed": row.resumed, "seconds": row.seconds, "memory": row.memory,
+                      "worker": row.worker}
+        figures += replace(alone, **of_the_run) == row
+    print(f"equal bit for bit with single runs: {spheres} files and {figures} rows of {len(rows)}; one process takes "
+          f"{sum(seconds):.1f} s, {len(rows) / sum(seconds):.1f} maps a second")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

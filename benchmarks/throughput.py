@@ -1,0 +1,181 @@
+"""Maps a second of many small meshes: a plain loop, processes, and Dask workers; what a large study costs.
+
+Run as ``python benchmarks/throughput.py [MESHES] [VERTICES]``; writes docs/throughput.md and its picture.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.draw.plot import new_figure
+from igl_spheremap.populations.executors import connect
+from igl_spheremap.populations.job import Job, Options, map_one
+
+DOCS = Path(__file__).parent.parent / "docs"
+CORTICES, CORTEX = 100_000, 160_000
+
+
+def main(meshes: int = 300, vertices: int = 2562) -> None:
+    """Measure, plot, and write the page."""
+    os.chdir(tempfile.mkdtemp())
+    sources = make(meshes, vertices)
+    plain(sources[:2])  # the first maps of a process load its solvers
+    rates: dict[str, dict[int, float]] = {"a plain loop": {1: meshes / seconds(lambda: plain(sources))}}
+    for count in range(1, (os.cpu_count() or 1) + 1):
+        took = seconds(lambda count=count: many(sources, processes=count))
+        rates.setdefault("processes", {})[count] = meshes / took
+        with Cluster(count) as executor:
+            many(sources[: 4 * count], executor=executor)  # the first jobs load the package
+            took = seconds(lambda executor=executor: many(sources, executor=executor))
+        rates.setdefault("Dask workers", {})[count] = meshes / took
+    start = min(seconds(lambda: many(sources[:1], processes=1)) for _ in range(3))
+    draw(rates, vertices)
+    write(rates, start, moving(sources[:40]), cortex(), meshes, vertices)
+
+
+def make(meshes: int, vertices: int) -> list[str]:
+    """Files of spheroids, no two alike."""
+    names = [f"{k}.ply" for k in range(meshes)]
+    for k, name in enumerate(names):
+        ism.write_mesh(name, *ism.samples.make("spheroid", n_vertices=vertices, aspect=1.2 + k / meshes))
+    return names
+
+
+def seconds(run) -> float:
+    """Wall time of a call."""
+    began = time.perf_counter()
+    run()
+    return time.perf_counter() - began
+
+
+def plain(sources) -> None:
+    """Read, map and write, and nothing else."""
+    for source in sources:
+        ism.write_map("plain_" + source, ism.spherical_conformal_map(*ism.read_mesh(source)), force=True)
+
+
+def many(sources, **workers) -> None:
+    """The same as a population."""
+    rows = ism.map_many(sources, "{stem}_sphere.ply", resume=False, **workers)
+    assert all(row.status == "certified" for row in rows)
+
+
+class Cluster:
+    """A Dask scheduler and workers of one thread each."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+
+    def __enter__(self):
+        command = [sys.executable, "-m", "distributed.cli.dask_{}", "--scheduler-file", "cluster.json",
+                   "--no-dashboard"]
+        extra = [["scheduler", "--port", "0"], *([["worker", "--nthreads", "1"]] * self.workers)]
+        Path("cluster.json").unlink(missing_ok=True)
+        self.processes = [subprocess.Popen([word.format(kind) for word in command] + options,
+                                           stderr=subprocess.DEVNULL) for kind, *options in extra]
+        while not Path("cluster.json").exists():
+            time.sleep(0.1)
+        self.executor = connect("cluster.json", 60)
+        self.executor._client.wait_for_workers(self.workers)
+        return self.executor
+
+    def __exit__(self, *_) -> None:
+        self.executor._client.close()
+        for process in self.processes:
+            process.terminate()
+            process.wait()
+
+
+def draw(rates, vertices: int) -> None:
+    """Maps a second against workers."""
+    figure, ((ax,),) = new_figure(1, 1, f"maps a second, {vertices:,} vertices", (4.5, 3.2))
+    for name, points in rates.items():
+        ax.plot(list(points), list(points.values()), marker="o", label=name)
+    ax.set(xlabel="workers", ylim=(0, None), xticks=list(rates["processes"]))
+    ax.legend()
+    figure.savefig(DOCS / "images" / "throughput.png", dpi=110)
+
+
+def moving(sources) -> float:
+    """CPU time of maps that share their faces with the one before, over that of maps which do not."""
+    options = Options(ism.Auto(), 0.0, False, False, True, os.getcwd())
+    def spent(name: str) -> float:
+        began = time.process_time()
+        map_one(Job(name, "moving.ply", ""), options)
+        return time.process_time() - began
+
+    same, own = [], []
+    for k, source in enumerate(sources):
+        v, f = ism.read_mesh(source)
+        ism.write_mesh("rolled.ply", np.roll(v, k + 1, axis=0), (f + k + 1) % len(v), force=True)
+        spent(source)
+        same.append(spent(source))
+        own.append(spent("rolled.ply"))
+    return float(np.median(same) / np.median(own))
+
+
+def cortex() -> float:
+    """CPU seconds of one job with a cortex: read, map, write, measure."""
+    ism.write_mesh("cortex.ply", *ism.samples.make("brain", n_vertices=CORTEX))
+    options = Options(ism.Auto(), 0.0, False, False, True, os.getcwd())
+    began = time.process_time()
+    map_one(Job("cortex.ply", "cortex_sphere.ply", ""), options)
+    return time.process_time() - began
+
+
+def write(rates, start: float, same: float, cortex: float, meshes: int, vertices: int) -> None:
+    """The page of the docs."""
+    processes, workers = rates["processes"], max(rates["processes"])
+    loop, one, many_ = rates["a plain loop"][1], processes[1], processes[workers]
+    rows = "\n".join(f"| {name} | {count} | {rate:.1f} |" for name, points in rates.items()
+                     for count, rate in points.items())
+    net = meshes / (meshes / one - start)
+    efficiency = many_ / one / workers
+    hours = CORTICES * cortex / efficiency / 3600
+    disk = 500 * os.stat("cortex.ply").st_size / cortex / 1e6
+    page = f"""# Throughput
+
+Written by `python benchmarks/throughput.py`: {meshes} spheroids of {vertices:,} vertices, the size of a hippocampus, no
+two alike, in PLY files. A plain loop reads, maps and writes; a population also measures angles, areas and edges, keeps
+the manifest, and takes digests of inputs and results. One thread each. Machine: {os.cpu_count()} cores,
+{platform.system()} {platform.machine()}, Python {platform.python_version()}.
+
+| who | workers | maps a second |
+|---|---:|---:|
+{rows}
+
+![Maps a second against workers](images/throughput.png)
+
+- One process takes {100 * (loop / one - 1):.1f} percent longer than the plain loop with its start of {start:.2f} s,
+  which is there once for each process, and {100 * (loop / net - 1):.1f} percent longer without.
+- {workers} processes map {many_ / one:.2f} times as much as one in the same time.
+- Meshes that only move, in a worker that has just mapped the same faces, take {100 * same:.0f} percent of the CPU time
+  of others: the half-edges, and that the faces are those of a sphere, are known.
+
+## What a large study costs
+
+A job costs its CPU seconds s, whoever runs it, and each of W workers costs its start s_0 once:
+
+    core hours = (N s / e + W s_0) / 3600
+
+where e is the efficiency of W workers, {efficiency:.2f} for {workers} here: the rate of all over W times that of one.
+One cortex of {CORTEX:,} vertices, the sample `brain`, takes s = {cortex:.1f} s to read, map, write and measure. So
+{CORTICES:,} of them take {hours:.0f} core hours: 500 workers are done in {hours / 500 * 60:.0f} minutes, if the disk
+delivers {disk:.0f} MB a second.
+"""
+    (DOCS / "throughput.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
