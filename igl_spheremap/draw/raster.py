@@ -65,8 +65,8 @@ def _samples(pixels: FloatArray, f: IntArray, size: int) -> tuple[IntArray, Floa
     parts = []
     for k in np.unique(level):
         faces = np.flatnonzero(level == k)
-        column, row, depth = (corners[faces, :, axis] @ _grid(int(2.0**k)).T for axis in range(3))
-        column, row = (np.clip(x, 0, size - 1).astype(np.int32) for x in (column, row))
+        x, y, depth = (corners[faces, :, axis] @ _grid(int(2.0**k)).T for axis in range(3))
+        column, row = (np.clip(pixel, 0, size - 1).astype(np.int32) for pixel in (x, y))
         parts.append((row * size + column, depth, np.broadcast_to(faces[:, None], row.shape)))
     place, depth, owner = (np.concatenate([part[j].ravel() for part in parts]) for j in range(3))
     return place, depth, owner

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import threading
 import time
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -32,8 +33,7 @@ from .table import Row
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-#: Kept, since meshes that only move share what depends on their faces.
-_previous: SphereMapper | None = None
+_OF_THREAD = threading.local()
 Result = tuple[Row, Fingerprint | None]
 
 
@@ -132,14 +132,18 @@ def _mapped(row: Row, source: str, target: str, options: Options) -> Row:
 
 
 def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]:
-    """The checked mesh and its map."""
-    global _previous
-    if isinstance(options.method, Auto):
-        _previous = mapper = SphereMapper(v, f, options.method)
-        result = mapper.map()
-        return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
-    result = balanced_spherical_map(v, f, options.balance, method=options.method)
-    return check_mesh(v, f), result
+    """The checked mesh and its map; a mesh with the faces of the one before shares what depends on them."""
+    if not isinstance(options.method, Auto):
+        result = balanced_spherical_map(v, f, options.balance, method=options.method)
+        return check_mesh(v, f), result
+    mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
+    if mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f):
+        mapper.move(v)
+    else:
+        mapper = SphereMapper(v, f, options.method)
+    result = mapper.map()
+    _OF_THREAD.mapper = mapper
+    return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
 
 
 def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:

@@ -256,3 +256,16 @@ def test_an_executor_that_drops_its_jobs_ends_the_run(desk):
 
     with Gone(1) as executor, pytest.raises(WorkersUnavailable, match="run it again"):
         map_many(["300.ply"], "{stem}.obj", executor=executor)
+
+
+def test_meshes_that_only_move_give_the_bits_of_new_ones(desk):
+    v, f = ism.samples.make("spheroid", n_vertices=400)
+    shapes = [v * [1, 1, 1 + k / 4] for k in range(4)] + [v * np.nan, v * 0, v + 1]
+    for k, shape in enumerate(shapes):
+        write_mesh(f"moved{k}.ply", shape, f)
+    with ThreadPoolExecutor(1) as executor:
+        rows = map_many([f"moved{k}.ply" for k in range(len(shapes))], "{stem}.obj", executor=executor)
+    assert [row.status for row in rows] == ["certified"] * 4 + ["no mesh"] * 2 + ["certified"]
+    for row, shape in zip(rows, shapes, strict=True):
+        if row.status == "certified":
+            assert np.array_equal(read_mesh(row.target).v, ism.spherical_conformal_map(shape, f).sphere)
