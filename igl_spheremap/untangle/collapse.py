@@ -51,17 +51,6 @@ class Batch:
 class Complex:
     """A triangulated sphere, or a part of one, under collapses and their undoing.
 
-    Parameters
-    ----------
-    f : (m, 3) int64 array
-        Faces; copied.
-    x : (n, 3) float64 array
-        Unit rows; shared, so that positions written later are seen.
-    frozen : (n,) bool array
-        Vertices that may be neither removed nor collapsed to, as faces around them may lie outside `f`.
-    grid : callable
-        Rounds unit rows to positions that vertices may take.
-
     Attributes
     ----------
     f : (m, 3) int64 array
@@ -105,18 +94,7 @@ class Complex:
         self.present[stars.vertices] = True
 
     def next_batch(self, wanted: BoolArray) -> Batch | None:
-        """Choose an independent set among the wanted vertices, and where each collapses to.
-
-        Parameters
-        ----------
-        wanted : (n,) bool array
-            Vertices that may go, none of them frozen.
-
-        Returns
-        -------
-        Batch or None
-            None if no wanted vertex can go.
-        """
+        """Choose an independent set among the wanted vertices, and where each collapses to."""
         ids = self.faces()
         spare = int(self.present.sum()) - 4 if not self.frozen.any() else len(self.x)
         wanted = wanted & self.present
@@ -194,20 +172,7 @@ def _low_valence(stars: Stars) -> Stars:
 
 
 def independent(stars: Stars, n: int) -> IntArray:
-    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle.
-
-    Parameters
-    ----------
-    stars : Stars
-        Some vertices with what is around them.
-    n : int
-        Number of vertices of the mesh.
-
-    Returns
-    -------
-    (k,) int64 array
-        Rows of `stars`, no two of which are neighbours.
-    """
+    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle."""
     shuffled = (stars.vertices * 2654435761) % 4294967291  # a permutation: the modulus is prime
     rank = np.full(n, np.iinfo(np.int64).max)
     rank[stars.vertices] = stars.valence * 4294967296 + shuffled

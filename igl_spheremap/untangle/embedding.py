@@ -60,22 +60,10 @@ Watch = Callable[[FloatArray], None]
 
 
 def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
-    """Mend every folding of a map to the sphere, moving only vertices around foldings where that suffices.
+    """Undo every folding of a map to the sphere, moving only vertices around foldings where that suffices.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Finite, nonzero rows.
-    f : (m, 3) int64 array
-        Faces of a closed genus-0 mesh that passed the gate.
-    watch : callable, optional
-        Called with the map each time that a batch of vertices was put back.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, certified free of foldings. Should float64 be too coarse even for the whole sphere rebuilt,
-        which was never seen, `x` itself.
+    Should float64 be too coarse even for the whole sphere rebuilt, which was never seen, `x` itself. `watch` is called
+    with the map each time that a batch of vertices was put back.
 
     Examples
     --------
@@ -101,23 +89,9 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
 
 def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
                   watch: Watch | None = None) -> FloatArray:
-    """Mend foldings by progressive embedding within ever larger regions around them.
+    """Undo foldings by progressive embedding within ever larger regions around them; the degree may be wrong.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Rows of one length, 1 but for a grid's.
-    f : (m, 3) int64 array
-        Faces of a closed genus-0 mesh that passed the gate.
-    grid : callable, optional
-        Rounds unit rows to the positions that are allowed; all of float64's by default.
-    watch : callable, optional
-        See `progressive_embedding`.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Without foldings, or `x` itself where that can't be had locally. The degree may be wrong.
+    `grid` rounds unit rows to the positions that are allowed. `x` itself where it can't be had locally.
     """
     bad = orientation_signs(x, f) <= 0
     if not bad.any() or bad.sum() > len(f) / 2:
@@ -135,20 +109,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
 
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
-    """The map or its mirror image: that which has more faces positively oriented.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        `x` itself, or `x` with its third coordinate reversed.
-    """
+    """The map or its mirror image: that which has more faces positively oriented."""
     signs = orientation_signs(x, f)
     return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
 

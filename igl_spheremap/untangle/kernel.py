@@ -72,20 +72,6 @@ class Stars:
 def stars_of(f: IntArray, chosen: NDArray[np.bool_], face_ids: IntArray | None = None) -> Stars:
     """Stars of the chosen vertices of a triangle mesh.
 
-    Parameters
-    ----------
-    f : (m, 3) int64 array
-        Faces.
-    chosen : (n,) bool array
-        Vertices whose stars are wanted.
-    face_ids : (m,) int64 array, optional
-        Names of the faces; their row numbers by default.
-
-    Returns
-    -------
-    Stars
-        Sorted by vertex.
-
     Examples
     --------
     >>> import numpy as np
@@ -145,18 +131,6 @@ def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
 
     The point that maximises the product of det(x, a, b), so that the faces around share the room. For stars that
     are small on the sphere it is affinely invariant: thin kernels do no harm.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows; the centres must lie in their kernels.
-    stars : Stars
-        Stars of the vertices to place.
-
-    Returns
-    -------
-    (k, 3) float64 array
-        Unit rows, inside the kernels but for rounding: test them exactly.
     """
     planes = _half_planes(x, stars, x[stars.vertices])
     return planes.lift(_newton(planes, np.zeros((len(stars.vertices), 2))))
@@ -167,22 +141,6 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
 
     When a vertex was collapsed to `target` and the faces of the fan from there are positively oriented, the
     target sees the whole star: a short way from it, between its two outer edges, lies the kernel.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows; those of the centres are not read.
-    stars : Stars
-        Stars of the vertices to place.
-    target : (k,) int64 array
-        For each star the corner that sees it.
-    wanted : (k, 3) float64 array, optional
-        Unit rows to come as near to as the kernels allow; the analytic centres by default.
-
-    Returns
-    -------
-    (k, 3) float64 array
-        Unit rows, inside the kernels but for rounding: test them exactly.
     """
     planes = _half_planes(x, stars, x[target])
     touching = (stars.a == target[planes.owner]) | (stars.b == target[planes.owner])

@@ -46,22 +46,10 @@ def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> Flo
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """Put a repaired map back into the package's gauge, from which the repair moves it.
+    """Put a certified map back into the package's gauge, from which the repair moves it; certified again.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows, certified free of foldings.
-    A : (n,) float64 array
-        Vertex areas, of sum 1.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, certified free of foldings: `x` itself where the Moebius map folds it and its centroid is as good as
-        at the origin, and where huge faces would lose their angles by it.
+    `x` itself where the Moebius map folds it and its centroid is as good as at the origin, and where huge faces would
+    lose their angles by it.
     """
     y = fix_gauge(mesh, x, A)
     free = certify_checked(y, mesh.f).folding_free
@@ -76,18 +64,5 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
-    """True if the centroid of the source's area is off the origin by more than a repair is worth.
-
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    A : (n,) float64 array
-        Vertex areas, of sum 1.
-
-    Returns
-    -------
-    bool
-        True beyond a thousandth of the radius.
-    """
+    """True if the centroid of the source's area is off the origin by more than a repair is worth."""
     return float(np.linalg.norm(weighted_sum(A, x))) > _OFF_CENTRE

@@ -30,20 +30,6 @@ _RINGS = 3
 def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     """Set foldings upright by small moves of the vertices around, as far as that goes.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows.
-    f : (m, 3) int64 array
-        Faces.
-    watch : callable, optional
-        Called with the map after every iteration.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows. Where small moves do not lead to an end, all is as in `x`.
-
     References
     ----------
     Agmon 1954, *The Relaxation Method for Linear Inequalities*.

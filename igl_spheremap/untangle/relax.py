@@ -167,26 +167,6 @@ def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = 
             sweeps: int = 5, tolerance: float = 2e-3) -> FloatArray:
     """Lower a loss of shape vertex by vertex, keeping a map that is free of foldings so.
 
-    Parameters
-    ----------
-    x : (n, 3) float64 array
-        Unit rows, without folding around the movable vertices.
-    f : (m, 3) int64 array
-        Faces.
-    loss : Loss
-        `AngleLoss` or `MipsLoss` of the source.
-    movable : (n,) bool array, optional
-        Vertices that may move; all by default.
-    sweeps : int
-        Sweeps at the most.
-    tolerance : float
-        Ends when a sweep lowers the loss by less than this share.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, without folding where there was none.
-
     Examples
     --------
     >>> import igl
