@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodies import random_body
 
 import igl_spheremap as ism
 from igl_spheremap.sphere.gauge import best_rotation
@@ -31,6 +32,22 @@ def test_every_iterate_is_free_of_foldings_and_every_map_certified(family):
     assert len(folded) > 20
     assert not any(folded)
     assert all(ism.certify(result.sphere, F).folding_free for result in maps.values())
+
+
+@pytest.mark.parametrize("depth", [8, 30, 60])
+def test_random_bodies_are_certified_at_every_iterate(depth):
+    v, f = random_body(1, depth, 2, (6, 9))
+    folded = []
+
+    def count(iterate):
+        if iterate.stage in ("opening", "balance"):
+            folded.append(ism.certify(iterate.x, f).foldings)
+
+    conformal = ism.spherical_conformal_map(v, f)
+    for balance in (0.5, 1):
+        assert ism.rebalance(conformal, balance, listener=count).certificate.folding_free
+    assert folded
+    assert not any(folded)
 
 
 def test_area_distortion_falls_and_angle_distortion_rises(family):
