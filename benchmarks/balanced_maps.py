@@ -96,8 +96,9 @@ def measured(v, f):
 
 
 def figures(result, cost, steps):
-    """What the table shows."""
+    """What the table shows; faces whose source has no area have no ratio."""
     area, angle = np.abs(result.area_ratios()), np.abs(result.angle_differences())
+    area = area[np.isfinite(area)]
     return {"area": float(area.mean()), "area 99 %": float(np.quantile(area, 0.99)), "angles": float(angle.mean()),
             "cost": cost, "steps": steps, "status": result.status.name}
 
