@@ -15,9 +15,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 
-#: Logarithms of lengths in the unit of the layout are kept within this: float64 ends at 708.
-_LARGEST = 700.0
-
 
 class Layout:
     """A triangulated sphere without one face, laid out in the plane by its angles.
@@ -61,7 +58,8 @@ class Layout:
     def about(self, root: int, log_unit: float) -> ComplexArray:
         """Positions relative to a vertex, in units of exp(log_unit)."""
         child, above, length, turn = self.path(root)
-        edge = np.exp(np.clip(length - log_unit, -_LARGEST, _LARGEST) + 1j * turn)
+        largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges are finite
+        edge = np.exp(np.clip(length - log_unit, -largest, largest) + 1j * turn)
         z = [0j] * self.n
         for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
             z[c] = z[a] + e

@@ -27,9 +27,6 @@ LongComplex = NDArray[np.clongdouble]
 LongFloat = NDArray[np.longdouble]
 IntArray = NDArray[np.int64]
 
-#: What of a matrix turns the axis into itself.
-_AXIS = np.array([[1, 1, 0], [1, 1, 0], [0, 0, 1]])
-
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -87,7 +84,9 @@ def onto_sphere(mesh: Mesh, z: LongComplex, area: FloatArray, *, keep_axis: bool
     """Unit rows, turned to the package's gauge, or as near as the axis allows, before they are rounded to float64."""
     x = to_ball(z)
     moment = weighted_moment(area, x.astype(np.float64), orientation_target(mesh, area))
-    kept = _AXIS if keep_axis else np.ones((3, 3))
+    kept = np.ones((3, 3))
+    if keep_axis:
+        kept[2, :2] = kept[:2, 2] = 0
     turn = best_rotation(np.eye(3), kept * moment, np.ones(3)) * kept
     x = x @ turn.astype(np.longdouble)
     return (x / np.sqrt((x * x).sum(axis=1))[:, None]).astype(np.float64)
