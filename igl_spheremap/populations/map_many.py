@@ -10,6 +10,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 from ..errors import import_optional
+from ..errors import own_errstate
 from ..maps.balanced import check_balance
 from ..maps.options import Auto, Method
 from .engine import results
@@ -24,6 +25,7 @@ from .targets import manifest_of, targets_of
 _MAPPED = ("certified", "folded")
 
 
+@own_errstate
 def map_many(
     sources: Sequence[str | os.PathLike[str]],
     out: str,

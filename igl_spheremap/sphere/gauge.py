@@ -9,7 +9,7 @@ from ..mesh.check import Mesh
 from ..mesh.normals import mesh_gauss_map
 from ..mesh.timings import stage
 from .moebius import center
-from .rows import weighted_moment, weighted_sum
+from .rows import unit_rows, weighted_moment, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +30,8 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
-    return np.ascontiguousarray(np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A)))
+    turned = np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A))
+    return np.ascontiguousarray(unit_rows(turned))  # steps and Moebius maps add up rounding in the lengths
 
 
 def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:
