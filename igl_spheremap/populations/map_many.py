@@ -9,8 +9,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime, timezone
 
-from ..errors import import_optional
-from ..errors import own_errstate
+from ..errors import import_optional, own_errstate
 from ..maps.balanced import check_balance
 from ..maps.options import Auto, Method
 from .engine import results
