@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import math
 import os
 import pickle
 import subprocess
@@ -96,9 +97,9 @@ def _load(function: object) -> None:
 def _watch(process: subprocess.Popen[bytes], done: threading.Event, timeout: float | None, memory: float | None,
            reasons: list[str]) -> None:
     """End a process whose call passes a limit."""
-    deadline = None if timeout is None else time.monotonic() + timeout
-    while not done.wait(_INTERVAL):
-        if deadline is not None and time.monotonic() > deadline:
+    deadline = math.inf if timeout is None else time.monotonic() + timeout
+    while not done.wait(min(_INTERVAL, max(deadline - time.monotonic(), 0.0))):
+        if time.monotonic() >= deadline:
             reasons.append(f"it took more than {timeout:g} s, the limit")
         elif memory is not None and peak_memory(process.pid) > memory:
             reasons.append(f"it took more than {memory:g} MB of memory, the limit")
