@@ -15,7 +15,7 @@ from ...sphere.rows import unit_rows
 from ..locate import SphereLocator
 from ..transfer import regular_mesh
 from ..values import check_values
-from .basis import blocks, degree_of, power, synthesis, terms
+from .basis import LARGEST_DEGREE, blocks, degree_of, power, synthesis, terms
 from .ellipsoid import first_order_frames, skewness
 from .expansion import expand
 from .rotation import rotate
@@ -276,7 +276,7 @@ def spherical_harmonics(
     values : (n,) or (n, k) array_like, optional
         Data at the vertices; the positions by default.
     degree : int
-        The largest degree L, 15 by default.
+        The largest degree L, at most 1,000; 15 by default.
     oversampling : float
         Rows of the grid for each degree, at least 1. At 4, the default, coefficients are within some 1e-4 of the exact
         integrals of the piecewise linear function, relatively; the error falls with the square.
@@ -307,8 +307,8 @@ def spherical_harmonics(
     >>> shape.coefficients.shape, shape.error()[[1, 2, 4, 8]].round(1).tolist()
     ((81, 3), [2.8, 2.6, 0.7, 0.1])
     """
-    if degree < 0 or int(degree) != degree:
-        raise ValueError(f"degree {degree} is out of range: give a whole number from 0")
+    if not 0 <= degree <= LARGEST_DEGREE or int(degree) != degree:
+        raise ValueError(f"degree {degree} is out of range: give a whole number from 0 to {LARGEST_DEGREE}")
     if not oversampling >= 1:
         raise ValueError(f"oversampling {oversampling} is out of range: give a number from 1")
     data = check_values(result.vertices if values is None else values, len(result.vertices))

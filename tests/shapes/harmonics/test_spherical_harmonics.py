@@ -128,8 +128,9 @@ def test_refusals(shape):
         ism.spherical_harmonics(result, np.where(np.arange(162) == 5, np.nan, 0))
     with pytest.raises(ism.MeshError, match=r"shape \(3,\) but the mesh has 162 vertices"):
         ism.spherical_harmonics(result, [1, 2, 3])
-    with pytest.raises(ValueError, match="degree -1"):
-        ism.spherical_harmonics(result, degree=-1)
+    for degree in (-1, 1001, 2.5):
+        with pytest.raises(ValueError, match=f"degree {degree} .* from 0 to 1000"):
+            ism.spherical_harmonics(result, degree=degree)
     with pytest.raises(ValueError, match="oversampling"):
         ism.spherical_harmonics(result, oversampling=0.5)
     with pytest.raises(ism.MeshError, match="2 columns"):

@@ -9,8 +9,9 @@ from ....errors import MeshError
 from ....io import read_coefficients, write_coefficients, write_mesh
 from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
+from ....shapes.harmonics.basis import LARGEST_DEGREE
 from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
-from ...numbers import COUNT
+from ...numbers import number
 from ..exits import Exit
 from ..failures import UsageError
 from ..output import add_output, report, row
@@ -23,7 +24,8 @@ def configure(parser: ArgumentParser) -> None:
     """Add the arguments."""
     add_pair(parser, "SURFACE")
     add_target(parser, "coefficients: .coef as SPHARM-PDM writes them, or .npz")
-    parser.add_argument("--degree", type=COUNT, default=15, metavar="L", help="the largest degree (default: 15)")
+    degree = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGREE, int)
+    parser.add_argument("--degree", type=degree, default=15, metavar="L", help="the largest degree (default: 15)")
     add_data(parser)
     parser.add_argument("--align", action="store_true", help="put it into the frame of its first-order ellipsoid")
     parser.add_argument("--template", metavar="FILE", help="with --align: an aligned shape that decides the directions")
