@@ -38,7 +38,7 @@ class Manifest:
         self._dirty = False
 
     def _read(self) -> None:
-        """Take up what earlier runs have written; lines that are none of ours are left as they are."""
+        """Read the records of earlier runs; other lines are ignored."""
         if not self.path.exists():
             return
         with self.path.open(encoding="utf-8", errors="replace") as file:
@@ -57,7 +57,7 @@ class Manifest:
         return self._file.read(1) == b"\n"
 
     def begin(self, run: Mapping[str, Any], inputs: Mapping[str, Fingerprint | None]) -> None:
-        """Write down a run, and the inputs that are not known yet."""
+        """Record a run, and the inputs that are not recorded yet."""
         self._append({"run": dict(run)})
         for source, file in inputs.items():
             if file is not None and self.inputs.get(source) != file:
@@ -66,7 +66,7 @@ class Manifest:
         self.flush()
 
     def result(self, key: str, target: str) -> Row | None:
-        """The row of that key, if its target is still the file that it speaks of."""
+        """The row of that key, if its target is still the file that was written."""
         if key not in self._results:
             return None
         row, output = self._results[key]

@@ -129,14 +129,12 @@ def map_many(
     if report is not None:
         import_optional("PIL", "a report", "io")
     with Manifest(manifest or manifest_of(out)) as log, workers_of(executor, processes, timeout, memory) as workers:
-        jobs = _write_down(log, names, targets, options)
-        known = [log.result(job.key, job.target) if resume else None for job in jobs]
-        again = retry_failed or force
-        kept = [row if row is not None and (row.status in _MAPPED or not again) else None for row in known]
-        todo.extend(job for job, row in zip(jobs, kept, strict=True) if row is None)
-        for job, row in zip(jobs, kept, strict=True):
-            if row is not None:
-                take(replace(row, source=job.source, target=job.target, resumed=True))
+        jobs = _begin(log, names, targets, options)
+        kept = _earlier_rows(log, jobs, retry_failed or force) if resume else []
+        done_before = {row.target for row in kept}
+        todo.extend(job for job in jobs if job.target not in done_before)
+        for row in kept:
+            take(row)
         for job, (row, output) in results(workers, todo, options, retries, log.flush):
             log.add(job.key, row, output)
             take(row)
@@ -146,8 +144,8 @@ def map_many(
     return done
 
 
-def _write_down(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
-    """The jobs, and their inputs in the manifest."""
+def _begin(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
+    """The jobs; the run and its inputs are recorded in the manifest."""
     with ThreadPoolExecutor() as readers:
         files = list(readers.map(lambda name: fingerprint(name, log.inputs.get(name)), names))
     log.begin({"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds")},
@@ -155,3 +153,10 @@ def _write_down(log: Manifest, names: Sequence[str], targets: Sequence[str], opt
     folder = log.path.parent
     return [Job(name, target, key_of(file, options, os.path.relpath(os.path.realpath(target), folder)))
             for name, target, file in zip(names, targets, files, strict=True)]
+
+
+def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> list[Row]:
+    """Rows of earlier runs for these jobs, in their order."""
+    known = ((job, log.result(job.key, job.target)) for job in jobs)
+    return [replace(row, source=job.source, target=job.target, resumed=True) for job, row in known
+            if row is not None and (row.status in _MAPPED or not mapped_only)]

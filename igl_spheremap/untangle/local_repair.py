@@ -1,4 +1,4 @@
-"""Mending where a map is folded, at a cost that only what is around foldings causes."""
+"""Local repair of foldings, at a cost that depends on their surroundings only."""
 
 from __future__ import annotations
 

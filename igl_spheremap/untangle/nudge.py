@@ -28,7 +28,7 @@ _RINGS = 3
 
 
 def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
-    """Set foldings upright by small moves of the vertices around, as far as that goes.
+    """Unfold faces by small moves of the vertices around them, where that succeeds.
 
     References
     ----------

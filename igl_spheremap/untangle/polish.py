@@ -34,23 +34,11 @@ _SAMPLE = 500
 
 @stage("polish")
 def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
-    """Polish a map without changing the sign of any face.
+    """Polish a map that is certified free of foldings, without changing the sign of any face.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The checked source.
-    x : (n, 3) float64 array
-        Unit rows, certified free of foldings.
-    kind : {"angles", "mips"}
-        ``"angles"`` lowers the mean size of the angle differences itself, by 10 to 20 percent on many meshes;
-        that is partly fitting the measure. ``"mips"`` lowers the MIPS energy, which the harmonic map has
-        nearly minimised already: it tames the largest differences and hardly moves the mean.
-
-    Returns
-    -------
-    (n, 3) float64 array
-        Unit rows, free of foldings.
+    "angles" lowers the mean size of the angle differences itself, by 10 to 20 percent on many meshes; that is partly
+    fitting the measure. "mips" lowers the MIPS energy, which the harmonic map has nearly minimised already: it lowers
+    the largest differences and hardly moves the mean.
     """
     if kind == "mips":
         return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_LAST_SWEEPS)
