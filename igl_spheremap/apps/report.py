@@ -11,9 +11,6 @@ from html import escape
 from importlib import metadata
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..descent.iterate import Round
 from ..descent.recording import Recording
 from ..draw.markup import page, picture, table
@@ -23,6 +20,7 @@ from ..draw.scene import MOST_FACES, View, scene
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
 from ..maps.sphere_map import SphereMap, result_rows
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.normals import mesh_gauss_map
 from .viewer import SUBJECTS, picture_of
@@ -150,7 +148,7 @@ def _pictures(result: SphereMap, recording: Recording, up: str) -> list[str]:
         return [f"<p>No pictures: {escape(str(error))}</p>"]
 
 
-def _shot(mesh: Mesh, x: NDArray[np.float64], title: str, subject: str, up: str) -> bytes:
+def _shot(mesh: Mesh, x: FloatArray, title: str, subject: str, up: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
         picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)

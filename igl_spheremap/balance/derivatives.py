@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import ComplexArray, FloatArray
 from .energy import Energy, cross
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 #: Faces at a time: what they need stays in the processor's cache, which halves the time of a large mesh.
 _CHUNK = 16384

@@ -6,18 +6,16 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..descent.iterate import Listener, Status
 from ..descent.minimize import Minimum, minimize
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from .energy import Energy, log_areas
 from .newton import newton
 from .newton_system import NewtonSystem
 from .source import Source, lay_flat
 from .stretched import stretched
-
-FloatArray = NDArray[np.float64]
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 _MOST_WEIGHT = 0.97

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..descent.iterate import Iterate
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import row_crosses, weighted_moment
 from .derivatives import derivatives
 from .energy import Energy
 from .newton_system import NewtonSystem
 from .step import certified_step
-
-FloatArray = NDArray[np.float64]
 
 #: Share of the predicted decrease that a step must bring (Armijo).
 _DECREASE = 1e-4

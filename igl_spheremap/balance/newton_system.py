@@ -6,16 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray, IntArray
 from ..operators.factor import available_backends
 from ..operators.factor.ordering import bandwidth_order, nested_dissection
 from .derivatives import PAIRS, Derivatives
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Solver = Callable[[FloatArray, FloatArray], FloatArray]
 
 #: Added to the diagonal, as a share of it: rotations of the sphere cost nothing.

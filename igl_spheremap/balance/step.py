@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import unit_rows
 from ..verify.certificate import orientation_signs
 from .energy import Energy
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: A face is refused where its energy exceeds this many times its old one and this many times the mean.
 _GROWTH, _OF_MEAN = 3.0, 10.0

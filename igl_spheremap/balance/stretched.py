@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges
 from ..operators.laplacian import positive_areas
@@ -14,8 +14,6 @@ from ..untangle.placed import onto_sphere
 from ..untangle.room import floors, make_room
 from ..untangle.unrolling import unroll
 from ..verify.certificate import certify_checked
-
-FloatArray = NDArray[np.float64]
 
 #: No edge of a stretched limb is shorter than exp(-this): half of the digits are left to move it.
 _FLOOR = floors(np.float32)[0]

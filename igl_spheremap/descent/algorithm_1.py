@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from .iterate import Iterate
 from .line_search import BarzilaiBorwein, NonmonotoneSearch
 from .problem import Problem
-
-FloatArray = NDArray[np.float64]
 
 #: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; next to
 #: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.

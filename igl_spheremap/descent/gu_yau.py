@@ -8,15 +8,13 @@ from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 
+from ..mesh.arrays import FloatArray
 from ..sphere.rows import unit_rows
 from .iterate import Iterate
 from .metrics import Diagonal
 from .problem import Problem, remove_boosts
-
-FloatArray = NDArray[np.float64]
 
 #: The mass centre may be this far from the origin before a Moebius map brings it back.
 _OFF_CENTRE = 1e-4

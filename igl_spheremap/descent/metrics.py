@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import vertex_areas
 from ..operators.factor import Factor, factorize
 from ..sphere.rows import row_dots, tangent
-
-FloatArray = NDArray[np.float64]
 
 #: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.
 _ACCURACY = 0.1
@@ -83,7 +81,7 @@ class SobolevH2(Metric):
     B: FloatArray
 
     @classmethod
-    def of(cls, L: sp.csr_matrix, f: NDArray[np.int64], x: FloatArray) -> SobolevH2:
+    def of(cls, L: sp.csr_matrix, f: IntArray, x: FloatArray) -> SobolevH2:
         """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite."""
         B = vertex_areas(x, f)
         B = np.maximum(B, _LEAST_AREA * B.mean())

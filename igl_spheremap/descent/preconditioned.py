@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import chain, count
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.timings import stage
@@ -23,8 +23,6 @@ from .line_search import NonmonotoneSearch
 from .metrics import SobolevH1
 from .minimize import Minimum, minimize
 from .problem import Problem
-
-FloatArray = NDArray[np.float64]
 
 #: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
 TOLERANCE = 1e-3

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..operators.laplacian import positive_areas
 from ..sphere.cayley import cayley_step
@@ -19,7 +19,6 @@ from .energies.harmonic import HarmonicEnergy
 from .energies.p_harmonic import PHarmonicEnergy
 from .metrics import Diagonal, Metric
 
-FloatArray = NDArray[np.float64]
 Trial = Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]
 
 
@@ -33,7 +32,7 @@ class Problem:
     #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
     A: FloatArray
     #: (m, 3) faces.
-    f: NDArray[np.int64]
+    f: IntArray
     #: True if the energy is the same for Moebius-equivalent maps, but for its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True

@@ -6,12 +6,10 @@ import threading
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import IntArray
 from ..verify.certificate import orientation_signs
 from .iterate import Iterate, Listener, Step
-
-IntArray = NDArray[np.int64]
 
 #: Bytes of positions that a recording holds by default.
 BUDGET = 400_000_000

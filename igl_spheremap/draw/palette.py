@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..mesh.arrays import FloatArray
+
 Colour = tuple[float, float, float]
 
 INK: Colour = (0.13, 0.15, 0.18)

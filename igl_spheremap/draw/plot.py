@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import import_optional
+from ..mesh.arrays import FloatArray
 from .histogram import angle_histogram
 from .palette import FOLDED, GUIDE, INK, LINES
 
 if TYPE_CHECKING:
     from ..descent.iterate import Step
 
-FloatArray = NDArray[np.float64]
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")

@@ -6,8 +6,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ..mesh.arrays import FloatArray, IntArray
 
 #: Where the light comes from, in the frame of the view.
 _LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])

@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..mesh.arrays import FloatArray, IntArray
 
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
@@ -31,7 +31,7 @@ class View:
     sphere: bool = False
 
 
-def scene(f: NDArray[np.int64], views: Sequence[View]) -> str:
+def scene(f: IntArray, views: Sequence[View]) -> str:
     """HTML with views of the same faces side by side."""
     content = {
         "faces": _base64(f.astype("<u4")),

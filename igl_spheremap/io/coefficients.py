@@ -8,9 +8,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
+from ..mesh.arrays import FloatArray, IntArray
 from ..shapes.harmonics.basis import degree_of
 from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
 from ..shapes.values import check_values
@@ -18,7 +18,6 @@ from . import npz
 from .reading import reading
 from .replacing import replacing
 
-FloatArray = NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 
 _NUMBER = re.compile(r"[^\s{},]+")
@@ -116,7 +115,7 @@ def _parse(text: str) -> FloatArray:
     return rows.reshape(n, 3)
 
 
-def _pdm_rows(degree: int) -> tuple[NDArray[np.int64], FloatArray]:
+def _pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
     """Which of our rows each row of SPHARM-PDM is, and its factor.
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).

@@ -11,8 +11,9 @@ from typing import Any, BinaryIO
 from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import of_triangles
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 
 _TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
 #: Kinds of surfaces: FreeSurfer's own, and the last two of this package, which never take the name of one of those.

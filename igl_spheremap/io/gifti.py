@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import of_triangles
 from .reading import check_expansion, expansion_limit
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import MeshError, import_optional
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import of_triangles
 from .reading import check_expansion, check_regular
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}

@@ -15,8 +15,8 @@ import numpy as np
 from .._version import __version__
 from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
+from ..mesh.arrays import FloatArray, IntArray
 from .reading import reading
-from .records import FloatArray, IntArray
 
 _LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
 _HEAD = 4096  # every writer puts the mark within so many bytes

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import Polygons
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 from .text import indices, numbers, read_rows, write_rows
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import MeshError
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from ..mesh.arrays import FloatArray, IntArray
+from .records import Format, Metadata, RawMesh
 from .text import counted_indices, numbers, read_rows, write_rows
 
 _NAMES = (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF")

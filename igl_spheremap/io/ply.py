@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import MeshError, import_optional
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import Polygons
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 from .text import counted_indices, numbers, read_rows
 
 _HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)

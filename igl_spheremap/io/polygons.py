@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
+from ..mesh.arrays import IntArray
 from ..mesh.check import check_triangles
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from .polygons import Polygons
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Metadata = Mapping[str, Any]
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
+from ..mesh.arrays import FloatArray
 from . import freesurfer, gifti, npz
 from .reading import reading
 from .records import Metadata
 from .replacing import replacing
 
-FloatArray = NDArray[np.float64]
 _HEMISPHERES = ("lh.", "rh.")
 
 

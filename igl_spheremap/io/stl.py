@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.clean import weld
 from .polygons import of_triangles
-from .records import FloatArray, Format, IntArray, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh
 from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from .polygons import Polygons
 
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 _BLOCK = 1 << 16  # rows formatted at once
 _SPACE, _NEWLINE = 32, 10
 
@@ -91,7 +90,7 @@ def read_rows(data: bytes) -> TextRows:
     return TextRows(text, tokens[(upto - counts)[full]], end[full], counts[full])
 
 
-def numbers(rows: TextRows, width: int, what: str) -> NDArray[np.float64]:
+def numbers(rows: TextRows, width: int, what: str) -> FloatArray:
     """The first `width` tokens of each line as floats; `what` names a line in messages."""
     message = f"{what} {{}} reads {{!r}} where {width} numbers are expected"
     short = np.flatnonzero(rows.counts < width)

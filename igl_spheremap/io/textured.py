@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FileError, import_optional
+from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..shapes.texture import Atlas
 from .replacing import check_writable, replacing
 from .text import write_rows
 
-FloatArray = NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_faces, check_rows
 from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
@@ -25,8 +25,6 @@ from .reading import reading
 from .records import Metadata
 from .replacing import replacing
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 PathLike = str | os.PathLike[str]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from ..descent.energies.harmonic import HarmonicEnergy
@@ -13,6 +13,7 @@ from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
 from ..errors import MeshError, own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_rows, plain_array
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
@@ -21,8 +22,6 @@ from ..untangle.candidate import Candidate
 from .run import run
 from .sphere_map import SphereMap
 from .variational import descend, start_of
-
-FloatArray = NDArray[np.float64]
 
 
 @own_errstate

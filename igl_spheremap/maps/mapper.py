@@ -7,12 +7,13 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..balance.family import Family
 from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..errors import MeshError, own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh, move_mesh, plain_array
 from ..mesh.timings import timed
 from ..operators.operators import build_operators
@@ -21,8 +22,6 @@ from .methods.auto import map_factorised
 from .options import Auto
 from .run import check_start, finish
 from .sphere_map import SphereMap
-
-FloatArray = NDArray[np.float64]
 
 
 class SphereMapper:

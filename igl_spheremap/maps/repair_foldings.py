@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.recording import History
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
@@ -19,8 +20,6 @@ from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_angle_difference
 from .options import Polish
 from .sphere_map import SphereMap
-
-FloatArray = NDArray[np.float64]
 
 #: Rows this close to unit length count as unit.
 _UNIT = 1e-6

@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..descent.recording import History
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.timings import timed, timings
 from ..operators.laplacian import positive_areas
@@ -20,8 +20,6 @@ from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
 from .sphere_map import SphereMap
-
-FloatArray = NDArray[np.float64]
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

@@ -6,20 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..descent.iterate import Round, Status, Step
 from ..draw.markup import table
 from ..draw.plot import plot_run
+from ..mesh.arrays import FloatArray, IntArray
 from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor
 from ..verify.figures import angle_figures, log_figures
 from ..verify.stretch import area_distortion
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,21 +5,19 @@ from __future__ import annotations
 import time
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..descent.algorithm_1 import CayleyBB
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener
 from ..descent.minimize import minimize
 from ..descent.problem import Problem
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .run import check_start
 from .spherical_conformal_map import spherical_conformal_map
-
-FloatArray = NDArray[np.float64]
 
 
 def start_of(mesh: Mesh, x0: ArrayLike | None) -> tuple[str, FloatArray]:

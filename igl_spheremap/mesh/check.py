@@ -13,12 +13,10 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
+from .arrays import FloatArray, IntArray
 from .edges import HalfEdges, half_edges
 from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
 from .timings import stage
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _EPS = np.finfo(float).eps
 #: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
+from .arrays import BoolArray, FloatArray, IntArray
 from .check import check_mesh, check_rows, check_triangles
 from .explain import components
 from .measure import enclosed_volume
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +225,7 @@ class _Work:
             self.f = np.ascontiguousarray(self.f[:, ::-1])
             self.actions.append("turned the surface outward")
 
-    def _keep_faces(self, keep: NDArray[np.bool_]) -> None:
+    def _keep_faces(self, keep: BoolArray) -> None:
         self.f, self.face_source = np.ascontiguousarray(self.f[keep]), self.face_source[keep]
 
     def _twins(self) -> tuple[IntArray, IntArray]:

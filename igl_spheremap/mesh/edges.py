@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from .arrays import IntArray
+
 Indices = NDArray[np.int32]
 
 
@@ -27,7 +29,7 @@ class HalfEdges:
     diagonal: Indices  # entry on the diagonal of each row
 
 
-def half_edges(f: NDArray[np.int64], n: int) -> HalfEdges | None:
+def half_edges(f: IntArray, n: int) -> HalfEdges | None:
     """Half-edges of faces in range without repeated corners; None unless each has one twin."""
     faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)

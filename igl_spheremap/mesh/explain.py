@@ -10,10 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..errors import MeshError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
+from .arrays import IntArray
 
 #: The call that repairs a fault. The command line prints it as the flags that stand for it.
 REPAIR = "repair_mesh(v, f)"

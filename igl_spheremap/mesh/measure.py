@@ -9,8 +9,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from .arrays import FloatArray, IntArray
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14

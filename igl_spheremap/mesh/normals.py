@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from .arrays import FloatArray, IntArray
 from .check import Mesh, check_mesh
-
-FloatArray = NDArray[np.float64]
 
 #: Shorter normals have lost digits, for their squares underflow.
 _SHORTEST = np.sqrt(np.finfo(float).tiny)
@@ -59,7 +58,7 @@ def mesh_gauss_map(mesh: Mesh) -> FloatArray:
     return fill_directions(normals, mesh.f)
 
 
-def fill_directions(x: FloatArray, f: NDArray[np.int64]) -> FloatArray:
+def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
     """Unit rows along those of `x`; rows without direction take the mean of their neighbours', ring by ring.
 
     Where nothing has a direction, all get the z axis.

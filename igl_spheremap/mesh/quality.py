@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray, IntArray
 from .check import Mesh
 from .clean import weld
 from .measure import corner_angles, enclosed_volume, face_areas
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def mesh_quality(mesh: Mesh) -> MeshQuality:
     )
 
 
-def _non_delaunay(f: NDArray[np.int64], angles: FloatArray, n: int) -> int:
+def _non_delaunay(f: IntArray, angles: FloatArray, n: int) -> int:
     """Edges whose opposite angles sum to more than pi."""
     start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
     order = np.argsort(np.minimum(start, stop) * n + np.maximum(start, stop), kind="stable")

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ..mesh.arrays import FloatArray, IntArray
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips. Meshes that no bound
 #: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can turn edges to and fro for ever.

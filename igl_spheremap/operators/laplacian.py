@@ -7,15 +7,12 @@ from typing import Literal
 import igl
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, half_edges
 from ..mesh.measure import vertex_areas
 from .flips import delaunay_triangulation
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: "cotangent" are the mesh's own weights, eq. (6). "mollified" takes them from `mollified_edge_lengths`, which changes
 #: nothing but slivers and faces of zero area. "delaunay" flips edges of the mollified mesh, intrinsically, until no

@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import angle_defects, corner_angles
 from .operators import Operators
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Next to coordinates of size 1, image edges below this length have less than three digits in float64.
 FLOAT64_LIMIT = 512 * np.finfo(float).eps

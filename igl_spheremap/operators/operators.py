@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.timings import stage
 from .factor import Factor, factorize
 from .laplacian import Weights, is_usable, laplacian, positive_areas
-
-FloatArray = NDArray[np.float64]
 
 #: P = L + this times M: enough to factorise, too little to be seen.
 _REGULARISATION = 1e-9

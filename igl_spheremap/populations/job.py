@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
@@ -22,6 +21,7 @@ from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
 from ..maps.sphere_map import SphereMap
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.clean import repair_mesh
 from ..verify.distortion import mesh_angle_differences
@@ -31,8 +31,6 @@ from .child import WorkerDied, own_child, peak_memory
 from .fingerprint import Fingerprint, fingerprint
 from .table import Row
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _OF_THREAD = threading.local()
 Result = tuple[Row, Fingerprint | None]
 

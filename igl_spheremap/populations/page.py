@@ -10,10 +10,10 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..draw.markup import page, table
 from ..io.replacing import replacing
+from ..mesh.arrays import FloatArray
 from .child import own_child
 from .executors import ProcessPool
 from .job import Options
@@ -102,7 +102,7 @@ def _histograms(rows: Sequence[Row]) -> list[str]:
     return plots
 
 
-def _histogram(label: str, values: NDArray[np.float64]) -> str:
+def _histogram(label: str, values: FloatArray) -> str:
     """Bars from the least value to the largest, with the median."""
     counts, edges = np.histogram(values, bins=_BINS)
     bars = "".join(f'<rect x="{k}" y="{20 - 20 * count / counts.max():.2f}" width=".9" '

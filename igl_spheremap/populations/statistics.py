@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from .table import Row
 
 #: Figures that are the worse the larger they are, with their labels.
@@ -19,7 +19,7 @@ FIGURES = {
 OUTLIER = 3.0
 
 
-def excess(rows: Sequence[Row]) -> NDArray[np.float64]:
+def excess(rows: Sequence[Row]) -> FloatArray:
     """How far the figures (rows, `FIGURES`) lie above the third quartile, in interquartile ranges.
 
     NaN counts as 0, and where the range is 0, all that is above it is infinitely far.

@@ -11,17 +11,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .animals import bird, dino, octopus
 from .cortex import brain
 from .helix import spring
 from .icosphere import sphere
 from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
 
-Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
+Mesh = tuple[FloatArray, IntArray]
 
 _SHAPES: dict[str, Callable[..., Mesh]] = {
     shape.__name__: shape for shape in (bird, brain, dino, dumbbell, octopus, pear, sphere, spheroid, spring)

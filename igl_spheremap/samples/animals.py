@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .arguments import number
 from .implicit import mesh_implicit
 from .limbs import Limb, SmoothUnion, limb
-
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the snout
     (-5.0, 0.95, 0.85, 0.10),
@@ -71,7 +68,7 @@ OCTOPUS_MANTLE = (
 
 
 @own_errstate
-def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
+def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Four-legged dinosaur with a long neck and tail, walking along x.
 
     Parameters
@@ -89,7 +86,7 @@ def dino(n_vertices: int = 5000) -> tuple[Float, Int]:
 
 
 @own_errstate
-def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
+def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Bird in flight along x, with spread wings and tail.
 
     Parameters
@@ -114,7 +111,7 @@ def bird(n_vertices: int = 5000) -> tuple[Float, Int]:
 
 
 @own_errstate
-def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[Float, Int]:
+def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Octopus with eight arms.
 
     A conformal map shrinks the end of an arm to about ``exp(-2 pi arm_length)``.

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .arguments import number
 from .implicit import mesh_implicit
 from .limbs import SmoothUnion, limb
-
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 AXES = np.array([1.3, 1.0, 0.95])  # half axes of the hull: front, side, top
 WAVES = 24
@@ -25,7 +22,7 @@ STEEPEST = 3.0  # walls of the deepest folds, against the hull
 
 
 @own_errstate
-def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
+def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, IntArray]:
     """Two hemispheres with gyri and sulci, a cerebellum and a stem.
 
     Parameters
@@ -45,7 +42,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
     cerebellum = [limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)]
     lower = SmoothUnion((stem, *cerebellum), blend=0.04)
 
-    def field(p: Float) -> Float:
+    def field(p: FloatArray) -> FloatArray:
         below = lower(p)
         open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)  # a sulcus that ran on beneath would be a tunnel
         return np.minimum(_cerebrum(p, depth * open_air), below)
@@ -54,7 +51,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[Float, Int]:
     return mesh_implicit(field, box, n_vertices, detail=0.05)
 
 
-def _cerebrum(p: Float, depth: Float) -> Float:
+def _cerebrum(p: FloatArray, depth: FloatArray) -> FloatArray:
     """An ellipsoid less the deeper of sulcus and fissure, scaled to change no faster than distance does."""
     ratio = np.linalg.norm(p / AXES, axis=1)
     surface = p / np.maximum(ratio, 0.1)[:, None]
@@ -65,7 +62,7 @@ def _cerebrum(p: Float, depth: Float) -> Float:
     return ((ratio - 1.0) * AXES.min() + np.maximum(sulcus, fissure)) / STEEPEST
 
 
-def _phase(p: Float) -> tuple[Float, Float]:
+def _phase(p: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Phase of the folds, rising along x with meanders from plane waves, and the size of its gradient."""
     k = np.arange(WAVES)
     up, turn = 1.0 - (2.0 * k + 1.0) / WAVES, np.pi * (3.0 - np.sqrt(5.0)) * k

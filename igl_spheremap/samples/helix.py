@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .arguments import number
 from .rings import loft
-
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 TUBE = 0.22  # radius of the tube, where that of the coil is 1
 PITCH = 0.8  # rise in one turn
 
 
 @own_errstate
-def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[Float, Int]:
+def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntArray]:
     """Tube along a helix of radius 1 about the z axis, closed by round ends.
 
     Parameters
@@ -37,7 +34,7 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[Float, Int]:
     length = turns * np.hypot(2.0 * np.pi, PITCH)
     quarter = 0.5 * np.pi * TUBE
 
-    def from_end(s: Float) -> Float:
+    def from_end(s: FloatArray) -> FloatArray:
         return np.minimum(np.minimum(s, length + 2.0 * quarter - s), quarter)
 
     s, angle, f = loft(lambda s: TUBE * np.sin(from_end(s) / TUBE), length + 2.0 * quarter, n_vertices)
@@ -46,7 +43,7 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[Float, Int]:
     return _bend(np.clip(s - quarter, 0.0, length), beyond, across, angle), f
 
 
-def _bend(s: Float, beyond: Float, across: Float, angle: Float) -> Float:
+def _bend(s: FloatArray, beyond: FloatArray, across: FloatArray, angle: FloatArray) -> FloatArray:
     """Points at a distance and angle across the helix at arc length s, moved ``beyond`` along its tangent.
 
     Angles are from a frame that does not turn about the tangent (the normal and binormal turn by the

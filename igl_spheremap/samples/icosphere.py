@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .arguments import number
-
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 
 @own_errstate
-def sphere(n_vertices: int = 2562) -> tuple[Float, Int]:
+def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
 
     Parameters
@@ -45,7 +42,7 @@ def sphere(n_vertices: int = 2562) -> tuple[Float, Int]:
     return v / np.linalg.norm(v, axis=1, keepdims=True), np.ascontiguousarray(f, dtype=np.int64)
 
 
-def _lattice(k: int) -> tuple[Int, Int]:
+def _lattice(k: int) -> tuple[IntArray, IntArray]:
     """Whole barycentric weights of sum k on one triangle, and the ``k^2`` small triangles among them."""
     i, j = (a.ravel() for a in np.meshgrid(np.arange(k + 1), np.arange(k + 1), indexing="ij"))
     inside = i + j <= k
@@ -53,7 +50,7 @@ def _lattice(k: int) -> tuple[Int, Int]:
     row[(i * (k + 2) + j)[inside]] = np.arange(inside.sum())
     i, j = i[inside], j[inside]
 
-    def at(di: int, dj: int) -> Int:
+    def at(di: int, dj: int) -> IntArray:
         return row[(i + di) * (k + 2) + j + dj]
 
     up = np.stack([at(0, 0), at(1, 0), at(0, 1)], axis=1)[i + j < k]

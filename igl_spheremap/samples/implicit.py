@@ -6,13 +6,12 @@ from collections.abc import Callable
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
-Field = Callable[[Float], Float]
+from ..mesh.arrays import FloatArray, IntArray
+
+Field = Callable[[FloatArray], FloatArray]
 """Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
@@ -20,7 +19,7 @@ COARSE_CUBE = 8  # the octree starts with cubes of so many grid spacings
 BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 
 
-def mesh_implicit(field: Field, box: Float, n_vertices: int, detail: float) -> tuple[Float, Int]:
+def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float) -> tuple[FloatArray, IntArray]:
     """Closed genus-0 mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
 
     Marching cubes makes a mesh with grid spacing at most ``detail`` where there are vertices enough, and its
@@ -46,7 +45,7 @@ def mesh_implicit(field: Field, box: Float, n_vertices: int, detail: float) -> t
     return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
 
 
-def _relax(field: Field, v: Float, f: Int, rounds: int) -> Float:
+def _relax(field: Field, v: FloatArray, f: IntArray, rounds: int) -> FloatArray:
     """Slide vertices along the surface to even out the triangles, then settle on the surface."""
     for _ in range(rounds):
         v = _slide(v, f)
@@ -54,7 +53,7 @@ def _relax(field: Field, v: Float, f: Int, rounds: int) -> Float:
     return _settle(field, v, f)
 
 
-def _settle(field: Field, v: Float, f: Int) -> Float:
+def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
     """Secant steps along the vertex normals to the zero set."""
     normal = igl.per_vertex_normals(v, f)
     value, move = evaluate(field, v), np.zeros(len(v))
@@ -68,12 +67,12 @@ def _settle(field: Field, v: Float, f: Int) -> Float:
     return v + move[:, None] * normal
 
 
-def evaluate(field: Field, points: Float) -> Float:
+def evaluate(field: Field, points: FloatArray) -> FloatArray:
     """Apply the field block by block."""
     return np.concatenate([field(points[i : i + BLOCK]) for i in range(0, len(points), BLOCK)])
 
 
-def _march_to_count(field: Field, box: Float, count: float, scale: float) -> tuple[Float, Int]:
+def _march_to_count(field: Field, box: FloatArray, count: float, scale: float) -> tuple[FloatArray, IntArray]:
     """Marching cubes on the grid that yields ``count`` vertices: spacing near ``scale / sqrt(count)``."""
     for _ in range(4):
         spacing = scale / np.sqrt(count)
@@ -84,7 +83,7 @@ def _march_to_count(field: Field, box: Float, count: float, scale: float) -> tup
     return v, f
 
 
-def _march(field: Field, box: Float, spacing: float) -> tuple[Float, Int]:
+def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, IntArray]:
     """Marching cubes over those cubes of an octree that the surface can meet."""
     n = np.ceil((box[1] - box[0]) / (COARSE_CUBE * spacing)).astype(np.int64)
     size = COARSE_CUBE
@@ -105,7 +104,7 @@ def _march(field: Field, box: Float, spacing: float) -> tuple[Float, Int]:
     return _largest_part(v, f)
 
 
-def _largest_part(v: Float, f: Int) -> tuple[Float, Int]:
+def _largest_part(v: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
     """The component with most vertices: a grid too coarse for a thin tip cuts beads off it."""
     edges = coo_array((np.ones(f.size), (f.ravel(), np.roll(f, 1, axis=1).ravel())), shape=(len(v), len(v)))
     part = connected_components(edges, directed=False)[1]
@@ -113,7 +112,7 @@ def _largest_part(v: Float, f: Int) -> tuple[Float, Int]:
     return v[keep], (np.cumsum(keep) - 1)[f[keep[f[:, 0]]]]
 
 
-def _slide(v: Float, f: Int) -> Float:
+def _slide(v: FloatArray, f: IntArray) -> FloatArray:
     """Move each vertex in its tangent plane towards the area-weighted mean of its faces' centroids."""
     area = igl.doublearea(v, f)
     centroid = v[f].mean(axis=1)

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from ..mesh.arrays import FloatArray
 
 NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20) = 2e-9
 
@@ -17,11 +16,11 @@ NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20)
 class Limb:
     """Union of round balls along a polyline, their radius linear on each segment."""
 
-    centres: Float  # (k, 3)
-    radii: Float  # (k,)
+    centres: FloatArray  # (k, 3)
+    radii: FloatArray  # (k,)
     squash: tuple[float, float, float] = (1.0, 1.0, 1.0)  # space is divided by these: below 1, flat along an axis
 
-    def __call__(self, points: Float) -> Float:
+    def __call__(self, points: FloatArray) -> FloatArray:
         """Lower bound of the distance of (k, 3) points to the limb, negative inside."""
         squash = np.array(self.squash)
         points, start = points / squash, self.centres[:-1] / squash
@@ -38,7 +37,7 @@ class Limb:
         radius = self.radii[:-1] + t * np.diff(self.radii)
         return float(squash.min()) * np.min(np.sqrt(np.maximum(square, 0.0)) - radius, axis=1)
 
-    def box(self) -> Float:
+    def box(self) -> FloatArray:
         """(2, 3) corners of a box that holds the limb."""
         reach = self.radii[:, None] * np.array(self.squash)
         return np.stack([(self.centres - reach).min(axis=0), (self.centres + reach).max(axis=0)])
@@ -61,13 +60,13 @@ class SmoothUnion:
     limbs: tuple[Limb, ...]
     blend: float
 
-    def __call__(self, points: Float) -> Float:
+    def __call__(self, points: FloatArray) -> FloatArray:
         """``-blend * log(sum(exp(-d / blend)))`` over the limbs' distances d."""
         distance = np.stack([self._distance(each, points) for each in self.limbs])
         nearest = distance.min(axis=0)
         return nearest - self.blend * np.log(np.sum(np.exp((nearest - distance) / self.blend), axis=0))
 
-    def _distance(self, part: Limb, points: Float) -> Float:
+    def _distance(self, part: Limb, points: FloatArray) -> FloatArray:
         """Distance to the limb where it matters; farther off, that to its box, which is less."""
         lower, upper = part.box()
         distance = np.linalg.norm(points - np.clip(points, lower, upper), axis=1)
@@ -75,7 +74,7 @@ class SmoothUnion:
         distance[near] = part(points[near])
         return distance
 
-    def box(self) -> Float:
+    def box(self) -> FloatArray:
         """(2, 3) corners of a box that holds the union, the swelling of the blend included."""
         boxes = np.stack([each.box() for each in self.limbs])
         swell = self.blend * (1.0 + np.log(len(self.limbs)))

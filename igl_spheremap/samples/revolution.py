@@ -8,14 +8,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
-from numpy.typing import NDArray
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from .arguments import number
 from .rings import loft
-
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ class SurfaceOfRevolution:
             raise ValueError(f"the radius polynomial {self.radius} is not positive on all of [-1, 1]")
 
     @own_errstate
-    def mesh(self, n_vertices: int = 4000) -> tuple[Float, Int]:
+    def mesh(self, n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
         """Near-equilateral triangles with all vertices on the surface.
 
         Parameters
@@ -82,13 +79,13 @@ class SurfaceOfRevolution:
         return v, f
 
     @own_errstate
-    def embed(self, p: Float) -> Float:
+    def embed(self, p: FloatArray) -> FloatArray:
         """Points of the surface for (n, 3) points p of the unit sphere, the same c and longitude."""
         rho = self._rho(p[:, 2])
         return np.stack([rho * p[:, 0], rho * p[:, 1], self.half_length * p[:, 2]], axis=1)
 
     @own_errstate
-    def conformal_map(self, v: Float) -> Float:
+    def conformal_map(self, v: FloatArray) -> FloatArray:
         """Exact conformal map of points of the surface to the unit sphere.
 
         Parameters
@@ -113,11 +110,11 @@ class SurfaceOfRevolution:
         flat = 2.0 * up * down / square / np.where(r > 0.0, r, 1.0)
         return np.stack([flat * v[:, 0], flat * v[:, 1], (up * up - down * down) / square], axis=1)
 
-    def _rho(self, c: Float) -> Float:
+    def _rho(self, c: FloatArray) -> FloatArray:
         """The radius polynomial."""
         return Polynomial(self.radius)(c)
 
-    def _stretch(self, c: Float) -> Float:
+    def _stretch(self, c: FloatArray) -> FloatArray:
         """q, where ds = rho * sqrt(1 + (1 - c^2) q) dt along the profile and c = cos t."""
         slope = Polynomial(self.radius).deriv()(c) / self._rho(c)
         return (self.half_length / self._rho(c)) ** 2 - 1.0 - 2.0 * c * slope + (1.0 - c * c) * slope**2
@@ -126,7 +123,7 @@ class SurfaceOfRevolution:
     def _excess(self) -> Chebyshev:
         """u(c) - atanh(c): what the isometric latitude is ahead of the sphere's at the same c."""
 
-        def derivative(c: Float) -> Float:
+        def derivative(c: FloatArray) -> FloatArray:
             q = self._stretch(c)
             return q / (1.0 + np.sqrt(1.0 + (1.0 - c * c) * q))
 
@@ -145,7 +142,7 @@ class SurfaceOfRevolution:
         return float(brentq(lambda b: area @ np.tanh(u + b), -reach, reach, xtol=1e-15))
 
 
-def _chebyshev(function: Callable[[Float], Float]) -> Chebyshev:
+def _chebyshev(function: Callable[[FloatArray], FloatArray]) -> Chebyshev:
     """Chebyshev series on [-1, 1], of twice the degree until its tail is at rounding level."""
     for degree in (16, 32, 64, 128, 256, 512, 1024):
         series = Chebyshev.interpolate(function, degree)
@@ -156,7 +153,7 @@ def _chebyshev(function: Callable[[Float], Float]) -> Chebyshev:
 
 
 @own_errstate
-def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[Float, Int]:
+def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Spheroid about the z axis, ``SurfaceOfRevolution(aspect)``.
 
     Parameters
@@ -177,7 +174,7 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[Float, Int]:
 
 
 @own_errstate
-def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[Float, Int]:
+def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, IntArray]:
     """Two bulbs and a neck, ``SurfaceOfRevolution(2.5, (waist, 0, 2))``.
 
     Parameters
@@ -198,7 +195,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[Float, Int]:
 
 
 @own_errstate
-def pear(n_vertices: int = 4000) -> tuple[Float, Int]:
+def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     """Surface with a thick and a thin end, ``SurfaceOfRevolution(1.4, (1, -0.4, 0.1, 0.2))``.
 
     Parameters

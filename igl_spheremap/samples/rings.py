@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
+from ..mesh.arrays import FloatArray, IntArray
 
 
-def loft(radius: Callable[[Float], Float], length: float, n_vertices: int) -> tuple[Float, Float, Int]:
+def loft(
+    radius: Callable[[FloatArray], FloatArray], length: float, n_vertices: int
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """Arc length and angle (radians) of each vertex, and faces, of a closed mesh swept by circles about an axis.
 
     `radius` gives that of the circle at arc lengths of the profile, which runs from pole to pole with radius 0 at both
@@ -26,7 +26,7 @@ def loft(radius: Callable[[Float], Float], length: float, n_vertices: int) -> tu
     return length * ring / (len(counts) - 1), angle, np.concatenate(faces)
 
 
-def _ring_counts(radius: Callable[[Float], Float], length: float, n_vertices: int) -> Int:
+def _ring_counts(radius: Callable[[FloatArray], FloatArray], length: float, n_vertices: int) -> IntArray:
     """Vertices on each ring: 1 at the poles, elsewhere as many as make triangles near-equilateral."""
     s = np.linspace(0.0, length, 2001)
     area = 2.0 * np.pi * length * np.mean(radius(s))
@@ -37,7 +37,7 @@ def _ring_counts(radius: Callable[[Float], Float], length: float, n_vertices: in
     return np.concatenate([[1], counts, [1]])
 
 
-def _stitch(j: int, k: int, m: int, first: int, second: int) -> Int:
+def _stitch(j: int, k: int, m: int, first: int, second: int) -> IntArray:
     """Triangles between ring j of k vertices and the next of m: each edge takes the nearest vertex opposite.
 
     Angles are compared in whole numbers, in units of a (2 k m)-th of a turn, so that a tie goes the same way

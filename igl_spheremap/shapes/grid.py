@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_rows, plain_array
 from ..sphere.rows import unit_rows
 from .harmonics.transform import gauss_rows, grid_points, longitudes
 from .transfer import transfer
 
-FloatArray = NDArray[np.float64]
 Kind = Literal["equirectangular", "gauss"]
 
 
@@ -131,7 +131,7 @@ def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatA
 
 def _cells(
     kind: str, rows: int, columns: int, x: FloatArray
-) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+) -> tuple[IntArray, IntArray, FloatArray]:
     """Row, column and bilinear weight (k, 4) of the grid points around each point."""
     theta, phi = _coordinates(kind, rows, columns)
     theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import FoldingsRemain, own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_directions, check_faces, check_rows
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, certify_checked
 from ..verify.signs import determinant_signs
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
 _FAN = 4  # children of a node of the tree

@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
 from ..errors import own_errstate
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import check_directions, check_triangles, plain_array
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Projection = Literal["equirectangular", "octahedral"]
 
 
@@ -146,7 +145,7 @@ def _longitude_latitude(corners: FloatArray, turns: FloatArray) -> FloatArray:
     return np.stack([0.5 + np.where(pole, beside[:, None], turns), 0.5 + latitude / np.pi], axis=-1)
 
 
-def _is_pole(x: FloatArray) -> NDArray[np.bool_]:
+def _is_pole(x: FloatArray) -> BoolArray:
     return np.asarray((x[..., 0] == 0) & (x[..., 1] == 0))
 
 

@@ -11,12 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_rows, check_triangles, plain_array
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _DEEPEST = 9  # ico:9 has 2.6 million vertices
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
+from ..mesh.arrays import FloatArray
 from ..mesh.check import plain_array
-
-FloatArray = NDArray[np.float64]
 
 
 def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import check_rows
 from .rows import row_dots
-
-FloatArray = NDArray[np.float64]
 
 
 @own_errstate

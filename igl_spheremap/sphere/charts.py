@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import ComplexArray, FloatArray
 from .rows import row_dots
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 #: Distance in the plane that is as good as infinite, and whose square is finite.
 INFINITE = 1e100

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity, vstack
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ..mesh.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.normals import mesh_gauss_map
 from ..mesh.timings import stage
 from .moebius import center
 from .rows import unit_rows, weighted_moment, weighted_sum
-
-FloatArray = NDArray[np.float64]
 
 #: Weight of the direction from the middle of the body beside that of the normal. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
+from ..mesh.arrays import FloatArray
 from .rows import row_dots, weighted_moment, weighted_sum
-
-FloatArray = NDArray[np.float64]
 
 _EPS = np.finfo(float).eps
 #: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..mesh.arrays import FloatArray
 
 #: By so much the squared length of a unit row may differ from 1 after its division and a rotation.
 _ROUNDING = 8 * np.finfo(float).eps

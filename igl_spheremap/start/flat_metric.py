@@ -7,17 +7,13 @@ from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed, MapError, NotConverged
+from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import angle_defects
 from ..operators.factor import factorize
 from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
 
 #: Halvings of a Newton step at the most.
 _HALVINGS = 40
@@ -134,7 +130,7 @@ def triangle_angles(log_lengths: FloatArray) -> FloatArray:
     return np.asarray(2 * np.arctan2(np.sqrt(others), np.sqrt(excess * perimeter)))
 
 
-def _broken(angles: FloatArray) -> NDArray[np.bool_]:
+def _broken(angles: FloatArray) -> BoolArray:
     return ~((angles.min(axis=1) > 0) & (angles.max(axis=1) < np.pi))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import ComplexArray, FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.normals import mesh_gauss_map
@@ -17,10 +17,6 @@ from ..sphere.charts import INFINITE, from_chart
 from ..sphere.moebius import center
 from ..sphere.rows import inner, row_dots
 from ..verify.distortion import mean_angle_difference
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
 
 #: Faces that are looked at for the affine correction, and for a face to puncture.
 _SAMPLE = 4000

@@ -6,19 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from ..errors import FactorisationFailed, own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
 from ..mesh.normals import fill_directions
 from ..operators.factor import factorize
 from ..operators.laplacian import usable_laplacian
 from ..verify.distortion import mesh_conformal_factor
-
-FloatArray = NDArray[np.float64]
 
 #: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5

@@ -6,21 +6,18 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..start.star_map import project
 from ..verify.certificate import certify_checked
 from .candidate import Candidate
 from .local_repair import has_few_foldings, repair_locally
-
-FloatArray = NDArray[np.float64]
 
 
 def unfold(

@@ -16,14 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray, IntArray
 from ..operators.factor import factorize
 from .blocks import VertexBlocks
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Steps that aim at the given angles; those after them only close, and converge quadratically.
 _AIMING = 2

@@ -6,10 +6,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ..mesh.arrays import FloatArray, IntArray
 
 
 class VertexBlocks:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..descent.iterate import Round, Status
+from ..mesh.arrays import FloatArray
 from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 
@@ -17,7 +15,7 @@ class Candidate:
     """A map, and what is known of it."""
 
     #: (n, 3) unit rows.
-    x: NDArray[np.float64]
+    x: FloatArray
     #: Harmonic energy.
     energy: float
     #: How its minimisation ended.

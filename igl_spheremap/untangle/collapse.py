@@ -13,15 +13,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_dets, row_dots
 from ..verify.certificate import certify_checked, orientation_signs
 from .kernel import Stars, stars_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]

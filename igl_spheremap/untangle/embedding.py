@@ -17,16 +17,12 @@ from contextlib import suppress
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import unit_rows
 from ..verify.certificate import certify_checked, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Rings around the places where float64 was too coarse that are removed too in the next attempt; then
 #: everything.

@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
 _NEWTON_STEPS = 8
@@ -69,7 +66,7 @@ class Stars:
         return Stars(self.vertices[rows], start, self.a[edges], self.b[edges], self.faces[edges])
 
 
-def stars_of(f: IntArray, chosen: NDArray[np.bool_], face_ids: IntArray | None = None) -> Stars:
+def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -> Stars:
     """Stars of the chosen vertices of a triangle mesh.
 
     Examples

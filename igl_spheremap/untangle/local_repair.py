@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import weighted_sum
@@ -14,8 +14,6 @@ from ..verify.distortion import mean_angle_difference
 from .embedding import Watch, dilate, fix_orientation, progressive_embedding
 from .nudge import nudge
 from .relax import AngleLoss, descend
-
-FloatArray = NDArray[np.float64]
 
 #: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
 #: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
@@ -28,7 +26,7 @@ _OFF_CENTRE = 1e-3
 WORSE = 1.05
 
 
-def has_few_foldings(certificate: Certificate, f: NDArray[np.int64]) -> bool:
+def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     """True if foldings are so few that they are undone where they are."""
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 

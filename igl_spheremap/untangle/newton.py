@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import log_edges
 from ..operators.factor import factorize
 from ..sphere.charts import tangent_axes
@@ -26,9 +26,6 @@ from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS
 from .nudge import nudge
 from .relax import AngleLoss, descend
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,14 +8,11 @@ half-spaces, which end in their intersection where there is room.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
 from ..verify.certificate import orientation_signs
 from .embedding import Watch, dilate
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Twice the area that foldings are given, in units of their longest side squared.
 _THICKNESS = 1e-3
@@ -69,7 +66,7 @@ def _without_failures(x: FloatArray, y: FloatArray, f: IntArray) -> FloatArray:
         failed = grown
 
 
-def _projected(x: FloatArray, folded: IntArray, movable: NDArray[np.bool_]) -> FloatArray:
+def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArray:
     """One step of all foldings towards a little area each."""
     p = [x.take(folded[:, k], axis=0) for k in range(3)]
     outward = p[0] + p[1] + p[2]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import log_edges
 from ..sphere.charts import to_chart
@@ -21,11 +22,8 @@ from ..sphere.moebius import conformal_barycentre
 from ..sphere.rows import weighted_moment
 from .layout import Layout
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 LongComplex = NDArray[np.clongdouble]
 LongFloat = NDArray[np.longdouble]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

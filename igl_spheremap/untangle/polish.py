@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
@@ -15,8 +15,6 @@ from ..sphere.rows import weighted_sum
 from ..verify.distortion import mean_angle_difference, mean_difference
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
-
-FloatArray = NDArray[np.float64]
 
 #: Newton steps at the most, and sweeps at the end.
 _ROUNDS = 20

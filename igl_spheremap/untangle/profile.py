@@ -10,11 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 
 #: Nepers of depth that one step of kappa gains in a bin; kappa = 1, .95, ... .05.
 QUANTUM = 0.05

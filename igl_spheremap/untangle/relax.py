@@ -12,8 +12,8 @@ from typing import Literal, Protocol
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
 from ..operators.laplacian import mollified_edge_lengths
 from ..sphere.charts import tangent_axes
@@ -21,10 +21,6 @@ from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .collapse import independent
 from .embedding import proper
 from .kernel import Stars, stars_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 Polish = Literal["angles", "mips"]
 

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from .placed import LongComplex, Placed
 from .profile import Limb, choose_kappas
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Discs of limbs begin where edges are shorter than exp(-this), and fork where two tips lie so much deeper.
 _ONSET = 4.0

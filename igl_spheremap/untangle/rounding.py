@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
 from ..sphere.charts import from_chart
 from ..sphere.rows import unit_rows
@@ -16,9 +17,7 @@ from .embedding import embed_locally
 from .placed import as_mapped
 from .room import floors, make_room
 
-FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

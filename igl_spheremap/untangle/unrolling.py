@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges
 from ..sphere.charts import to_chart
@@ -15,9 +15,6 @@ from .angles import CLOSED, close_angles, proper_angles
 from .layout import Inverted, Layout
 from .placed import Placed, between_poles, centred
 from .profile import plane_angles
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Faces with the largest images, of which the best shaped one is cut out.
 _LARGEST = 60

@@ -19,10 +19,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
@@ -38,8 +38,6 @@ from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import floors, make_room
 from .unrolling import between_tips, unroll
-
-FloatArray = NDArray[np.float64]
 
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
 _SMALL = 1000

@@ -6,17 +6,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
+from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.measure import corner_angles
 from .certificate import Certificate
 from .signs import orientation_signs
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
 
 _NOTHING = np.empty(0, dtype=np.int64)
 
@@ -58,7 +55,7 @@ class ChartAtlas:
             sides[i] = [complex(float(x), float(y)) for x, y in self._exact_sides(f[i])]
         return sides
 
-    def across(self, f: IntArray) -> NDArray[np.bool_]:
+    def across(self, f: IntArray) -> BoolArray:
         """Faces whose corners do not lie in one chart."""
         chart = self.chart[f]
         return np.asarray((chart != chart[:, :1]).any(axis=1))

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_faces, check_rows
 from ..mesh.timings import stage
 from ..sphere.rows import along, row_lengths, scale_rows
 from .signs import determinant_signs, orientation_signs
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Rows may leave the unit sphere by the rounding of a float32 file, no more.
 UNIT_TOLERANCE = 1e-6

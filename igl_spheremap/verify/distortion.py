@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh, check_rows
 from ..mesh.measure import corner_angles, vertex_areas
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @own_errstate

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ..mesh.arrays import FloatArray
 
 
-def log_figures(ratios: NDArray[np.float64]) -> dict[str, float]:
+def log_figures(ratios: FloatArray) -> dict[str, float]:
     """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, those of zero areas left out.
 
     >>> log_figures(np.array([0.5, -1.5, np.inf]))["mean"]
@@ -16,7 +17,7 @@ def log_figures(ratios: NDArray[np.float64]) -> dict[str, float]:
     return {"mean": float(size.mean()), "p99": float(np.percentile(size, 99)), "max": float(size.max())}
 
 
-def angle_figures(differences: NDArray[np.float64]) -> dict[str, float]:
+def angle_figures(differences: FloatArray) -> dict[str, float]:
     """Mean, median, 95th and 99th percentile and maximum of the sizes of angle differences, in their units.
 
     >>> angle_figures(np.array([[1.0, -2.0, 3.0]]))["median"]

@@ -6,13 +6,10 @@ from typing import Any
 
 import igl.predicates
 import numpy as np
-from numpy.typing import NDArray
 
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 from ..sphere.rows import scale_rows
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Computed in floating point, a determinant of numbers of size s at most is off by less than this times s^3, and less
 #: than the smallest normal number.
@@ -65,7 +62,7 @@ def determinant_signs(a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
     return orientation_signs(np.concatenate((a, b, c)), np.arange(3 * len(a)).reshape(3, -1).T)
 
 
-def _in_range(x: FloatArray) -> NDArray[np.bool_]:
+def _in_range(x: FloatArray) -> BoolArray:
     """Numbers for which the predicates are exact."""
     size = np.abs(x)
     return ((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh, check_rows
 from ..mesh.measure import face_areas
-
-FloatArray = NDArray[np.float64]
 
 
 @own_errstate

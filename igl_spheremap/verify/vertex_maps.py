@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh, check_rows
 from .distortion import mesh_angle_differences, mesh_conformal_factor
-
-FloatArray = NDArray[np.float64]
 
 
 @own_errstate

@@ -5,16 +5,13 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import MeshError
 from ...io import read_sphere
+from ...mesh.arrays import FloatArray, IntArray
 from .failures import UsageError
 from .source import Source, add_source, load_source
 from .streams import STREAM, read_stream
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def add_pair(parser: ArgumentParser, source: str = "SOURCE", optional: bool = False) -> None:

@@ -7,11 +7,10 @@ import math
 import sys
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ...descent.iterate import Iterate, Listener
+from ...mesh.arrays import IntArray
 from ...mesh.timings import LOGGER
 from ...verify.certificate import orientation_signs
 
@@ -58,7 +57,7 @@ class Progress(logging.Handler):
         if self._bar is not None:
             self._bar.update()
 
-    def listener(self, f: NDArray[np.int64]) -> Listener:
+    def listener(self, f: IntArray) -> Listener:
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
 
         def show(iterate: Iterate) -> None:

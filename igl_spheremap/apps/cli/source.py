@@ -7,11 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...errors import MeshError
 from ...io import read_mesh
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.clean import repair_mesh
 from .failures import UsageError
@@ -23,8 +21,8 @@ class Source:
     """A checked mesh, its name as it was given, what else its file holds, and what repairing changed."""
 
     name: str
-    v: NDArray[np.float64]
-    f: NDArray[np.int64]
+    v: FloatArray
+    f: IntArray
     metadata: Mapping[str, Any]
     repairs: tuple[str, ...] = ()
 

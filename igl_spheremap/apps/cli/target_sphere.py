@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...io import read_sphere
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_faces
 from ...shapes.transfer import regular_mesh
 from .failures import UsageError
@@ -24,7 +22,7 @@ def add_target_sphere(parser: ArgumentParser) -> None:
     )
 
 
-def read_target_sphere(args: Namespace) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def read_target_sphere(args: Namespace) -> tuple[FloatArray, IntArray]:
     """Vertices and faces of the sphere mesh."""
     if not args.to.startswith("ico:"):
         x, f = read_sphere(args.to)

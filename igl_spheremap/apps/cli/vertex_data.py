@@ -6,12 +6,10 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import MeshError
 from ...io import read_scalars
-
-FloatArray = NDArray[np.float64]
+from ...mesh.arrays import FloatArray
 
 HELP = "data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of FreeSurfer"
 

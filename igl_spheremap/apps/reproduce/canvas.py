@@ -5,20 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ...draw.palette import FOLDED, SURFACE, diverging
 from ...draw.raster import shading, view_of
+from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.certificate import orientation_signs
 from ..viewer.lens import follow
 from .drawing import draw
 from .surfaces import Surface
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _NONE = np.empty(0, dtype=np.int64)
 

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...draw.palette import INK
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ...mesh.arrays import FloatArray, IntArray
 
 
 def draw(

@@ -6,11 +6,11 @@ from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import samples
 from ...draw.palette import GUIDE, LINES
 from ...draw.plot import new_figure, plot_angles
+from ...mesh.arrays import FloatArray
 from ...start.star_map import weighted_eigen_projection
 from ...verify.certificate import orientation_signs
 from ...verify.distortion import angle_differences, conformal_factor
@@ -19,8 +19,6 @@ from .measures import mean_angle
 from .paper import TABLE_1
 from .runs import Outcome, Runs
 from .surfaces import Surface
-
-FloatArray = NDArray[np.float64]
 
 _FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 _REACH = 45.0  # degrees at the end of histograms that are compared

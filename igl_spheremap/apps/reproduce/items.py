@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...descent.iterate import Listener
 from ...errors import FileError, import_optional
 from ...io.replacing import replacing
+from ...mesh.arrays import IntArray
 from .figures import FIGURES
 from .runs import Runs
 from .tables import TABLES
@@ -26,7 +24,7 @@ def reproduce(
     meshes: Path | None = None,
     max_iterations: int | None = None,
     report: Callable[[str], None] = lambda line: None,
-    listen: Callable[[NDArray[np.int64]], Listener | None] = lambda f: None,
+    listen: Callable[[IntArray], Listener | None] = lambda f: None,
 ) -> list[Path]:
     """Write the named `ITEMS` into a folder, tables as Markdown and figures as PNG; return their paths.
 

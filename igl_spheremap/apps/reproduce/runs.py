@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..._version import __version__
 from ...descent.iterate import Iterate, Listener
@@ -19,10 +18,8 @@ from ...errors import FactorisationFailed, FileError, MapError
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method, Stereographic
 from ...maps.spherical_conformal_map import spherical_conformal_map
+from ...mesh.arrays import FloatArray, IntArray
 from .surfaces import Surface, load_surface
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: What is run, by the name that tables give it.
 METHODS: dict[str, Method] = {

@@ -9,14 +9,11 @@ from pathlib import Path
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import samples
 from ...io import read_mesh
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import row_crosses, row_dets, row_dots
 from . import style
 from .window import MATERIAL
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Legend = style.Ramp | tuple[str, style.Colour] | None
 
 #: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...sphere.charts import INFINITE, to_chart
 from ...verify.distortion import mesh_conformal_factor
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Cosine of the least angle between two poles that are chosen.
 _APART = 0.5

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...shapes.registration.features import FeatureSurface
@@ -18,9 +18,6 @@ from ...verify.distortion import mesh_angle_differences
 from ...verify.stretch import mesh_area_distortion
 from . import style
 from .body import Body, Legend
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: What can be shown, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")

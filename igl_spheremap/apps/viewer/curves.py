@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray, IntArray
 from . import style
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Points of a curve that are drawn at the most.
 _POINTS = 500

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...mesh.arrays import FloatArray, IntArray
 from .body import Body
 from .colouring import Colouring
 from .lens import Lens
@@ -18,12 +16,12 @@ _LINE = 18
 class Inset:
     """Shown while a lens magnifies."""
 
-    def __init__(self, stage: Stage, row: int, column: int, f: NDArray[np.int64], x: NDArray[np.float64]) -> None:
+    def __init__(self, stage: Stage, row: int, column: int, f: IntArray, x: FloatArray) -> None:
         self._stage, self._cell = stage, (row, column)
         self._body = stage.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
         self._lens = Lens()
 
-    def show(self, x: NDArray[np.float64], lens: Lens, colours: Colouring) -> None:
+    def show(self, x: FloatArray, lens: Lens, colours: Colouring) -> None:
         """Show a map without the lens through which its cell shows it."""
         self._lens = lens
         self._body.visible = lens.power > 1

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.charts import from_chart, to_chart
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
 _SPREAD = 0.6

@@ -7,9 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...maps.options import Method
 from ...mesh.check import Mesh
 from .app import App
@@ -22,8 +19,6 @@ from .result_view import count_foldings, edge_width
 from .run import Run, Source
 from .stage import Stage
 from .timeline import Slide, stops
-
-FloatArray = NDArray[np.float64]
 
 #: Default size: the two spheres share the right half.
 SIZE = (1400, 560)

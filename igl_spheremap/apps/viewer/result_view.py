@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...maps.balanced import rebalance
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
 from ...verify.distortion import mesh_angle_differences
@@ -28,7 +26,6 @@ from .stage import PANEL, Stage
 if TYPE_CHECKING:
     from ...maps.sphere_map import SphereMap
 
-FloatArray = NDArray[np.float64]
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
 _EDGES = 15_000

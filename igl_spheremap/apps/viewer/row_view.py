@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...shapes.registration.features import FeatureSurface
 from ...shapes.registration.register import Registration
@@ -16,9 +14,6 @@ from .app import App
 from .body import Body, Legend
 from .stage import Stage
 from .style import Colour, sequential
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: In standard deviations: the ends of the colours of a feature.
 _REACH = 2.0

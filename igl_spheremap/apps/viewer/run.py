@@ -10,17 +10,17 @@ from multiprocessing.synchronize import Event
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...descent.iterate import Iterate, Step
 from ...maps.options import Method
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.normals import mesh_gauss_map
 from .timeline import GAUSS_MAP, Slide, stage_of, thin
 
-Source = tuple[NDArray[np.float64], NDArray[np.int64]]
+Source = tuple[FloatArray, IntArray]
 
 #: Bytes of positions that a run keeps.
 BUDGET = 400_000_000
@@ -98,7 +98,7 @@ class Run:
     def _take_mesh(self, source: Source) -> None:
         self.mesh = check_mesh(*source)
 
-    def _take_iterates(self, content: tuple[list[Step], NDArray[np.float64]]) -> None:
+    def _take_iterates(self, content: tuple[list[Step], FloatArray]) -> None:
         steps, x = content
         assert self.mesh is not None
         if not self.slides and stage_of(steps[-1]) != stage_of(GAUSS_MAP):

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray
 from . import style
 from .body import Body, Legend
 from .window import UNITS_PER_PIXEL, aim
 
-FloatArray = NDArray[np.float64]
 Place = tuple[int, int]
 
 PANEL = 290

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...draw.palette import FOLDED, INK, LINES, SURFACE, Colour, Ramp, diverging, round_up, sequential
+from ...mesh.arrays import FloatArray
 
 __all__ = [
     "BACKGROUND",
@@ -25,7 +25,6 @@ __all__ = [
     "sequential",
 ]
 
-FloatArray = NDArray[np.float64]
 
 BACKGROUND: Colour = (1.0, 1.0, 1.0)
 EDGES: Colour = (0.45, 0.50, 0.55)

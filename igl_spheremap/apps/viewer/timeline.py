@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...descent.iterate import Iterate, Step
+from ...mesh.arrays import FloatArray, IntArray
 from ...verify.certificate import orientation_signs
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: The start of the paper's algorithms; shown first in every run, for comparison.
 GAUSS_MAP = Step("gauss map", 0, 0, float("nan"), float("nan"), 0.0)

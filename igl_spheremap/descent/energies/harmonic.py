@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import own_errstate
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh, check_rows
 from ...operators.laplacian import Weights, apply, usable_laplacian
 from ...sphere.rows import inner
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

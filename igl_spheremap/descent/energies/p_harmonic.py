@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import own_errstate
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh, check_rows
 from ...operators.laplacian import is_usable, laplacian, mollified_edge_lengths
 from ...sphere.rows import row_dots
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.iterate import Listener, Status
 from ...descent.preconditioned import harmonic_map
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...operators.operators import Operators, build_operators
 from ...sphere.gauge import fix_gauge
@@ -19,8 +17,6 @@ from ...untangle.polish import polish_map
 from ...untangle.untangle import untangle
 from ...verify.certificate import certify_checked
 from ..options import Auto
-
-FloatArray = NDArray[np.float64]
 
 
 def auto(mesh: Mesh, options: Auto, listener: Listener | None = None) -> Candidate:

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import time
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.gu_yau import ProjectedDescent, step_metric
 from ...descent.iterate import Iterate, Listener, Round, Status
 from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem, harmonic_problem
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...mesh.normals import mesh_gauss_map
 from ...operators.laplacian import laplacian, usable_laplacian
 from ...untangle.candidate import Candidate
 from ..options import GuYau
-
-FloatArray = NDArray[np.float64]
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener | None = None) -> Candidate:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...descent.algorithm_1 import CayleyBB
 from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.iterate import Iterate, Listener
 from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...mesh.normals import mesh_gauss_map
 from ...untangle.algorithm_2 import unfold
@@ -18,7 +16,7 @@ from ..options import Lai2014
 
 
 def lai2014(
-    mesh: Mesh, options: Lai2014, listener: Listener | None = None, x0: NDArray[np.float64] | None = None
+    mesh: Mesh, options: Lai2014, listener: Listener | None = None, x0: FloatArray | None = None
 ) -> Candidate:
     """Map a mesh from the Gauss map, or from another start, of unit rows."""
     energy = HarmonicEnergy.of(mesh, options.weights)

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.iterate import Iterate, Listener, Status
 from ...errors import MapError
+from ...mesh.arrays import ComplexArray, FloatArray
 from ...mesh.check import Mesh
 from ...operators.operators import Operators, build_operators
 from ...sphere.moebius import center
-from ...start.flat_metric import ComplexArray, FlatMetric, flat_metric, lay_out
+from ...start.flat_metric import FlatMetric, flat_metric, lay_out
 from ...start.punctured import candidate_faces, dipole_map, to_sphere
 from ...untangle.candidate import Candidate
 from ..options import Stereographic
-
-FloatArray = NDArray[np.float64]
 
 
 def stereographic(mesh: Mesh, options: Stereographic, listener: Listener | None = None) -> Candidate:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray
 from .legendre import legendre
-
-FloatArray = NDArray[np.float64]
 
 #: Degrees that are expanded at the most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
 LARGEST_DEGREE = 1000

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...mesh.arrays import FloatArray
 from ..locate import SphereLocator
 from ..transfer import interpolate
 from .transform import analysis, gauss_rows, grid_points, longitudes
-
-FloatArray = NDArray[np.float64]
 
 
 def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling: float) -> FloatArray:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ...mesh.arrays import FloatArray
 
 
 def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh_tridiagonal
 
+from ...mesh.arrays import ComplexArray, FloatArray
 from .basis import degree_of, rows_of
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 def to_complex(rows: FloatArray) -> ComplexArray:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import MeshError, own_errstate
 from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_rows
 from ...mesh.measure import vertex_areas
 from ...sphere.rows import unit_rows
@@ -19,9 +20,6 @@ from .basis import LARGEST_DEGREE, blocks, degree_of, power, synthesis, terms
 from .ellipsoid import first_order_frames, skewness
 from .expansion import expand
 from .rotation import rotate
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

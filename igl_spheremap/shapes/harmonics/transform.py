@@ -5,12 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray
 from .basis import degree_of
 from .legendre import legendre
-
-FloatArray = NDArray[np.float64]
 
 
 @lru_cache(maxsize=32)

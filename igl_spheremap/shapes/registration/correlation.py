@@ -6,13 +6,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import ComplexArray, FloatArray
 from ..harmonics.basis import rows_of
 from ..harmonics.rotation import angular_momentum, euler_rotation, ladder, rotate_complex, spin, spin_phase, to_complex
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 _APART = 15.0  # degrees between starts: more than the grid's error, less than the width of a peak
 _SAME = 3.0  # degrees between refined rotations that are one peak

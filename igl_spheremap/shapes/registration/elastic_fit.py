@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...balance.derivatives import PAIRS, Derivatives, derivatives
 from ...balance.energy import Energy
@@ -11,12 +10,10 @@ from ...balance.newton_system import NewtonSystem
 from ...balance.source import lay_flat
 from ...balance.step import certified_step
 from ...errors import FactorisationFailed
+from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.charts import tangent_axes
 from .moebius_fit import Notify
 from .picture import Picture
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _STEPS = 20  # at each width; the next one starts from what there is
 _SMALLEST_GAIN = 1e-3  # of the energy

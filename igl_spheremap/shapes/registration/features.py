@@ -7,14 +7,12 @@ from functools import cached_property
 import igl
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from ...errors import MeshError
+from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...operators.factor import factorize
 from ...operators.laplacian import positive_areas, usable_laplacian
-
-FloatArray = NDArray[np.float64]
 
 _DEPTH = 0.6  # radians that the surface is smoothed by to tell outward folds from inward ones
 _NOISE = 0.16  # radians that curvature is smoothed by: that of a marching-cubes mesh is noise below

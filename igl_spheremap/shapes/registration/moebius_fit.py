@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.moebius import moebius
 from ...verify.certificate import orientation_signs
 from .correlation import rotation_about
 from .picture import Picture
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 #: Takes each iterate and its cost.
 Notify = Callable[[FloatArray, float], None]
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray
 from ...mesh.check import check_mesh
 from ..harmonics.expansion import expand
 from ..locate import SphereLocator
@@ -14,8 +15,6 @@ from ..values import check_values
 from .correlation import Candidate, best_rotations
 from .features import FeatureSurface, check_varies
 from .picture import Picture
-
-FloatArray = NDArray[np.float64]
 
 _DEGREE = 48  # of the fixed features: the narrowest smoothing, 0.04 radians, leaves a seventh at this degree
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...mesh.arrays import FloatArray
 from ..grid import from_grid
 from ..harmonics.basis import degree_of
 from ..harmonics.rotation import turning
 from ..harmonics.transform import gauss_rows, grid_synthesis
-
-FloatArray = NDArray[np.float64]
 
 _ROWS_PER_DEGREE = 3  # bilinear lookup then errs by 6 percent of what has the highest degree, less below as its square
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...descent.iterate import Iterate, Listener
 from ...errors import own_errstate
@@ -18,15 +18,13 @@ from ...maps.given_sphere import sphere_map
 from ...maps.options import METHODS, Auto
 from ...maps.repair_foldings import repair_foldings
 from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...verify.certificate import certify_checked
 from .correlation import Candidate
 from .elastic_fit import Elastic
 from .moebius_fit import fit_moebius
 from .pair import Pair
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 STAGES = ("rotation", "moebius", "elastic")
 _FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map compare

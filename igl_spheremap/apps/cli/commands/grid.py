@@ -14,6 +14,7 @@ from ....io import write_picture
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
+from ....mesh.arrays import FloatArray
 from ....shapes.grid import to_grid
 from ...numbers import POSITIVE_COUNT
 from ..exits import Exit
@@ -59,7 +60,7 @@ def run(args: Namespace) -> Exit:
     return Exit.OK
 
 
-def _picture(grid: NDArray[np.float64]) -> NDArray[np.uint8]:
+def _picture(grid: FloatArray) -> NDArray[np.uint8]:
     """One column by the colour scale, three as red, green and blue on a common scale."""
     columns = grid.shape[2]
     if columns == 1:

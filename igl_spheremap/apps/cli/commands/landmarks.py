@@ -6,11 +6,11 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....errors import FileError
 from ....io.reading import read_lines
 from ....maps.landmarks import landmark_map
+from ....mesh.arrays import FloatArray, IntArray
 from ....sphere.rows import unit_rows
 from ...numbers import FROM_ZERO
 from ..exits import Exit
@@ -48,7 +48,7 @@ def run(args: Namespace) -> Exit:
 
 
 def _misses(
-    x: NDArray[np.float64], targets: NDArray[np.float64], vertices: NDArray[np.int64]
+    x: FloatArray, targets: FloatArray, vertices: IntArray
 ) -> tuple[dict[str, Any], list[str]]:
     """Degrees between landmarks (k, 3) and their targets, in the order of the file."""
     misses = np.degrees(2 * np.arcsin(np.minimum(np.linalg.norm(x - unit_rows(targets), axis=1) / 2, 1)))
@@ -59,7 +59,7 @@ def _misses(
     return {"landmarks": [{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)]}, rows
 
 
-def read_points(path: str, weight: float) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+def read_points(path: str, weight: float) -> tuple[IntArray, FloatArray, FloatArray]:
     """Vertices (k,), targets (k, 3) and weights (k,) from lines of four or five numbers; # begins a comment.
 
     `weight` is that of lines with four numbers; a FileError names a line that is something else.

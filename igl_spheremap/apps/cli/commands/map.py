@@ -6,20 +6,15 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import fields
 from typing import Any, get_args
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ....descent.iterate import Listener
 from ....maps.balanced import rebalance
 from ....maps.options import METHODS, EdgeWeights, Gauge, Polish
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....mesh.arrays import FloatArray, IntArray
 from ..exits import Exit
 from ..failures import UsageError
 from ..mapping import add_balance, add_map_arguments, map_by
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def configure(parser: ArgumentParser) -> None:

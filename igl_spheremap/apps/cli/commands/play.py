@@ -5,10 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ....maps.options import METHODS
+from ....mesh.arrays import FloatArray, IntArray
 from ...numbers import COUNT, FROM_ZERO
 from ...viewer import UPS, add_picture_arguments, guess_up, open_for, run_app
 from ...viewer.player import SIZE, Player
@@ -71,10 +69,10 @@ class _Load:
     """Vertices and faces by name, in any process; those of the command line are read already."""
 
     name: str
-    v: NDArray[np.float64]
-    f: NDArray[np.int64]
+    v: FloatArray
+    f: IntArray
 
-    def __call__(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    def __call__(self, name: str) -> tuple[FloatArray, IntArray]:
         if name == self.name:
             return self.v, self.f
         source = read_source(name)

@@ -6,12 +6,12 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_sphere, write_map
 from ....maps.given_sphere import sphere_map
 from ....maps.sphere_map import SphereMap
+from ....mesh.arrays import FloatArray
 from ....shapes.registration.register import STAGES, Registration, register
 from ...numbers import POSITIVE
 from ...viewer import open_for, registration_view, run_app
@@ -22,8 +22,6 @@ from ..pair import add_pair, check_fits, load_pair
 from ..source import Source, read_source
 from ..streams import add_target, check_outputs, write_target
 from ..vertex_data import read_data
-
-FloatArray = NDArray[np.float64]
 
 #: Width and height of the picture in pixels.
 _SIZE = (1200, 440)
