@@ -31,7 +31,7 @@ def parts(version):
 def bounds():
     """The lower bounds of all dependencies and extras."""
     groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
-    found = [re.fullmatch(r"([\w.-]+)>=([\d.]+)", line) for group in groups for line in group if "[" not in line]
+    found = [re.fullmatch(r"([\w.-]+)>=([\d.]+)(;.*)?", line) for group in groups for line in group if "[" not in line]
     assert all(found), "a dependency without a lower bound"
     return {match[1]: match[2] for match in found}
 
