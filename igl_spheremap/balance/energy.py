@@ -60,7 +60,7 @@ class Energy:
     def slopes(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First and second derivative of phi by u."""
         if self.power == 0:
-            return 2 * np.log(ratio), np.full_like(ratio, 2.0)
+            return 2.0 * np.log(ratio), np.full_like(ratio, 2.0)
         return ratio - 1 / ratio, ratio + 1 / ratio
 
 

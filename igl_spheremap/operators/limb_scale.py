@@ -18,7 +18,7 @@ from ..mesh.measure import angle_defects, corner_angles
 from .operators import Operators
 
 #: Next to coordinates of size 1, image edges below this length have less than three digits in float64.
-FLOAT64_LIMIT = 512 * np.finfo(float).eps
+FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
