@@ -43,11 +43,17 @@ def main(meshes: int = 120, vertices: int = 2562) -> None:
 
 
 def make(meshes: int, vertices: int) -> list[str]:
-    """Files of spheroids, no two alike."""
+    """Files of spheroids, no two of the same shape or with the same faces."""
     names = [f"{k}.ply" for k in range(meshes)]
     for k, name in enumerate(names):
-        ism.write_mesh(name, *ism.samples.make("spheroid", n_vertices=vertices, aspect=1.2 + k / meshes))
+        v, f = ism.samples.make("spheroid", n_vertices=vertices, aspect=1.2 + k / meshes)
+        ism.write_mesh(name, *renumbered(v, f, k))
     return names
+
+
+def renumbered(v, f, by: int):
+    """The mesh with its vertices in another order."""
+    return np.roll(v, by, axis=0), (f + by) % len(v)
 
 
 def best(rate) -> float:
@@ -126,7 +132,7 @@ def moving(sources) -> float:
     same, own = [], []
     for k, source in enumerate(sources):
         v, f = ism.read_mesh(source)
-        ism.write_mesh("rolled.ply", np.roll(v, k + 1, axis=0), (f + k + 1) % len(v), force=True)
+        ism.write_mesh("rolled.ply", *renumbered(v, f, k + 1), force=True)
         spent(source)
         same.append(spent(source))
         own.append(spent("rolled.ply"))

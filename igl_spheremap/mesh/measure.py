@@ -39,7 +39,9 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     array([[60., 60., 60.]])
     """
     angles = np.asarray(igl.internal_angles(v, f))
-    redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))  # NaN included
+    if angles.min(initial=np.inf) > _THIN:  # false for NaN
+        return angles
+    redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))
     for k in range(3):
         a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
         u, w = _unit_scale(b - a), _unit_scale(c - a)

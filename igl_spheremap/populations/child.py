@@ -20,7 +20,7 @@ T = TypeVar("T")
 _SERVE = "import sys; sys.path[:] = sys.argv[1:]; from igl_spheremap.populations.child import serve; serve()"
 _INTERVAL = 0.05  # seconds between two looks at a child's memory
 #: Processes share the processors already.
-_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1")
 
 _OF_THREAD = threading.local()
 

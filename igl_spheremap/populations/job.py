@@ -25,7 +25,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.clean import repair_mesh
 from ..verify.distortion import mesh_angle_differences
-from ..verify.figures import angle_figures, log_figures
+from ..verify.figures import log_figures
 from ..verify.stretch import mesh_area_distortion, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
 from .fingerprint import Fingerprint, fingerprint
@@ -115,7 +115,7 @@ def _mapped(row: Row, source: str, target: str, options: Options) -> Row:
     certificate = written.certificate
     moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
     figures = {
-        "angle": angle_figures(mesh_angle_differences(mesh, result.sphere)),
+        "angle": log_figures(mesh_angle_differences(mesh, result.sphere)),
         "area": log_figures(mesh_area_distortion(mesh, result.sphere)),
         "edge": log_figures(mesh_edge_distortion(mesh, result.sphere)),
     }

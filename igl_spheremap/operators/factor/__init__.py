@@ -86,3 +86,7 @@ def _installed(module: str) -> bool:
         return find_spec(module) is not None
     except ModuleNotFoundError:
         return False
+
+
+# The solver that "auto" takes is imported with this package: 12 ms that the first map of a process does not wait for.
+import_module(f".{_BACKENDS[available_backends()[0]][1]}", __name__)
