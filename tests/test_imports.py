@@ -130,8 +130,8 @@ def test_each_public_name_is_listed_once_for_readers_and_once_for_type_checkers(
 def test_the_core_needs_no_extra():
     """Polyscope is imported only where something is drawn, an extra only where it is used.
 
-    Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and cvxopt, where it is installed, is
-    imported with what factorises, so that no process's first map waits for it.
+    Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and cvxopt, where it is installed,
+    is imported with what factorises, so that no process's first map waits for it.
     """
     code = ("import sys, igl_spheremap as ism; [getattr(ism, name) for name in dir(ism)];"
             "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
