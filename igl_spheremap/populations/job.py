@@ -71,7 +71,7 @@ def key_of(file: Fingerprint | None, options: Options, target: str) -> str:
 def map_one(job: Job, options: Options) -> Result:
     """Map one file; whatever is wrong with it is in its row."""
     if options.version != __version__:
-        raise WorkersUnavailable(f"{_worker()} has igl_spheremap {__version__} where {options.version} is asked for")
+        raise WorkersUnavailable(f"{here()} has igl_spheremap {__version__} where {options.version} is asked for")
     began = time.perf_counter()
     target = place(job.target, options)
     row = Row(job.source, job.target)
@@ -79,7 +79,7 @@ def map_one(job: Job, options: Options) -> Result:
         row = _mapped(row, place(job.source, options), target, options)
     except Exception as error:  # one mesh must not end the others
         row = replace(row, status=_status(error), notes=one_line(error))
-    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=_worker())
+    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=here())
     return row, fingerprint(target)
 
 
@@ -93,7 +93,8 @@ def _status(error: Exception) -> str:
     return next((status for kind, status in kinds.items() if isinstance(error, kind)), "failed")
 
 
-def _worker() -> str:
+def here() -> str:
+    """Host and process."""
     return f"{socket.gethostname()}:{os.getpid()}"
 
 

@@ -14,51 +14,62 @@ from typing import Any
 from ..errors import FileError
 from ..io.replacing import check_writable
 from .fingerprint import Fingerprint, fingerprint
+from .lock import lock
 from .table import Row, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
 
 
 class Manifest:
-    """JSON lines that are appended: a run, its inputs, and a line for each result.
+    """JSON lines that are appended: a run, its inputs, and a line for each result. One run writes at a time.
 
     A result is known by its key: a digest of the mesh file, the options, and the target's path from the manifest.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
         self.inputs: dict[str, Fingerprint] = {}
         self._results: dict[str, tuple[Row, Fingerprint | None]] = {}
-        self._read()
-        self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
-        if self._file.tell() and not self._ends_with_a_line():
+        with self._writing():
+            self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
+        if not lock(self._file):
+            self._file.close()
+            raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
+                            "manifest=FILE")
+        if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
             self._file.write(b"\n")  # a run that was killed cut its last line off
         self._flushed = time.monotonic()
-        self._dirty = False
+        self._append({"run": dict(run)})
+        self._read()
+
+    def _entries(self) -> Iterator[dict[str, Any]]:
+        """What the lines hold; those that are cut off are left out."""
+        with self.path.open(encoding="utf-8", errors="replace") as file:
+            yield from json_lines(file)
+
+    def _last_run(self) -> str:
+        """Host and process of the run that was recorded last."""
+        return next((entry["run"]["by"] for entry in reversed(list(self._entries())) if "run" in entry), "just begun")
 
     def _read(self) -> None:
         """Read the records of earlier runs; other lines are ignored."""
-        if not self.path.exists():
-            return
-        with self.path.open(encoding="utf-8", errors="replace") as file:
-            for entry in json_lines(file):
-                try:
-                    if "input" in entry:
-                        self.inputs[entry["input"]["source"]] = Fingerprint(**entry["input"]["file"])
-                    elif "row" in entry:
-                        output = entry["output"] and Fingerprint(**entry["output"])
-                        self._results[entry["key"]] = from_plain(entry["row"]), output
-                except (KeyError, TypeError, ValueError):
-                    continue
+        for entry in self._entries():
+            try:
+                if "input" in entry:
+                    self.inputs[entry["input"]["source"]] = Fingerprint(**entry["input"]["file"])
+                elif "row" in entry:
+                    output = entry["output"] and Fingerprint(**entry["output"])
+                    self._results[entry["key"]] = from_plain(entry["row"]), output
+            except (KeyError, TypeError, ValueError):
+                continue
 
     def _ends_with_a_line(self) -> bool:
         self._file.seek(-1, os.SEEK_END)
         return self._file.read(1) == b"\n"
 
-    def begin(self, run: Mapping[str, Any], inputs: Mapping[str, Fingerprint | None]) -> None:
-        """Record a run, and the inputs that are not recorded yet."""
-        self._append({"run": dict(run)})
+    def add_inputs(self, inputs: Mapping[str, Fingerprint | None]) -> None:
+        """Record the inputs that are not recorded yet."""
         for source, file in inputs.items():
             if file is not None and self.inputs.get(source) != file:
                 self.inputs[source] = file

@@ -15,7 +15,7 @@ from ..maps.options import Auto, Method
 from .engine import results
 from .executors import workers_of
 from .fingerprint import fingerprint
-from .job import Job, Options, key_of
+from .job import Job, Options, here, key_of
 from .manifest import Manifest
 from .page import write_page
 from .table import Row
@@ -95,7 +95,7 @@ def map_many(
     ValueError
         If two sources have the same target, or limits are given for an executor that can't keep them.
     FileError
-        If the manifest can't be written.
+        If the manifest can't be written, or another run writes it.
     WorkersUnavailable
         If the scheduler of the executor is gone, or a worker has another version.
 
@@ -128,7 +128,9 @@ def map_many(
 
     if report is not None:
         import_optional("PIL", "a report", "io")
-    with Manifest(manifest or manifest_of(out)) as log, workers_of(executor, processes, timeout, memory) as workers:
+    run = {"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds"), "by": here()}
+    with (Manifest(manifest or manifest_of(out), run) as log,
+          workers_of(executor, processes, timeout, memory) as workers):
         jobs = _begin(log, names, targets, options)
         kept = _earlier_rows(log, jobs, retry_failed or force) if resume else []
         done_before = {row.target for row in kept}
@@ -145,11 +147,10 @@ def map_many(
 
 
 def _begin(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
-    """The jobs; the run and its inputs are recorded in the manifest."""
+    """The jobs; their inputs are recorded in the manifest."""
     with ThreadPoolExecutor() as readers:
         files = list(readers.map(lambda name: fingerprint(name, log.inputs.get(name)), names))
-    log.begin({"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds")},
-              dict(zip(names, files, strict=True)))
+    log.add_inputs(dict(zip(names, files, strict=True)))
     folder = log.path.parent
     return [Job(name, target, key_of(file, options, os.path.relpath(os.path.realpath(target), folder)))
             for name, target, file in zip(names, targets, files, strict=True)]

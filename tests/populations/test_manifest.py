@@ -9,6 +9,7 @@ from igl_spheremap.populations.fingerprint import fingerprint
 from igl_spheremap.populations.manifest import Manifest
 from igl_spheremap.populations.table import Row, read_table
 
+RUN = {"options": "-", "by": "host:1"}
 ROWS = {f"key{k}": Row(f"{k}.ply", f"{k}.obj", vertices=k) for k in range(3)}
 
 
@@ -17,15 +18,15 @@ def written(tmp_path):
     """A manifest of three results, of which one has an output, and the place of that."""
     output = tmp_path / "0.obj"
     output.write_text("v 0 0 0")
-    with Manifest(tmp_path / "all.jsonl") as log:
-        log.begin({"options": "-"}, {"0.ply": fingerprint(str(output))})
+    with Manifest(tmp_path / "all.jsonl", RUN) as log:
+        log.add_inputs({"0.ply": fingerprint(str(output))})
         for key, row in ROWS.items():
             log.add(key, row, fingerprint(str(output)) if key == "key0" else None)
     return tmp_path / "all.jsonl", output
 
 
 def found(path, output):
-    with Manifest(path) as log:
+    with Manifest(path, RUN) as log:
         return [log.result(key, str(output) if key == "key0" else "none.obj") for key in ROWS]
 
 
@@ -42,7 +43,7 @@ def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
         path.write_bytes(whole[:cut])
         complete = sum(end <= cut for end in ends[2:])
         assert [row is not None for row in found(path, output)] == [k < complete for k in range(3)]
-        with Manifest(path) as log:
+        with Manifest(path, RUN) as log:
             log.add("key2", ROWS["key2"], None)
         assert found(path, output)[2] == ROWS["key2"]
 
@@ -60,7 +61,7 @@ def test_a_result_counts_only_while_its_output_is_what_was_written(written):
 
 def test_the_last_result_of_a_key_counts(written):
     path, output = written
-    with Manifest(path) as log:
+    with Manifest(path, RUN) as log:
         log.add("key1", replace(ROWS["key1"], status="failed"), None)
     assert found(path, output)[1].status == "failed"
 
@@ -78,4 +79,14 @@ def test_inputs_are_known_again_without_being_read(tmp_path):
 
 def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
     with pytest.raises(FileError, match="no folder"):
-        Manifest(tmp_path / "none" / "all.jsonl")
+        Manifest(tmp_path / "none" / "all.jsonl", RUN)
+
+
+def test_one_run_writes_at_a_time(written):
+    path, output = written
+    with Manifest(path, RUN | {"by": "host:7"}):
+        before = path.read_bytes()
+        with pytest.raises(FileError, match="another run, host:7, writes"):
+            Manifest(path, RUN)
+        assert path.read_bytes() == before
+    assert found(path, output) == list(ROWS.values())

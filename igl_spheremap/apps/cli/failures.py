@@ -39,6 +39,7 @@ _FLAGS = {
     "repair_mesh(v, f)": "--repair",
     "read_mesh(path, triangulate=True)": "--repair",
     "force=True": "--force",
+    "manifest=FILE": "--manifest FILE",
 }
 
 #: Errors that take one line; any other is a defect of the package and shows its traceback.

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import deadly
@@ -123,6 +126,23 @@ def test_signals_finish_what_was_begun_and_count_what_is_left(number, stand_in, 
     assert f"{len(files) - len(done)} files are left" in out
     assert err == "igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once\n"
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, capsys):
+    code = "import igl_spheremap as ism; ism.map_many(['300.ply'], '{stem}.obj', listener=lambda row: input())"
+    first = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE)
+    while not Path("300.obj").exists():
+        assert first.poll() is None
+        time.sleep(0.02)
+    try:
+        assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.FILE
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1
+        assert f":{first.pid}, writes stem.obj.manifest.jsonl; wait until it ends, or give --manifest FILE" in err
+    finally:
+        first.kill()
+        first.communicate()
+    assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.OK
 
 
 def test_inputs_are_files_globs_and_lists(stand_in):
