@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer import Part, RowView, open_for, run_app
+from igl_spheremap.apps.viewer.app import open_for, run_app
 from igl_spheremap.apps.viewer.colouring import folded_faces, places
 from igl_spheremap.apps.viewer.lens import follow
 from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.row_view import Part, RowView
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 #: Radii of the dots of landmarks and targets; the former are drawn nearer to the viewer, to be seen inside.

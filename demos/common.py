@@ -6,28 +6,20 @@ import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 
+from igl_spheremap.apps.cli import arguments
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.failures import EXPECTED, describe
 from igl_spheremap.apps.cli.progress import Progress
-from igl_spheremap.apps.cli.source import Source, add_repair, load_source
-from igl_spheremap.apps.cli.streams import add_format
-from igl_spheremap.apps.viewer import UPS, App, add_picture_arguments, guess_up, open_for, run_app
+from igl_spheremap.apps.cli.source import Source, load_source
+from igl_spheremap.apps.viewer.app import App, open_for, run_app
+from igl_spheremap.apps.viewer.choices import guess_up
 
 
 def demo_parser(description: str | None, source: str) -> ArgumentParser:
     """A parser with the arguments that all demos take."""
     parser = ArgumentParser(description=description, formatter_class=RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "source",
-        nargs="?",
-        default=source,
-        metavar="IN",
-        help=f"a mesh file, - for stdin, or sample:NAME[:key=value,...] (default {source})",
-    )
-    parser.add_argument("--up", choices=tuple(UPS), help="which way is up (default z, but y for .obj, .glb, .gltf)")
-    add_format(parser)
-    add_repair(parser)
-    add_picture_arguments(parser)
+    for names, options in (*arguments.source(nargs="?", default=source), *arguments.pictures()):
+        parser.add_argument(*names, **options)
     return parser
 
 
@@ -35,10 +27,10 @@ def main(
     title: str,
     parser: ArgumentParser,
     build: Callable[[Namespace, Source], App],
-    arguments: Sequence[str] | None = None,
+    words: Sequence[str] | None = None,
 ) -> int:
     """Run a demo as its arguments ask, and return its exit status."""
-    args = parser.parse_args(arguments)
+    args = parser.parse_args(words)
     try:
         with Progress() as args.progress:
             source = load_source(args)

@@ -22,11 +22,13 @@ from polyscope import imgui, implot
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.source import Source
-from igl_spheremap.apps.viewer import App, Body, Stage
-from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, SUBJECTS, colouring, folded_faces
+from igl_spheremap.apps.viewer.app import App
+from igl_spheremap.apps.viewer.body import Body
+from igl_spheremap.apps.viewer.choices import SUBJECTS
+from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, colouring, folded_faces
 from igl_spheremap.apps.viewer.panel import subject_combo
 from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.stage import draw_legend
+from igl_spheremap.apps.viewer.stage import Stage, draw_legend
 from igl_spheremap.draw.histogram import angle_histogram
 from igl_spheremap.draw.palette import LINES
 from igl_spheremap.maps.options import METHODS

@@ -22,12 +22,13 @@ from polyscope import imgui
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.source import Source
-from igl_spheremap.apps.viewer import App, Body, Stage
+from igl_spheremap.apps.viewer.app import App
+from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import colouring
 from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph
 from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.stage import packed
+from igl_spheremap.apps.viewer.stage import Stage, packed
 from igl_spheremap.apps.viewer.style import FOLDED, INK
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.distortion import mesh_conformal_factor

@@ -18,11 +18,14 @@ from PIL import Image
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.viewer import Body, Stage, registration_view, window
+from igl_spheremap.apps.viewer import window
+from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
 from igl_spheremap.apps.viewer.lens import follow, look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.apps.viewer.row_view import registration_view
+from igl_spheremap.apps.viewer.stage import Stage
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError

@@ -23,10 +23,10 @@ from ..maps.sphere_map import SphereMap, result_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.normals import mesh_gauss_map
-from .viewer import SUBJECTS, picture_of
+from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
 from .viewer.pose import fit, pose
-from .viewer.result_view import count_foldings
+from .viewer.result_view import count_foldings, picture_of
 from .viewer.timeline import title_of
 
 _STYLE = """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -12,51 +12,15 @@ from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.timings import stage
 from ...verify.figures import angle_figures, log_figures
-from ..numbers import COUNT, FROM_ZERO, POSITIVE, number
 from .exits import Exit
 from .interrupt import Interrupt
-from .output import add_output, angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
+from .output import angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
 from .progress import measures
-from .reporting import add_reporting, check_reporting, recorder, write_reports
-from .source import Source, add_source, load_source
-from .streams import add_target, check_outputs, target_format, write_target
+from .reporting import check_reporting, recorder, write_reports
+from .source import Source, load_source
+from .streams import check_outputs, target_format, write_target
 
 _LISTENING = "listening"
-_BALANCE = number("from 0 to 1", lambda t: 0 <= t <= 1)
-
-
-def add_map_arguments(parser: ArgumentParser) -> None:
-    """Add what all commands take that map a mesh and write the map."""
-    add_source(parser)
-    add_target(parser, "the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout")
-    parser.add_argument("--tolerance", type=FROM_ZERO, metavar="T", help="of the stopping rule; default: the method's")
-    parser.add_argument(
-        "--max-iterations",
-        type=COUNT,
-        metavar="N",
-        help="of each minimisation, so of each round of Algorithm 2; default: the method's",
-    )
-    parser.add_argument(
-        "--radius",
-        type=POSITIVE,
-        metavar="R",
-        help="of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
-    )
-    add_reporting(parser)
-    parser.add_argument("--timings", action="store_true", help="print the time of each stage")
-    add_output(parser)
-    parser.add_argument("-v", "--verbose", action="store_true", help="log every iteration on stderr")
-
-
-def add_balance(parser: ArgumentParser) -> None:
-    """Add the choice between angles and areas."""
-    parser.add_argument("--balance", type=_BALANCE, default=0.0, metavar="T",
-                        help="between 0, conformal (the default), and 1, area-preserving")
-
-
-def add_may_fold(parser: ArgumentParser) -> None:
-    """Add the flag of energies that a bijection can limit."""
-    parser.add_argument("--may-fold", action="store_true", help="also take steps that fold")
 
 
 def map_by(
@@ -64,7 +28,7 @@ def map_by(
     solve: Callable[..., SphereMap],
     more: Callable[[SphereMap], tuple[dict[str, Any], list[str]]] = lambda result: ({}, []),
 ) -> Exit:
-    """Map by a function of v, f, a listener, and the tolerance and max_iterations that were given.
+    """Map by a function of v, f and a listener.
 
     `more` is what the figures and the summary report besides. Exit.OK means that the numbers in the file are certified.
     """
@@ -90,9 +54,6 @@ def _map(
     source: Source, args: Namespace, solve: Callable[..., SphereMap], recording: Listener | None
 ) -> tuple[SphereMap, Exit | None]:
     """The map, and the exit status if a signal ended it early."""
-    given = {"tolerance": args.tolerance, "max_iterations": args.max_iterations}
-    options = {name: value for name, value in given.items() if value is not None}
-
     def log(iterate: Iterate) -> None:
         name = f"{iterate.stage} {iterate.round}.{iterate.iteration}"
         args.progress.write(f"{name}  {measures(iterate)}, tau {iterate.tau:.2e}")
@@ -106,7 +67,7 @@ def _map(
             for listener in filter(None, listeners):
                 listener(iterate)
 
-        result = solve(source.v, source.f, listener=listen, **options)
+        result = solve(source.v, source.f, listener=listen)
         timings = dict(result.timings)  # without the time of the progress line and the recording
         result = replace(result, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None

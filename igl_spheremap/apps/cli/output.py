@@ -6,7 +6,7 @@ import json
 import math
 import sys
 import textwrap
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,14 +19,6 @@ from .streams import STREAM
 WIDTH = 80
 _LABEL = 13
 _SHOWN = 10  # faces that JSON lists of each kind of fault
-
-
-def add_output(parser: ArgumentParser) -> None:
-    """Add the flags for figures."""
-    parser.add_argument(
-        "--json", metavar="FILE", help="write the figures as JSON; '-' is stdout, instead of the summary"
-    )
-    parser.add_argument("-q", "--quiet", action="store_true", help="print no summary")
 
 
 def report(args: Namespace, figures: Mapping[str, Any], summary: Sequence[str]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 import numpy as np
 
@@ -10,20 +10,8 @@ from ...errors import MeshError
 from ...io import read_sphere
 from ...mesh.arrays import FloatArray, IntArray
 from .failures import UsageError
-from .source import Source, add_source, load_source
+from .source import Source, load_source
 from .streams import STREAM, read_stream
-
-
-def add_pair(parser: ArgumentParser, source: str = "SOURCE", optional: bool = False) -> None:
-    """Add the mesh and its map; the map may be optional, where the mesh's archive holds it."""
-    add_source(parser, source)
-    left_out = f"; may be left out where {source} is an .npz that holds the map" if optional else ""
-    parser.add_argument(
-        "sphere",
-        metavar="SPHERE",
-        nargs="?" if optional else None,
-        help="its map: the same faces, vertices on a sphere of any radius about the origin; - for stdin" + left_out,
-    )
 
 
 def load_pair(args: Namespace) -> tuple[Source, str, FloatArray]:

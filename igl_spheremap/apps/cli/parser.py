@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..._version import __version__
+from .arguments import SAMPLES
 from .commands import COMMANDS
-from .exits import HELP, Exit
+from .exits import HELP
+from .failures import UsageError
 
-#: Written out, for the package of samples imports numpy.
-SAMPLES = ("bird", "brain", "dino", "dumbbell", "octopus", "pear", "sphere", "spheroid", "spring")
 _FILES = f"""\
 files:
   .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere.conformal);
@@ -20,14 +21,17 @@ files:
 
 
 class _Parser(ArgumentParser):
-    """A parser whose errors take one line, and not the exit status of a bad mesh."""
+    """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(Exit.USAGE, f"igl-spheremap: {message} (see {self.prog} --help)\n")
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+    def _print_message(self, message: str, file: Any = None) -> None:  # argparse's own hides OSErrors
+        (file or sys.stderr).write(message)
 
 
-def build_parser(only: str | None = None) -> ArgumentParser:
-    """The parser of the command line, with the arguments of one command, or of all."""
+def build_parser() -> ArgumentParser:
+    """The parser of the command line."""
     parser = _Parser(
         prog="igl-spheremap",
         description="Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings.",
@@ -44,9 +48,9 @@ def build_parser(only: str | None = None) -> ArgumentParser:
             epilog=f"{_examples(*command.examples.splitlines())}\n{HELP}",
             formatter_class=RawDescriptionHelpFormatter,
         )
-        if only in (None, command.name):
-            command.module.configure(subparser)
-            subparser.set_defaults(run=command.module.run)
+        for names, options in command.arguments:
+            subparser.add_argument(*names, **options)
+        subparser.set_defaults(row=command)
     return parser
 
 

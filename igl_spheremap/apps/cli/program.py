@@ -38,15 +38,16 @@ def run(words: list[str], started: Callable[[], None]) -> int:
 
 def _run(words: list[str], started: Callable[[], None]) -> int:
     try:
-        args = build_parser(words[0] if words else "").parse_args(words)
-    except SystemExit as end:  # --help, --version, or an error of usage
-        return int(end.code or 0)
+        args = build_parser().parse_args(words)
+    except SystemExit:  # --help and --version
+        return Exit.OK
     from .progress import Progress  # imports numpy, which --help does not need
 
     args.words = words
+    module = args.row.module
     started()
     with Progress(quiet=getattr(args, "quiet", False)) as args.progress:
-        return int(args.run(args))
+        return int(module.run(args) or Exit.OK)
 
 
 def _guard_streams() -> None:

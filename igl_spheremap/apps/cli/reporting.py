@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
 from ...descent.recording import Recording
@@ -12,19 +12,9 @@ from ...errors import import_optional
 from ...io.replacing import replacing
 from ...maps.sphere_map import SphereMap
 from ..report import write_report
-from ..viewer import guess_up
+from ..viewer.choices import guess_up
 from .failures import UsageError
 from .source import Source
-
-
-def add_reporting(parser: ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument(
-        "--report", metavar="DIR", help="write DIR/report.html: figures, pictures and curves on one page"
-    )
-    parser.add_argument(
-        "--plot", metavar="FILE", help="draw energy, foldings and angle differences: .png, .svg or .pdf"
-    )
 
 
 def check_reporting(args: Namespace) -> None:

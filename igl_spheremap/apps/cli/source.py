@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +13,7 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.clean import repair_mesh
 from .failures import UsageError
-from .streams import STREAM, add_format, read_stream
+from .streams import STREAM, read_stream
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,23 +25,6 @@ class Source:
     f: IntArray
     metadata: Mapping[str, Any]
     repairs: tuple[str, ...] = ()
-
-
-def add_source(parser: ArgumentParser, name: str = "IN") -> None:
-    """Add the mesh, under a name for the help text, and the flags for reading it."""
-    parser.add_argument("source", metavar=name, help="a mesh file, sample:NAME[:key=value,...], or - for stdin")
-    add_format(parser)
-    add_repair(parser)
-
-
-def add_repair(parser: ArgumentParser) -> None:
-    """Add the flags that repair a mesh when it is read."""
-    parser.add_argument(
-        "--repair",
-        action="store_true",
-        help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove surplus faces",
-    )
-    parser.add_argument("--keep-largest", action="store_true", help="with --repair: keep only the largest component")
 
 
 def load_source(args: Namespace) -> Source:

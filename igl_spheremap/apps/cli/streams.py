@@ -6,41 +6,22 @@ import os
 import shutil
 import sys
 import tempfile
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
 from ... import samples
 from ...errors import FileError, MeshError, import_optional
-from ...io import FORMATS, Format, LoadedMesh, check_writable, format_of
+from ...io import Format, LoadedMesh, check_writable, format_of
+from .arguments import WRITTEN
 from .failures import UsageError
 
 STREAM = "-"
 _SAMPLE = "sample:"
-_READ = tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS)
-_WRITTEN = ("obj", "off")  # text: nothing that would garble a terminal
 _INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "json", "plot")
 _T = TypeVar("_T")
-
-
-def add_format(parser: ArgumentParser) -> None:
-    """Add the flag that names the format of a stream."""
-    parser.add_argument(
-        "--format",
-        choices=_READ,
-        default=_READ[0],
-        metavar="FMT",
-        help=f"of '-', which is stdin for a mesh and stdout for OUT: {', '.join(_READ)}; for OUT "
-        f"{' or '.join(_WRITTEN)}; default: {_READ[0]}",
-    )
-
-
-def add_target(parser: ArgumentParser, help: str) -> None:
-    """Add OUT and the flag that allows to replace it."""
-    parser.add_argument("target", metavar="OUT", help=help)
-    parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
 
 
 def read_stream(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
@@ -75,8 +56,8 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
     target = getattr(args, "target", None)
     if target == STREAM and not surface:
         raise UsageError("OUT must be a file here, not stdout")
-    if target == STREAM and args.format not in _WRITTEN:
-        raise UsageError(f"stdout takes text: --format {' or '.join(_WRITTEN)}, not {args.format}")
+    if target == STREAM and args.format not in WRITTEN:
+        raise UsageError(f"stdout takes text: --format {' or '.join(WRITTEN)}, not {args.format}")
     if target == STREAM == args.json:
         raise UsageError("OUT and --json can't both be stdout")
     if STREAM in (target, args.json) and sys.stdout is None:

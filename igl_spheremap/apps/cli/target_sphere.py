@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from ...io import read_sphere
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_faces
 from ...shapes.transfer import regular_mesh
 from .failures import UsageError
-
-
-def add_target_sphere(parser: ArgumentParser) -> None:
-    """Add the flag."""
-    parser.add_argument(
-        "--to",
-        metavar="MESH",
-        default="ico:5",
-        help="ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a sphere mesh, "
-        "such as another surface's map; default: ico:5",
-    )
 
 
 def read_target_sphere(args: Namespace) -> tuple[FloatArray, IntArray]:

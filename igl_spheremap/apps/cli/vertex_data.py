@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +9,6 @@ import numpy as np
 from ...errors import MeshError
 from ...io import read_scalars
 from ...mesh.arrays import FloatArray
-
-HELP = "data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of FreeSurfer"
-
-
-def add_data(parser: ArgumentParser) -> None:
-    """Add `--data`."""
-    parser.add_argument("--data", metavar="FILE", help=f"{HELP}; default: the positions")
 
 
 def read_data(path: str, n_vertices: int, mesh: str) -> FloatArray:

@@ -9,12 +9,10 @@ from ...descent.iterate import Listener
 from ...errors import FileError, import_optional
 from ...io.replacing import replacing
 from ...mesh.arrays import IntArray
+from . import ITEMS
 from .figures import FIGURES
 from .runs import Runs
 from .tables import TABLES
-
-#: Names of all tables and figures.
-ITEMS = (*TABLES, *FIGURES)
 
 
 def reproduce(

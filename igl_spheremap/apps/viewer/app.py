@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import DisplayError
-from ..numbers import POSITIVE_COUNT, number
 from . import window
 from .stage import Stage
 from .video import check_video, open_video
 
-#: Different pictures of a video at the most, by default.
-LENGTH = 120
 #: Pictures of a video in a second; a stop is shown for a whole second.
 RATE = 20
-#: Pixels that the panels need, and those that OpenGL draws everywhere.
-_SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
 
 
 class App:
@@ -59,32 +54,6 @@ class App:
         """End what runs in the background."""
 
 
-def add_picture_arguments(parser: ArgumentParser, size: tuple[int, int] = window.SIZE) -> None:
-    """Add the arguments that all programs with a picture share."""
-    parser.add_argument("--screenshot", metavar="OUT.png", help="write one picture; needs no display")
-    parser.add_argument("--frame", type=int, metavar="K", help="of --screenshot, from 0; -1 is the last")
-    parser.add_argument(
-        "--video",
-        metavar="OUT",
-        help="write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; needs no display",
-    )
-    parser.add_argument(
-        "--length",
-        type=POSITIVE_COUNT,
-        default=LENGTH,
-        metavar="N",
-        help=f"of --video: N different pictures at the most, evenly chosen, and all stops (default {LENGTH})",
-    )
-    parser.add_argument(
-        "--size",
-        type=_SIDE,
-        nargs=2,
-        default=size,
-        metavar=("W", "H"),
-        help="of the window in pixels (default {} {})".format(*size),
-    )
-
-
 def open_for(args: Namespace, title: str) -> None:
     """Start polyscope as the arguments ask, or raise a DisplayError: in time, before anything is computed."""
     offscreen = bool(args.screenshot or args.video)
@@ -99,13 +68,13 @@ def open_for(args: Namespace, title: str) -> None:
         raise DisplayError(f"{error}{hint}") from None
 
 
-def run(app: App, args: Namespace) -> list[dict[str, Any]]:
+def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
     """Run an app as the arguments ask, and return the facts of each picture that was written."""
     import polyscope as ps
 
     try:
         if not (args.screenshot or args.video):
-            show(app)
+            show_app(app)
             return []
         app.prepare()
         ps.set_user_callback(lambda: _still(app))
@@ -122,7 +91,7 @@ def run(app: App, args: Namespace) -> list[dict[str, Any]]:
         app.close()
 
 
-def show(app: App) -> None:
+def show_app(app: App) -> None:
     """Run the window until it is closed."""
     window.show(lambda: _live(app))
 

@@ -19,8 +19,6 @@ from ...verify.stretch import mesh_area_distortion
 from . import style
 from .body import Body, Legend
 
-#: What can be shown, in the order of the menus.
-SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")
 FOLDED_LEGEND = ("folded face; same colour: same place", style.FOLDED)
 _DARKEST = 0.72
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .colouring import SUBJECTS
+from .choices import SUBJECTS
 
 _ZOOM = 30.0
 

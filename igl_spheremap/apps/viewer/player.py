@@ -11,7 +11,8 @@ from ...maps.options import Method
 from ...mesh.check import Mesh
 from .app import App
 from .body import Body
-from .colouring import SUBJECTS, Colouring, colouring
+from .choices import PLAYER_SIZE, SUBJECTS
+from .colouring import Colouring, colouring
 from .inset import Inset
 from .lens import Lens, largest_cluster, look_at
 from .pose import fit, pose
@@ -20,8 +21,6 @@ from .run import Run, Source
 from .stage import Stage
 from .timeline import Slide, stops
 
-#: Default size: the two spheres share the right half.
-SIZE = (1400, 560)
 #: Seconds of each frame that a window spends on new iterates at the most.
 _POLL = 0.02
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
@@ -41,7 +40,7 @@ class Player(App):
         method: Method,
         *,
         up: str = "z",
-        size: tuple[int, int] = SIZE,
+        size: tuple[int, int] = PLAYER_SIZE,
         panel: int = 0,
         live: bool = False,
     ) -> None:

@@ -5,20 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.arrays import FloatArray
+from .choices import UPS
 
-#: Directions that may be up, by the names that users give.
-UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
-_Y_UP = (".obj", ".glb", ".gltf")
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
-
-
-def guess_up(name: str) -> str:
-    """The direction that is up by the custom of a file's format: y for Wavefront OBJ and glTF, else z.
-
-    >>> guess_up("bunny.obj"), guess_up("lh.pial"), guess_up("sample:dino")
-    ('y', 'z', 'z')
-    """
-    return "y" if name.lower().endswith(_Y_UP) else "z"
 
 
 def pose(v: FloatArray, up: str = "z") -> FloatArray:

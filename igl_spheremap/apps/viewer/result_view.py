@@ -13,10 +13,10 @@ from ...verify.distortion import mesh_angle_differences
 from ...verify.figures import angle_figures, log_figures
 from ...verify.stretch import mesh_area_distortion
 from . import window
-from .app import App
-from .app import show as show_app
+from .app import App, show_app
 from .body import Body
-from .colouring import SUBJECTS, colouring, folded_faces
+from .choices import SIZE, SUBJECTS
+from .colouring import colouring, folded_faces
 from .inset import Inset
 from .lens import Lens, follow
 from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
@@ -173,7 +173,7 @@ def screenshot(
     *,
     up: str = "z",
     subject: str = SUBJECTS[0],
-    size: tuple[int, int] = window.SIZE,
+    size: tuple[int, int] = SIZE,
 ) -> None:
     """Write a picture of the source beside its sphere; needs no display.
 
@@ -211,7 +211,7 @@ def picture_of(
     caption: str,
     up: str = "z",
     subject: str = SUBJECTS[0],
-    size: tuple[int, int] = window.SIZE,
+    size: tuple[int, int] = SIZE,
     lens: Lens | None = None,
 ) -> None:
     """`screenshot` of any map, through any lens."""

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ...errors import DisplayError, FileError
 from ...io.replacing import check_writable, replacing
 from . import style
+from .choices import SIZE
 
-SIZE = (1000, 600)
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the stage lays things out in pixels.
 UNITS_PER_PIXEL = 0.01

@@ -9,8 +9,6 @@ import numpy as np
 from ...mesh.arrays import FloatArray
 from .legendre import legendre
 
-#: Degrees that are expanded at the most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
-LARGEST_DEGREE = 1000
 _BLOCK = 1 << 12  # points at once, so that one degree's functions stay in cache
 
 

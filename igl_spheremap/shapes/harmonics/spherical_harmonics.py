@@ -16,7 +16,8 @@ from ...sphere.rows import unit_rows
 from ..locate import SphereLocator
 from ..transfer import regular_mesh
 from ..values import check_values
-from .basis import LARGEST_DEGREE, blocks, degree_of, power, synthesis, terms
+from . import LARGEST_DEGREE
+from .basis import blocks, degree_of, power, synthesis, terms
 from .ellipsoid import first_order_frames, skewness
 from .expansion import expand
 from .rotation import rotate

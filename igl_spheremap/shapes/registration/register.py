@@ -21,12 +21,12 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...verify.certificate import certify_checked
+from . import STAGES
 from .correlation import Candidate
 from .elastic_fit import Elastic
 from .moebius_fit import fit_moebius
 from .pair import Pair
 
-STAGES = ("rotation", "moebius", "elastic")
 _FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map compare
 #: Radians that the features of the elastic levels are smoothed by, and the least stiffness of a level: wide features of
 #: unit variance are steep for what they say.

@@ -68,8 +68,10 @@ def sh(line, folder, **environment):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
-def test_a_full_disk_behind_stdout_is_one_line(tmp_path):
-    done = sh(f"$I info {BALL} > /dev/full", tmp_path, PYTHONUNBUFFERED="")
+@pytest.mark.parametrize("words", [f"info {BALL}", "--help", "map --help", "--version"])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_behind_stdout_is_one_line(words, unbuffered, tmp_path):
+    done = sh(f"$I {words} > /dev/full", tmp_path, PYTHONUNBUFFERED=unbuffered)
     assert (done.returncode, done.stderr) == (74, "igl-spheremap: No space left on device\n")
 
 

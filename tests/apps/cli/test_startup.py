@@ -8,7 +8,12 @@ from pathlib import Path
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli import arguments, main
+from igl_spheremap.apps.cli.commands import COMMANDS
+from igl_spheremap.apps.reproduce import ITEMS
+from igl_spheremap.apps.reproduce.figures import FIGURES
+from igl_spheremap.apps.reproduce.tables import TABLES
+from igl_spheremap.io import FORMATS
 
 INTERRUPTED = """
 import os, signal, sys
@@ -49,16 +54,19 @@ def test_the_handler_of_the_caller_comes_back():
 
 
 def test_help_imports_nothing_heavy():
-    code = "import sys; from igl_spheremap.apps.cli import main; main(['--help']); print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    """Neither that of the program nor that of any command."""
+    helps = [["--help"], *([command.name, "--help"] for command in COMMANDS)]
+    code = f"import sys; from igl_spheremap.apps.cli import main; [main(words) for words in {helps}]"
+    done = subprocess.run([sys.executable, "-c", f"{code}; print(*sys.modules)"], capture_output=True, text=True)
+    loaded = done.stdout.split()
     assert not {"numpy", "scipy", "igl", "tqdm"} & set(loaded)
     assert "igl_spheremap" in loaded
 
 
-def test_help_of_a_command_imports_nothing_that_only_samples_use():
-    code = "import sys; from igl_spheremap.apps.cli import main; main(['map', '--help']); print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"scipy.interpolate", "scipy.optimize"} & set(loaded)
+def test_what_help_spells_out_is_what_there_is():
+    assert tuple(ism.samples.names()) == arguments.SAMPLES
+    assert tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS) == arguments.READ
+    assert (*TABLES, *FIGURES) == ITEMS
 
 
 def test_a_command_imports_no_other(tmp_path):

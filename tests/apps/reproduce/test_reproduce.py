@@ -8,7 +8,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.reproduce import ITEMS, canvas, measures, reproduce, runs, surfaces
+from igl_spheremap.apps.reproduce import ITEMS, canvas, measures, runs, surfaces
+from igl_spheremap.apps.reproduce.items import reproduce
 from igl_spheremap.apps.reproduce.paper import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, Surface, load_surface
 from igl_spheremap.draw.raster import shading, view_of

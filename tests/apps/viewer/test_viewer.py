@@ -11,8 +11,9 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import style, window
 from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
-from igl_spheremap.apps.viewer.colouring import SUBJECTS, colouring, log_factor, relief
-from igl_spheremap.apps.viewer.pose import UPS, fit, pose
+from igl_spheremap.apps.viewer.choices import SUBJECTS, UPS
+from igl_spheremap.apps.viewer.colouring import colouring, log_factor, relief
+from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.errors import DisplayError
 
 
@@ -148,7 +149,7 @@ except RuntimeError as error:
 @needs_drawing
 def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
     figures = drive(f"""
-from igl_spheremap.apps.viewer import screenshot
+from igl_spheremap.apps.viewer.result_view import screenshot
 v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
 screenshot(result, {str(tmp_path / "a.png")!r})
@@ -191,7 +192,7 @@ def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(tmp_
 @needs_drawing
 def test_no_body_leaves_its_cell_however_large_and_no_label_leaves_it_in_500_pixels():
     figures = drive("""
-from igl_spheremap.apps.viewer import ResultView
+from igl_spheremap.apps.viewer.result_view import ResultView
 from igl_spheremap.apps.viewer.stage import text_width, wrapped
 app.open_for(Namespace(screenshot='unused.png', video=None, size=(500, 300)), 'test')
 v, f = ism.samples.make('dino', n_vertices=1500)
@@ -226,7 +227,7 @@ figures = dict(room=min(widths), border=left, green=[int(green[green > panel].mi
 @needs_drawing
 def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
     figures = drive("""
-from igl_spheremap.apps.viewer import ResultView
+from igl_spheremap.apps.viewer.result_view import ResultView
 app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
 v, f = ism.samples.make('spheroid', n_vertices=1500)
 result = ism.spherical_conformal_map(v, f)

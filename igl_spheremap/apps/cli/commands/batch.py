@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser, BooleanOptionalAction, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 
 from ....io import check_writable
@@ -12,54 +12,11 @@ from ....populations.executors import connect
 from ....populations.map_many import map_many
 from ....populations.table import Row, check_table, write_table
 from ....populations.targets import targets_of
-from ...numbers import COUNT, POSITIVE, POSITIVE_COUNT
 from ..exits import Exit
 from ..failures import UsageError
 from ..inputs import expand, subjects
 from ..interrupt import Interrupt
-from ..mapping import add_balance
-from ..source import add_repair
 from .summarise import STATUS, counts, in_words
-
-
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    parser.add_argument("sources", metavar="IN", nargs="*",
-                        help="mesh files, globs in quotes, or @FILE with one of them a line")
-    parser.add_argument("--subjects-dir", metavar="DIR", help="take --surface of each subject of a FreeSurfer folder")
-    parser.add_argument("--surface", metavar="NAMES", default="lh.white,rh.white",
-                        help="with --subjects-dir; default: lh.white,rh.white")
-    parser.add_argument(
-        "--out",
-        metavar="PATTERN",
-        help="where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
-        "{folder}/lh.sphere.conformal or spheres/{stem}.ply; default with --subjects-dir: {folder}/{name}.conformal, "
-        "or .balanced",
-    )
-    parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="default: auto")
-    add_balance(parser)
-    _add_running(parser)
-    parser.add_argument("--summary", metavar="FILE", help="one line for each file: .tsv, .csv or .jsonl")
-    parser.add_argument("--report", metavar="DIR", help="write DIR/index.html: distributions and pictures, worst first")
-    parser.add_argument("-f", "--force", action="store_true", help="replace any other file at a target")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print nothing")
-    add_repair(parser)
-
-
-def _add_running(parser: ArgumentParser) -> None:
-    """Add how the jobs are run."""
-    parser.add_argument("--jobs", type=POSITIVE_COUNT, metavar="N", help="processes; default: one for each processor")
-    parser.add_argument("--scheduler", metavar="ADDRESS",
-                        help="run on the workers of a Dask scheduler: tcp://HOST:8786, or its scheduler file")
-    parser.add_argument("--manifest", metavar="FILE",
-                        help="inputs and results so far, as JSON lines; default: in the folder of all targets")
-    parser.add_argument("--resume", action=BooleanOptionalAction, default=True,
-                        help="keep what the manifest holds of the same file, options and version; default: on")
-    parser.add_argument("--retry-failed", action="store_true", help="run again what failed")
-    parser.add_argument("--timeout", type=POSITIVE, metavar="SECONDS", help="end a job after so long")
-    parser.add_argument("--memory", type=POSITIVE, metavar="MB", help="end a job that takes more")
-    parser.add_argument("--retries", type=COUNT, default=1, metavar="N",
-                        help="run a job again whose process died; default: once")
 
 
 def run(args: Namespace) -> Exit:

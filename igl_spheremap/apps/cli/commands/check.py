@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 from ....descent.energies.harmonic import harmonic_energy
@@ -11,15 +11,9 @@ from ....verify.distortion import angle_differences
 from ....verify.figures import angle_figures, log_figures
 from ....verify.stretch import area_distortion, edge_distortion
 from ..exits import Exit
-from ..output import add_output, angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
-from ..pair import add_pair, load_pair
+from ..output import angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
+from ..pair import load_pair
 from ..streams import check_outputs
-
-
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser, optional=True)
-    add_output(parser)
 
 
 def run(args: Namespace) -> Exit:

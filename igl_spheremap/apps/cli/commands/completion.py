@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from ....errors import import_optional
-from ..exits import Exit
+from ..parser import build_parser
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    parser.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="which shell")
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Print the script."""
-    from ..parser import build_parser  # imports all commands, which only this one needs
-
     shtab = import_optional("shtab", "shell completion", "completion")
     print(shtab.complete(build_parser(), shell=args.shell))
-    return Exit.OK

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
@@ -12,32 +12,16 @@ from ....errors import import_optional
 from ....io import read_picture, write_mesh, write_scalars, write_textured
 from ....shapes.texture import checker_image, texture_atlas
 from ....verify.vertex_maps import vertex_maps
-from ..exits import Exit
 from ..failures import UsageError
-from ..output import add_output, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs
+from ..output import report, row
+from ..pair import load_pair
+from ..streams import check_outputs
 
 _TEXTURES = ("equirectangular", "octahedral")
 _MAPS = ("factor", "angles")
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser)
-    add_target(parser, "texture: .glb or .obj (with .mtl and .png); scalar map: .ply (colours), .gii, .npz, lh.NAME")
-    parser.add_argument(
-        "--show",
-        choices=(*_TEXTURES, *_MAPS),
-        required=True,
-        help="a texture by one of two projections or a scalar map: factor (u of the conformal factor "
-        "e^2u, on the scale of equal areas) or angles (mean angle difference at each vertex, degrees)",
-    )
-    parser.add_argument("--image", metavar="FILE", help="the picture of a texture; default: a checkerboard")
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Make and write."""
     target: str = args.target
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
@@ -72,4 +56,3 @@ def run(args: Namespace) -> Exit:
         figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
     report(args, figures, [row("written", f"{target}: {args.show}, {outcome}")])
-    return Exit.OK

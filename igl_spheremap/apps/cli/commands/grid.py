@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 import numpy as np
@@ -16,28 +16,14 @@ from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
 from ....mesh.arrays import FloatArray
 from ....shapes.grid import to_grid
-from ...numbers import POSITIVE_COUNT
-from ..exits import Exit
 from ..failures import UsageError
-from ..output import add_output, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs
-from ..vertex_data import add_data, read_data
+from ..output import report, row
+from ..pair import load_pair
+from ..streams import check_outputs
+from ..vertex_data import read_data
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser, "SURFACE")
-    add_target(parser, "a picture (.png), or the numbers (.npz, array `grid`)")
-    add_data(parser)
-    parser.add_argument("--kind", choices=("equirectangular", "gauss"), default="equirectangular",
-                        help="cell centres of a picture (default), or Gauss-Legendre latitudes")  # fmt: skip
-    parser.add_argument("--rows", type=POSITIVE_COUNT, default=180, metavar="N",
-                        help="latitudes; twice as many longitudes (default: 180)")  # fmt: skip
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Sample, write, and report."""
     target: str = args.target
     if not target.lower().endswith((".png", ".npz")):
@@ -57,7 +43,6 @@ def run(args: Namespace) -> Exit:
     figures: dict[str, Any] = {"source": source.name, "sphere": name, "target": target, "kind": args.kind,
                                "shape": grid.shape}  # fmt: skip
     report(args, figures, [row("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")])
-    return Exit.OK
 
 
 def _picture(grid: FloatArray) -> NDArray[np.uint8]:

@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 from ....errors import MeshError
 from ....io import read_coefficients, write_coefficients, write_mesh
 from ....io.replacing import replacing
 from ....maps.given_sphere import sphere_map
-from ....shapes.harmonics.basis import LARGEST_DEGREE
 from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
-from ...numbers import number
-from ..exits import Exit
 from ..failures import UsageError
-from ..output import add_output, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs
-from ..vertex_data import add_data, read_data
+from ..output import report, row
+from ..pair import load_pair
+from ..streams import check_outputs
+from ..vertex_data import read_data
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser, "SURFACE")
-    add_target(parser, "coefficients: .coef as SPHARM-PDM writes them, or .npz")
-    degree = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGREE, int)
-    parser.add_argument("--degree", type=degree, default=15, metavar="L", help="the largest degree (default: 15)")
-    add_data(parser)
-    parser.add_argument("--align", action="store_true", help="put it into the frame of its first-order ellipsoid")
-    parser.add_argument("--template", metavar="FILE", help="with --align: an aligned shape that decides the directions")
-    parser.add_argument("--surface", metavar="FILE", help="write the surface that the coefficients describe")
-    parser.add_argument("--to", metavar="MESH", default="ico:5", help="its mesh: ico:K (default: ico:5)")
-    parser.add_argument("--table", metavar="FILE", help="write error and power by degree, separated by tabs")
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Expand, align if asked, write, and report."""
     if args.template and not args.align:
         raise UsageError("--template goes with --align")
@@ -62,7 +44,6 @@ def run(args: Namespace) -> Exit:
     _write(args, harmonics, error, power)
     summary += [row("written", ", ".join(filter(None, (args.target, args.surface, args.table))))]
     report(args, figures, summary)
-    return Exit.OK
 
 
 def _write(args: Namespace, harmonics: SphericalHarmonics, error: Any, power: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from dataclasses import asdict
 from typing import Any
 
@@ -11,21 +11,14 @@ from ....mesh.check import Mesh, check_mesh
 from ....mesh.quality import MeshQuality, mesh_quality
 from ....operators.limb_scale import FLOAT64_LIMIT, Limb, deep_limbs, log_scale, shortest_image_edges
 from ....operators.operators import build_operators
-from ..exits import Exit
-from ..output import add_output, report, row
-from ..source import Source, add_source, load_source
+from ..output import report, row
+from ..source import Source, load_source
 from ..streams import check_outputs
 
 _SHOWN = 3  # limbs that the summary names
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_source(parser)
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Measure a mesh."""
     check_outputs(args)
     source = load_source(args)
@@ -51,7 +44,6 @@ def run(args: Namespace) -> Exit:
         "deep_limbs": [asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs],
     }
     report(args, figures, _summary(source, mesh, quality, shortest, limbs))
-    return Exit.OK
 
 
 def _summary(

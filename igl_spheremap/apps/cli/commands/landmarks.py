@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 import numpy as np
@@ -12,37 +12,21 @@ from ....io.reading import read_lines
 from ....maps.landmarks import landmark_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....sphere.rows import unit_rows
-from ...numbers import FROM_ZERO
+from ..chosen import given
 from ..exits import Exit
-from ..mapping import add_map_arguments, add_may_fold, map_by
+from ..mapping import map_by
 from ..output import row
 
 _SHOWN = 20  # landmarks that the summary lists
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_map_arguments(parser)
-    parser.add_argument(
-        "--points",
-        metavar="FILE",
-        required=True,
-        help="one landmark a line: vertex (from 0), then x y z of its target on the sphere, and a weight if it "
-        "is not --weight",
-    )
-    parser.add_argument(
-        "--weight", type=FROM_ZERO, metavar="W", default=100.0, help="of squared distances to targets (default: 100)"
-    )
-    add_may_fold(parser)
-
-
 def run(args: Namespace) -> Exit:
     """Map with landmarks."""
     vertices, targets, weights = read_points(args.points, args.weight)
-    injective = not args.may_fold
+    options = given(args, "tolerance", "max_iterations") | {"keep_injective": not args.may_fold}
     return map_by(
         args,
-        lambda v, f, **options: landmark_map(v, f, vertices, targets, weights, keep_injective=injective, **options),
+        lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
         lambda result: _misses(result.sphere[vertices], targets, vertices),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 import numpy as np
@@ -12,39 +12,18 @@ from ....io import read_sphere, write_map
 from ....maps.given_sphere import sphere_map
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
-from ....shapes.registration.register import STAGES, Registration, register
-from ...numbers import POSITIVE
-from ...viewer import open_for, registration_view, run_app
+from ....shapes.registration import STAGES
+from ....shapes.registration.register import Registration, register
+from ...viewer.app import open_for, run_app
+from ...viewer.choices import REGISTRATION_SIZE
+from ...viewer.row_view import registration_view
 from ..exits import Exit
 from ..failures import UsageError
-from ..output import add_output, certificate_figures, mesh_row, report, row
-from ..pair import add_pair, check_fits, load_pair
+from ..output import certificate_figures, mesh_row, report, row
+from ..pair import check_fits, load_pair
 from ..source import Source, read_source
-from ..streams import add_target, check_outputs, write_target
+from ..streams import check_outputs, write_target
 from ..vertex_data import read_data
-
-#: Width and height of the picture in pixels.
-_SIZE = (1200, 440)
-
-
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser, "MOVING")
-    parser.add_argument("fixed", metavar="FIXED", help="the surface to lay it on")
-    parser.add_argument("fixed_sphere", metavar="FIXED_SPHERE", help="its map")
-    add_target(parser, "MOVING's map in the frame of FIXED; - for stdout")
-    parser.add_argument("--feature", metavar="NAME=MOVING,FIXED", action="append", default=[],
-                        help="files with what is compared, as for --data of other commands; may be given again; "
-                        "default: curvature and depth of the surfaces")  # fmt: skip
-    parser.add_argument("--stages", metavar="LIST", default=",".join(STAGES),
-                        help=f"which stages to run, separated by commas (default: {','.join(STAGES)})")  # fmt: skip
-    parser.add_argument("--stiffness", metavar="S", type=POSITIVE,
-                        help="of the elastic stage (default: 0.1, or 0.3 for features of the surfaces)")  # fmt: skip
-    parser.add_argument("--reflect", action="store_true", help="mirror MOVING (x to -x) and map it anew first")
-    parser.add_argument("--show", action="store_true",
-                        help="open a window with both spheres, before and after, coloured by the first feature")
-    parser.add_argument("--screenshot", metavar="OUT.png", help="write that as a picture; needs no display")
-    add_output(parser)
 
 
 def run(args: Namespace) -> Exit:
@@ -54,7 +33,7 @@ def run(args: Namespace) -> Exit:
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    args.video, args.frame, args.size = None, None, _SIZE
+    args.video, args.frame, args.size = None, None, REGISTRATION_SIZE
     if args.show or args.screenshot:
         open_for(args, "igl_spheremap")
     moving, moving_name, x = load_pair(args)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 import numpy as np
@@ -12,18 +12,11 @@ from ....maps.repair_foldings import repair_foldings
 from ....verify.distortion import angle_differences
 from ....verify.figures import angle_figures
 from ..exits import Exit
-from ..output import add_output, angle_row, certificate_figures, mesh_row, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs, write_target
+from ..output import angle_row, certificate_figures, mesh_row, report, row
+from ..pair import load_pair
+from ..streams import check_outputs, write_target
 
 _ROUNDING = 1e-14  # positions that differ by less count as unmoved
-
-
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser)
-    add_target(parser, "the repaired map, same vertex order (but .stl) and radius; - for stdout")
-    add_output(parser)
 
 
 def run(args: Namespace) -> Exit:

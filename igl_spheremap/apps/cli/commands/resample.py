@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from typing import Any
 
 import numpy as np
@@ -10,22 +10,13 @@ import numpy as np
 from ....io import write_mesh
 from ....shapes.locate import SphereLocator
 from ....shapes.transfer import interpolate
-from ..exits import Exit
-from ..output import add_output, mesh_row, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs, target_format, write_target
-from ..target_sphere import add_target_sphere, read_target_sphere
+from ..output import mesh_row, report, row
+from ..pair import load_pair
+from ..streams import check_outputs, target_format, write_target
+from ..target_sphere import read_target_sphere
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser, "IN")
-    add_target(parser, "the resampled surface; - for stdout")
-    add_target_sphere(parser)
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Locate the new vertices on the map, and interpolate; a map that folds is an error, Exit.FOLDINGS."""
     check_outputs(args, surface=True)
     points, faces = read_target_sphere(args)
@@ -48,4 +39,3 @@ def run(args: Namespace) -> Exit:
         mesh_row("written", f"{args.target} ({target_format(args).name})", len(v), len(faces)),
     ]
     report(args, figures, summary)
-    return Exit.OK

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from .... import samples
-from ..exits import Exit
-from ..output import add_output, report, row
+from ..output import report, row
 from ..streams import check_outputs
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Print names, what they are, and their parameters with defaults."""
     check_outputs(args)
     figures, summary = {}, []
@@ -28,4 +22,3 @@ def run(args: Namespace) -> Exit:
         listed = ", ".join(f"{key}={value}" for key, value in parameters.items())
         summary.append(row(name, f"{line} ({listed})"))
     report(args, figures, summary)
-    return Exit.OK

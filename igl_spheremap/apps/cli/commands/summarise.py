@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -21,16 +21,10 @@ _QUANTILES = (0, 25, 50, 75, 99, 100)
 _SHOWN = 20
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    parser.add_argument("table", metavar="TABLE", help="a table of `batch --summary`, or a manifest of `batch`")
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Print counts, quantiles and outliers."""
     rows = read_table(args.table)
     print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
-    return Exit.OK
 
 
 def in_words(rows: Sequence[Row]) -> list[Row]:

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 import numpy as np
 
 from ....io import write_scalars
 from ....shapes.locate import SphereLocator
 from ....shapes.transfer import interpolate
-from ..exits import Exit
-from ..output import add_output, mesh_row, report, row
-from ..pair import add_pair, load_pair
-from ..streams import add_target, check_outputs
-from ..target_sphere import add_target_sphere, read_target_sphere
-from ..vertex_data import HELP, read_maps
+from ..output import mesh_row, report, row
+from ..pair import load_pair
+from ..streams import check_outputs
+from ..target_sphere import read_target_sphere
+from ..vertex_data import read_maps
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_pair(parser)
-    add_target(parser, "the data at the vertices of --to: .gii, .npz, or lh.NAME")
-    parser.add_argument("--data", metavar="FILE", required=True, help=HELP)
-    add_target_sphere(parser)
-    parser.add_argument("--labels", action="store_true", help="take the nearest vertex's value; default: linear")
-    add_output(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Locate the target's vertices on the source's map, and interpolate; the two maps must share a frame."""
     check_outputs(args)
     points, _ = read_target_sphere(args)
@@ -46,4 +35,3 @@ def run(args: Namespace) -> Exit:
         *(row("written", f"{args.target}: {key}, {low:.4g} to {high:.4g}") for key, (low, high) in ranges.items()),
     ]
     report(args, figures, summary)
-    return Exit.OK

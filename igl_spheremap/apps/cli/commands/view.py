@@ -2,42 +2,24 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
 from ....maps.balanced import rebalance
 from ....maps.given_sphere import sphere_map
-from ....maps.options import METHODS
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.check import check_mesh
-from ...viewer import SUBJECTS, UPS, ResultView, add_picture_arguments, guess_up, open_for, run_app
-from ...viewer.result_view import caption_of
-from ..exits import Exit
-from ..mapping import add_balance
+from ...viewer.app import open_for, run_app
+from ...viewer.choices import SHOWN, guess_up
+from ...viewer.result_view import ResultView, caption_of
 from ..pair import load_pair
-from ..source import Source, add_source, load_source
-
-#: What colours can show, by the words that users give.
-_SHOWN = dict(zip(("foldings", "factor", "angles", "areas"), SUBJECTS, strict=True))
+from ..source import Source, load_source
 
 
-def configure(parser: ArgumentParser) -> None:
-    """Add the arguments."""
-    add_source(parser)
-    parser.add_argument(
-        "sphere", metavar="SPHERE", nargs="?", help="its map, if there is one; else it is made, or found in an .npz"
-    )
-    parser.add_argument("--method", choices=tuple(METHODS), default="auto", help="that makes the map; default: auto")
-    add_balance(parser)
-    parser.add_argument("--show", choices=tuple(_SHOWN), default="foldings", help="by colours; default: foldings")
-    parser.add_argument("--up", choices=tuple(UPS), help="which way is up; default: z, but y for .obj, .glb, .gltf")
-    add_picture_arguments(parser)
-
-
-def run(args: Namespace) -> Exit:
+def run(args: Namespace) -> None:
     """Show the map, whether it folds or not."""
     open_for(args, "igl_spheremap")
     source, result, caption = _map(args)
@@ -45,9 +27,8 @@ def run(args: Namespace) -> Exit:
     mesh = check_mesh(source.v, source.f)
     up = args.up or guess_up(source.name)
     panel = not (args.screenshot or args.video)
-    view = ResultView(mesh, result.sphere, caption, up=up, subject=_SHOWN[args.show], panel=panel, result=result)
+    view = ResultView(mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
     run_app(view, args)
-    return Exit.OK
 
 
 def _map(args: Namespace) -> tuple[Source, SphereMap, str]:

@@ -4,14 +4,14 @@ import json
 from dataclasses import fields
 from typing import get_args, get_type_hints
 
-from igl_spheremap.apps.cli.main import build_parser, main
-
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.parser import build_parser
 from igl_spheremap.maps.options import METHODS, Auto
 
 
 def flags():
     """Flags of `map` by the name of the option that they set."""
-    commands = next(action for action in build_parser("map")._actions if action.dest == "command")
+    commands = next(action for action in build_parser()._actions if action.dest == "command")
     return {action.dest: action for action in commands.choices["map"]._actions}
 
 
@@ -23,16 +23,16 @@ def test_methods_are_those_of_the_records_and_the_default_is_the_front_doors():
 def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
-    assert set(found) == {"tolerance", "max_iterations", "gauge", "polish"}
+    assert set(found) == {"tolerance", "max_iterations", "gauge", "polish", "weights", "atlas"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
-        hint = get_type_hints(Auto)[name]
-        if flag.choices is None:
-            assert flag.type is hint
-        else:
+        hint = next(get_type_hints(method)[name] for method in METHODS.values() if name in get_type_hints(method))
+        if flag.choices is not None:
             choices = [choice for part in (hint, *get_args(hint)) for choice in get_args(part) or [part]]
             assert set(flag.choices) <= set(choices)
+        elif hint is not bool:
+            assert type(flag.type("1")) is hint
 
 
 def test_flags_of_every_method_are_options_of_every_method():

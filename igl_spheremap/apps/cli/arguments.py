@@ -1,0 +1,126 @@
+"""The arguments that several commands share, each described once. Nothing here takes time to import, for the help."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, get_args
+
+from ...maps.options import METHODS, EdgeWeights, Gauge, Polish
+from ..numbers import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, number
+from ..viewer.choices import LENGTH, SIZE, UPS
+
+#: What `ArgumentParser.add_argument` takes.
+Argument = tuple[tuple[str, ...], dict[str, Any]]
+
+#: Written out, for the packages of samples and of formats import numpy.
+SAMPLES = ("bird", "brain", "dino", "dumbbell", "octopus", "pear", "sphere", "spheroid", "spring")
+READ = ("obj", "off", "ply", "stl", "glb", "gii", "pial", "npz")
+WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a terminal
+
+_FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
+#: Pixels that the panels need, and those that OpenGL draws everywhere.
+_SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
+
+
+def argument(name: str, metavar: str | None, help: str, **options: Any) -> Argument:
+    """A positional argument, or a flag with a value."""
+    return (name,), {"metavar": metavar, "help": help, **options}
+
+
+def choice(name: str, choices: Iterable[str], help: str, **options: Any) -> Argument:
+    """A flag whose value is one of a list."""
+    return argument(name, None, help, choices=tuple(choices), **options)
+
+
+def switch(*names: str, help: str, **options: Any) -> Argument:
+    """A flag without a value."""
+    return names, {"action": "store_true", "help": help, **options}
+
+
+def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
+    """The mesh, under a name for the help text, and the flags for reading it."""
+    default = f"; default: {options['default']}" if options else ""
+    help = f"a mesh file, sample:NAME[:key=value,...], or - for stdin{default}"
+    return argument("source", name, help, **options), FORMAT, *REPAIR
+
+
+def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
+    """The mesh and its map; the map may be optional, where the mesh's archive holds it."""
+    left_out = f"; may be left out where {name} is an .npz that holds the map" if optional else ""
+    help = "its map: the same faces, vertices on a sphere of any radius about the origin; - for stdin" + left_out
+    return *source(name), argument("sphere", "SPHERE", help, nargs="?" if optional else None)
+
+
+def target(help: str) -> tuple[Argument, ...]:
+    """OUT, and the flag that allows to replace it."""
+    return argument("target", "OUT", help), switch("-f", "--force", help="replace OUT if it exists")
+
+
+def method(default: str, help: str) -> Argument:
+    """The choice of a method."""
+    return choice("--method", METHODS, help, default=default)
+
+
+def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
+    """What all programs with a picture share; the size in pixels is the default one."""
+    return (
+        choice("--up", UPS, "which way is up; default: z, but y for .obj, .glb, .gltf"),
+        SCREENSHOT,
+        argument("--frame", "K", "of --screenshot, from 0; -1 is the last", type=int),
+        argument("--video", "OUT", "write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; "
+                 "needs no display"),
+        argument("--length", "N", "of --video: N different pictures at the most, evenly chosen, and all stops "
+                 f"(default {LENGTH})", type=POSITIVE_COUNT, default=LENGTH),
+        (("--size",), {"type": _SIDE, "nargs": 2, "default": size, "metavar": ("W", "H"),
+                       "help": "of the window in pixels (default {} {})".format(*size)}),
+    )
+
+
+FORMAT = argument("--format", "FMT", f"of '-', which is stdin for a mesh and stdout for OUT: {', '.join(READ)}; for "
+                  f"OUT {' or '.join(WRITTEN)}; default: {READ[0]}", choices=READ, default=READ[0])
+REPAIR = (
+    switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
+           "surplus faces"),
+    switch("--keep-largest", help="with --repair: keep only the largest component"),
+)
+OUTPUT = (
+    argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
+    switch("-q", "--quiet", help="print no summary"),
+)
+SILENT = switch("-q", "--quiet", help="print nothing")
+SCREENSHOT = argument("--screenshot", "OUT.png", "write one picture; needs no display")
+DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of "
+             "FreeSurfer")
+DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
+TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a "
+              "sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
+TOLERANCE = argument("--tolerance", "T", "of the stopping rule; default: the method's", type=FROM_ZERO)
+BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=_FROM_0_TO_1,
+                   default=0.0)
+MAY_FOLD = switch("--may-fold", help="also take steps that fold")
+#: What all commands take that map a mesh and write the map.
+MAPPING = (
+    *source(),
+    *target("the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout"),
+    TOLERANCE,
+    argument("--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2; default: the method's",
+             type=COUNT),
+    argument("--radius", "R", "of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
+             type=POSITIVE),
+    argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"),
+    argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
+    switch("--timings", help="print the time of each stage"),
+    *OUTPUT,
+    switch("-v", "--verbose", help="log every iteration on stderr"),
+)
+#: Options of single methods, which name them.
+OPTIONS = (
+    choice("--polish", get_args(Polish), "lower the angle differences, or their largest ones, when the map is done "
+           "(auto)"),
+    choice("--gauge", get_args(Gauge), "poles: the two deepest tips at the poles, for bodies beyond float64 (auto); "
+           "default: centred"),
+    choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
+           "never negative (lai2014)"),
+    switch("--atlas", help="write charts of the plane beside the map, where limbs beyond float64 keep their angles "
+           "(auto; .npz)", default=None),
+)

@@ -1,0 +1,26 @@
+"""What users choose of a picture: its size, which way is up, what colours show. Imports nothing, for the help texts."""
+
+from __future__ import annotations
+
+#: Width and height of a window in pixels; of the player, whose two spheres share the right half; of a registration.
+SIZE = (1000, 600)
+PLAYER_SIZE = (1400, 560)
+REGISTRATION_SIZE = (1200, 440)
+#: Different pictures of a video at the most.
+LENGTH = 120
+#: Directions that may be up, by the names that users give.
+UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
+_Y_UP = (".obj", ".glb", ".gltf")
+#: What colours can show, in the order of the menus.
+SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")
+#: The words for them on the command line.
+SHOWN = dict(zip(("foldings", "factor", "angles", "areas"), SUBJECTS, strict=True))
+
+
+def guess_up(name: str) -> str:
+    """The direction that is up by the custom of a file's format: y for Wavefront OBJ and glTF, else z.
+
+    >>> guess_up("bunny.obj"), guess_up("lh.pial"), guess_up("sample:dino")
+    ('y', 'z', 'z')
+    """
+    return "y" if name.lower().endswith(_Y_UP) else "z"
