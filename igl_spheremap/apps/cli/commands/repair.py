@@ -9,6 +9,7 @@ import numpy as np
 
 from ....io import certify_radius, write_map
 from ....maps.repair_foldings import repair_foldings
+from ....sphere.rows import unit_rows
 from ....verify.distortion import angle_differences
 from ....verify.figures import angle_figures
 from ..exits import Exit
@@ -16,7 +17,7 @@ from ..output import angle_row, certificate_figures, mesh_row, report, row
 from ..pair import load_pair
 from ..streams import check_outputs, write_target
 
-_ROUNDING = 1e-14  # positions that differ by less count as unmoved
+_ROUNDING = 1e-14  # directions that differ by less count as unmoved
 
 
 def run(args: Namespace) -> Exit:
@@ -30,8 +31,8 @@ def run(args: Namespace) -> Exit:
         args,
         lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
     )
-    unit = x / np.linalg.norm(x, axis=1, keepdims=True)
-    moved = int((np.linalg.norm(result.sphere - unit, axis=1) > _ROUNDING).sum())
+    unit = unit_rows(x.astype(np.float64))
+    moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
     stages = [
         ("before", name, unit, before.certificate),
         ("after", args.target, result.sphere, written.certificate),
