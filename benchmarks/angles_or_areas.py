@@ -14,12 +14,13 @@ from matplotlib.collections import PolyCollection
 from PIL import Image
 
 import igl_spheremap as ism
+from igl_spheremap.apps.viewer.pose import pose
 
 BODIES, BALANCES = ("dino", "brain", "octopus"), (0, 0.25, 0.5, 0.75, 1)
 LIGHT = np.array([0.3, 0.4, 0.87])
 
 
-def draw(axes, positions, faces, colours):
+def draw(axes, positions, faces, tints):
     """Faces towards the reader (along z), shaded, the far ones first."""
     corners = positions[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -28,33 +29,21 @@ def draw(axes, positions, faces, colours):
     order = np.argsort(corners[:, :, 2].mean(axis=1))
     order = order[normal[order, 2] > 0]
     shade = 0.45 + 0.55 * np.clip(normal[order] @ LIGHT, 0, 1)
-    tint = np.clip(shade[:, None] * colours[order], 0, 1)
+    tint = np.clip(shade[:, None] * tints[order], 0, 1)
     axes.add_collection(PolyCollection(corners[order, :, :2], facecolors=tint, edgecolors=tint, linewidths=0.15))
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
 
 
-def checkers(x, faces):
-    """Colours of the sphere's squares of 15 degrees at the middle of each face."""
+def colours(v, x, faces):
+    """By the distance from the body's middle, darker on every other square of 15 degrees of the sphere."""
+    distance = np.linalg.norm((v - v.mean(axis=0))[faces].mean(axis=1), axis=1)
     middle = x[faces].mean(axis=1)
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     longitude, latitude = np.arctan2(middle[:, 1], middle[:, 0]), np.arcsin(np.clip(middle[:, 2], -1, 1))
     odd = (np.floor(longitude * 12 / np.pi) + np.floor(latitude * 12 / np.pi)) % 2 == 1
-    return np.where(odd[:, None], [0.16, 0.38, 0.65], [0.98, 0.88, 0.62])
-
-
-def regions(v, faces):
-    """Colours by place on the body, which the sphere shows again."""
-    low, high = v.min(axis=0), v.max(axis=0)
-    return 0.2 + 0.8 * ((v[faces].mean(axis=1) - low) / (high - low))
-
-
-def turned(v):
-    """The two longest axes across the line of sight."""
-    axes = np.linalg.svd(v - v.mean(axis=0), full_matrices=False)[2]
-    axes[2] *= np.linalg.det(axes)
-    return (v - v.mean(axis=0)) @ axes.T
+    return plt.get_cmap("turbo")(distance / distance.max())[:, :3] * np.where(odd, 0.55, 1)[:, None]
 
 
 def main(target):
@@ -62,13 +51,15 @@ def main(target):
     figure, grid = plt.subplots(2 * len(BODIES), len(BALANCES), figsize=(12, 14.5))
     for row, name in enumerate(BODIES):
         v, f = ism.samples.make(name, n_vertices=8000)
+        turn = pose(v)
         for column, balance in enumerate(BALANCES):
             result = ism.balanced_spherical_map(v, f, balance)
             area, angle = np.abs(result.area_ratios()).mean(), np.abs(result.angle_differences()).mean()
             print(f"{name} {balance}: area {area:.3f}, angle {angle:.2f}, {result.certificate.folding_free}")
+            shown = colours(v, result.sphere, f)
             body, sphere = grid[2 * row, column], grid[2 * row + 1, column]
-            draw(body, turned(v), f, checkers(result.sphere, f))
-            draw(sphere, result.sphere, f, regions(v, f))
+            draw(body, v @ turn.T, f, shown)
+            draw(sphere, result.sphere @ turn.T, f, shown)
             body.set_title(f"{name}, balance {balance}\n|log area| {area:.2f}, angles {angle:.1f} degrees", fontsize=9)
     figure.tight_layout()
     figure.savefig(target, dpi=75)

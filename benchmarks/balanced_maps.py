@@ -163,6 +163,8 @@ def unwrap3d_flow(v, f, x):
             return found["x"], float(found["seconds"])
 
 
+#: Meshes whose curves have colours.
+NAMED = ("sample:brain", "choi_hippocampus", "sample:dino", "sample:octopus", "sample:spring")
 PEERS = {"balance 0.5": by_balance(0.5), "balance 1": by_balance(1.0), "LaPy, conformal": lapy_conformal,
          "LaPy, spectral": lapy_spectral, "u-unwrap3D, area flow": unwrap3d_flow}
 
@@ -181,7 +183,8 @@ def summary(rows):
     order = [row["name"] for row in rows if not row["failure"] and not is_monotone(row)]
     failed = [f"{row['name']} ({row['failure']})" for row in rows if row["failure"]]
     yield "# Figures of balanced maps\n"
-    yield "Written by `benchmarks/balanced_maps.py`. The energy is in [Between angles and areas](balance.md).\n"
+    yield (f"Written by `benchmarks/balanced_maps.py` at version {ism.__version__.removesuffix('.dev0')}. The energy "
+           "is in [Between angles and areas](balance.md).\n")
     yield (f"{len(rows)} meshes (samples, {len(shared)} shared meshes, random bodies with limbs) at balance .25, .5, "
            f".75 and 1: {sum(row['folded'] for row in rows)} folded faces in all iterates, "
            f"{len(failed)} failures{': ' + '; '.join(failed) if failed else ''}.")
@@ -238,25 +241,24 @@ def field_table(peers):
 
 
 def draw(rows, image):
-    """A curve a mesh: area against angles over the balances."""
+    """A curve a mesh: area against angles over the balances, some with their names, one with its balances."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(8, 6))
-    rows = sorted((row for row in rows if not row["failure"] and row["balances"]["0"]["area"] > 0.05),
-                  key=lambda row: row["balances"]["0"]["area"])
-    for row, colour in zip(rows, plt.get_cmap("viridis")(np.linspace(0, 0.95, len(rows))), strict=True):
+    rows = [row for row in rows if not row["failure"] and row["balances"]["0"]["area"] > 0.05]
+    for row in sorted(rows, key=lambda row: row["name"] in NAMED):  # these on top
         found = row["balances"].values()
-        axes.plot([one["angles"] for one in found], [one["area"] for one in found], "o-", ms=3, lw=0.9, color=colour)
-    named = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, 7).round().astype(int))]
-    for row in named:
-        first = row["balances"]["0"]
-        axes.annotate(row["name"], (first["angles"], first["area"]), xytext=(3, 5), textcoords="offset points",
-                      fontsize=8)
+        style = {"lw": 2, "label": row["name"]} if row["name"] in NAMED else {"lw": 0.7, "color": "0.8"}
+        axes.plot([one["angles"] for one in found], [one["area"] for one in found], "o-", ms=3, **style)
+        if row["name"] == "sample:dino":
+            for balance, one in row["balances"].items():
+                axes.annotate(balance, (one["angles"], one["area"]), xytext=(4, 4), textcoords="offset points")
+    axes.legend(loc="lower right")
     axes.set(yscale="log", xlabel="mean angle difference, degrees", ylabel="mean |log area ratio|",
-             title="Balance 0 (upper left) to 1 (lower right), a curve a mesh")
+             title="A curve a mesh, over balances 0, .25, .5, .75 and 1")
     axes.grid(alpha=0.3)
     figure.tight_layout()
     figure.savefig(image, dpi=80)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import platform
 from pathlib import Path
 
+from igl_spheremap import __version__
+
 HEADER = """# Benchmarks
 
 Written by `python benchmarks/peers.py`. CPU and wall seconds from arrays to result, certificate included for this
@@ -20,7 +22,7 @@ those of ordering and factorisation alone with the same backend.
   backend here.
 - `lai2014`: the paper's Algorithm 2 around Algorithm 1, up to 20,000 vertices.
 
-Machine: {machine}, Python {python}.
+Machine: {machine}, Python {python}; igl_spheremap {version}.
 """
 COLUMNS = ("competitor", "CPU s", "wall s", "memory", "foldings", "mean", "99 %", "speed-up", "over factor")
 
@@ -29,7 +31,8 @@ def write_report(rows: list[dict], path: Path) -> None:
     """Write one table for each mesh; what was written by hand below the mark stays."""
     mark = "\n## What the figures show\n"
     kept = mark + path.read_text().split(mark, 1)[1] if path.exists() and mark in path.read_text() else ""
-    parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version()),
+    parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version(),
+                           version=__version__.removesuffix(".dev0")),
              "![Time against size](images/benchmarks.png)\n", *map(table, rows)]
     path.write_text("\n".join(parts) + kept)
 

@@ -170,7 +170,7 @@ Written by `python benchmarks/throughput.py`: {meshes} spheroids of {vertices:,}
 two alike, in PLY files; the best of {_REPEATS} runs. A plain loop reads, maps and writes; a population also measures
 angles, areas and edges, keeps the manifest, and takes digests of inputs and results; it counts from its first row on.
 One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
-{platform.python_version()}.
+{platform.python_version()}, version {ism.__version__.removesuffix(".dev0")}.
 
 | who | workers | maps a second |
 |---|---:|---:|
