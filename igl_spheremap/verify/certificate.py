@@ -69,7 +69,8 @@ class Certificate:
         ) if len(bad)]
         if self.degree != 1 and not len(self.not_finite):
             faults.append(f"the sphere is covered {self.degree} times")
-        return "not folding-free: " + "; ".join(faults)
+        folds = self.foldings or self.degree != 1 or len(self.not_finite)
+        return ("not folding-free: " if folds else "no face folds, but: ") + "; ".join(faults)
 
 
 @own_errstate

@@ -99,6 +99,8 @@ def test_rows_off_the_unit_sphere_are_named():
     certificate = ism.certify(x, F)
     assert certificate.off_sphere.tolist() == [5, 8]
     assert not certificate.folding_free
+    assert str(certificate).startswith("not folding-free")  # row 8 has no direction
+    assert str(ism.certify(1.01 * X, F)).startswith(f"no face folds, but: {len(X)} vertices off the unit sphere")
 
 
 def test_single_precision_is_close_enough_to_the_sphere():
