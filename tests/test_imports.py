@@ -118,7 +118,7 @@ def test_every_form_of_import_is_seen():
 def test_each_public_name_is_listed_once_for_readers_and_once_for_type_checkers():
     lines = ast.parse((ROOT / "__init__.py").read_text()).body
     block = next(node for node in lines if isinstance(node, ast.If))
-    typed = {alias.name: node.module or alias.name for node in block.body for alias in node.names}
+    typed = {alias.asname: node.module or alias.name for node in block.body for alias in node.names}
     assert typed == igl_spheremap._HOME
     assert sorted(typed) == sorted(igl_spheremap.__all__) == dir(igl_spheremap)
     for name in igl_spheremap.__all__:
