@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from pathlib import Path
 
@@ -11,14 +10,12 @@ import numpy as np
 
 from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray
-from ..shapes.harmonics.basis import degree_of
 from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
 from ..shapes.values import check_values
 from . import npz
 from .reading import reading
+from .records import PathLike
 from .replacing import replacing
-
-PathLike = str | os.PathLike[str]
 
 _NUMBER = re.compile(r"[^\s{},]+")
 
@@ -61,7 +58,8 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
         raise MeshError(f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz")
     with replacing(path, force) as partial:
         if kind == ".coef":
-            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in _to_pdm(c).tolist())
+            order, factors = _pdm_rows(harmonics.degree)
+            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in (c[order] * factors[:, None]).tolist())
             partial.write_text(f"{{ {len(c)},{rows}}}")
         else:
             source = {} if harmonics.source is None else vars(harmonics.source)
@@ -91,7 +89,7 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     path = Path(path)
     with reading(path):
         if _kind(path) == ".coef":
-            return SphericalHarmonics(_from_pdm(_parse(path.read_text(encoding="ascii"))))
+            return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
         source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
@@ -106,13 +104,16 @@ def _kind(path: PathLike) -> str:
 
 
 def _parse(text: str) -> FloatArray:
-    """The rows of `{ N,{x, y, z},{x, y, z}...}`."""
+    """The coefficients of `{ N,{x, y, z},{x, y, z}...}`."""
     count, *numbers = _NUMBER.findall(text)
     n = int(count)
     rows = np.array(numbers, dtype=np.float64)
     if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
         raise ValueError(f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows")
-    return rows.reshape(n, 3)
+    order, factors = _pdm_rows(math.isqrt(n) - 1)
+    c = np.empty((n, 3))
+    c[order] = rows.reshape(n, 3) / factors[:, None]
+    return c
 
 
 def _pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
@@ -120,25 +121,6 @@ def _pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
     """
-    rows: list[int] = []
-    factors: list[float] = []
-    for ell in range(degree + 1):
-        middle = ell * ell + ell
-        rows.append(middle)
-        factors.append(1.0)
-        for m in range(1, ell + 1):
-            rows += [middle + m, middle - m]
-            factors += [(-1) ** m * math.sqrt(2)] * 2
-    return np.array(rows), np.array(factors)
-
-
-def _to_pdm(c: FloatArray) -> FloatArray:
-    rows, factors = _pdm_rows(degree_of(c))
-    return c[rows] * factors[:, None]
-
-
-def _from_pdm(rows_in_file: FloatArray) -> FloatArray:
-    rows, factors = _pdm_rows(degree_of(rows_in_file))
-    c = np.empty_like(rows_in_file)
-    c[rows] = rows_in_file / factors[:, None]
-    return c
+    ell, m = np.array([(ell, m) for ell in range(degree + 1)
+                       for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))]).T
+    return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,8 @@ from . import npz
 from .formats import format_of
 from .gifti import structure_of
 from .reading import reading
-from .records import LoadedMesh, Metadata
+from .records import LoadedMesh, Metadata, PathLike
 from .replacing import replacing
-
-PathLike = str | os.PathLike[str]
 
 
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from ..errors import FileError
 from . import freesurfer, gifti, gltf, npz, obj, off, ply, stl
-from .records import Format
+from .records import Format, PathLike
 
 #: All formats. A further one is a module with a FORMAT, and a word here.
 FORMATS: tuple[Format, ...] = tuple(
@@ -15,7 +14,7 @@ FORMATS: tuple[Format, ...] = tuple(
 )
 
 
-def format_of(path: str | os.PathLike[str]) -> Format:
+def format_of(path: PathLike) -> Format:
     """The format that a file's name stands for, or where the name says nothing, its first bytes.
 
     Examples

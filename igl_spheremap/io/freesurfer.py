@@ -10,10 +10,10 @@ from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from ..errors import MeshError, import_optional
+from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .polygons import of_triangles
-from .records import Format, Metadata, RawMesh
+from .reading import check_complete
+from .records import Format, Metadata, RawMesh, of_triangles
 
 _TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
 #: Kinds of surfaces: FreeSurfer's own, and the last two of this package, which never take the name of one of those.
@@ -36,9 +36,8 @@ def read(path: Path) -> RawMesh:
 def _check_size(file: BinaryIO, size: int, *announced: int) -> None:
     """Refuse counts of rows that a file can't hold: nibabel takes memory for as many as are announced."""
     rest = os.fstat(file.fileno()).st_size - file.tell()
-    if min(announced) < 0 or size * sum(announced) > rest:
-        raise MeshError(f"damaged: {rest} bytes follow where {' and '.join(map(str, announced))} rows are announced; "
-                        "the file seems cut off, write it anew")
+    fit = min(announced) >= 0 and size * sum(announced) <= rest
+    check_complete(fit, f"{rest} bytes", f"{' and '.join(map(str, announced))} rows")
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

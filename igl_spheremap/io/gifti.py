@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import binascii
 import gzip
-import os
 import re
 import zlib
 from io import BytesIO
@@ -17,9 +16,8 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .polygons import of_triangles
 from .reading import check_expansion, expansion_limit
-from .records import Format, Metadata, RawMesh
+from .records import Format, Metadata, PathLike, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
@@ -27,7 +25,7 @@ _HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)")
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
 
 
-def structure_of(path: str | os.PathLike[str]) -> dict[str, str]:
+def structure_of(path: PathLike) -> dict[str, str]:
     """The hemisphere that a file's name has by FreeSurfer's custom or that of BIDS, as metadata.
 
     >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")

@@ -11,9 +11,8 @@ import numpy as np
 
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .polygons import of_triangles
 from .reading import check_expansion, check_regular
-from .records import Format, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}

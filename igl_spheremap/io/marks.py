@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import hashlib
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,6 +16,7 @@ from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import reading
+from .records import PathLike
 
 _LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
 _HEAD = 4096  # every writer puts the mark within so many bytes
@@ -47,7 +47,7 @@ def mark_of(result: SphereMap) -> str:
     return make_mark(result.vertices, result.faces, result.method, result.settings)
 
 
-def read_mark(path: str | os.PathLike[str]) -> str | None:
+def read_mark(path: PathLike) -> str | None:
     """The mark of a file that this package wrote; None if it has none.
 
     Parameters

@@ -18,9 +18,8 @@ from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from .packing import pack, unpack
-from .polygons import of_triangles
 from .reading import check_expansion
-from .records import Format, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh, of_triangles
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded

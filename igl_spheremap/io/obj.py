@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
-from .polygons import Polygons
-from .records import Format, Metadata, RawMesh
-from .text import indices, numbers, read_rows, write_rows
+from .records import Format, Metadata, Polygons, RawMesh
+from .text import indices, numbers, read_rows, write_text
 
 
 def read(path: Path) -> RawMesh:
@@ -33,11 +32,7 @@ def read(path: Path) -> RawMesh:
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write all digits, and the mark as a comment."""
-    with path.open("wb") as file:
-        if "mark" in metadata:
-            file.write(f"# {metadata['mark']}\n".encode())
-        write_rows(file, "v %r %r %r\n", v)
-        write_rows(file, "f %r %r %r\n", f + 1)
+    write_text(path, "", metadata, ("v %r %r %r\n", v), ("f %r %r %r\n", f + 1))
 
 
 FORMAT = Format("OBJ", (".obj",), read, write)

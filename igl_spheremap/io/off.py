@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
+from .reading import check_complete
 from .records import Format, Metadata, RawMesh
-from .text import counted_indices, numbers, read_rows, write_rows
+from .text import counted_indices, numbers, read_rows, write_text
 
 _NAMES = (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF")
 
@@ -17,11 +20,7 @@ def read(path: Path) -> RawMesh:
     data = path.read_bytes()
     n, m, body = _header(data)
     rows = read_rows(data[body:])
-    if len(rows) < n + m:
-        raise MeshError(
-            f"damaged: {len(rows)} lines follow where {n} vertices and {m} faces are announced; "
-            "the file seems cut off, write it anew"
-        )
+    check_complete(len(rows) >= n + m, f"{len(rows)} lines", f"{n} vertices and {m} faces")
     return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
 
 
@@ -44,13 +43,8 @@ def _header(data: bytes) -> tuple[int, int, int]:
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write all digits, and the mark as a comment."""
-    with path.open("wb") as file:
-        file.write(b"OFF\n")
-        if "mark" in metadata:
-            file.write(f"# {metadata['mark']}\n".encode())
-        file.write(f"{len(v)} {len(f)} 0\n".encode())
-        write_rows(file, "%r %r %r\n", v)
-        write_rows(file, "3 %r %r %r\n", f)
+    counts = np.array([[len(v), len(f)]])
+    write_text(path, "OFF\n", metadata, ("%r %r 0\n", counts), ("%r %r %r\n", v), ("3 %r %r %r\n", f))
 
 
 FORMAT = Format("OFF", (".off",), read, write, magic=(b"OFF", b"COFF", b"NOFF", b"CNOFF"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,11 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, import_optional
 from .reading import check_regular
+from .records import PathLike
 from .replacing import replacing
 
 
-def read_picture(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+def read_picture(path: PathLike) -> NDArray[np.uint8]:
     """An image (height, width, 3) of any format that pillow knows, rows from above."""
     pillow = import_optional("PIL.Image", "a picture", "io")
     try:
@@ -26,7 +26,7 @@ def read_picture(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
         raise FileError(f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}") from None
 
 
-def write_picture(path: str | os.PathLike[str], image: NDArray[np.uint8], *, force: bool = False) -> None:
+def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
     """Write an image (height, width, 3), rows from above."""
     pillow = import_optional("PIL.Image", "writing a picture", "io")
     with replacing(path, force) as partial:

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .polygons import Polygons
-from .records import Format, Metadata, RawMesh
+from .reading import check_complete
+from .records import Format, Metadata, Polygons, RawMesh
 from .text import counted_indices, numbers, read_rows
 
 _HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)
@@ -38,9 +38,8 @@ def read(path: Path) -> RawMesh:
     sizes = [int(size) for _, size in _COUNT.findall(header)]
     for element, size in zip(layout, sizes, strict=True):
         least = len(element.properties) + (3 if element.name == "face" else 0)  # bytes of a row
-        if not 0 <= size * max(1, least) <= len(data) - found.end():
-            raise MeshError(f"damaged: {len(data) - found.end()} bytes follow where {size} rows of {element.name} are "
-                            "announced; the file seems cut off, write it anew")
+        fit = 0 <= size * max(1, least) <= len(data) - found.end()
+        check_complete(fit, f"{len(data) - found.end()} bytes", f"{size} rows of {element.name}")
     corners = _corners(layout)
     if layout.text:
         return _read_text(data[found.end() :], layout, sizes, corners)
@@ -82,9 +81,7 @@ def _corners(layout: Any) -> str:
 
 def _read_text(text: bytes, layout: Any, sizes: list[int], corners: str) -> RawMesh:
     rows, end = read_rows(text), np.cumsum(sizes)
-    if len(rows) < end[-1]:
-        raise MeshError(f"damaged: {len(rows)} lines follow where {end[-1]} are announced; the file seems cut off, "
-                        "write it anew")
+    check_complete(len(rows) >= end[-1], f"{len(rows)} lines", f"{end[-1]}")
     own = {element.name: rows[stop - size : stop] for element, size, stop in zip(layout, sizes, end, strict=True)}
     columns = {name: [p.name for p in layout[name].properties] for name in ("vertex", "face")}
     before = columns["face"][: columns["face"].index(corners)]

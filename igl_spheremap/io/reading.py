@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError
+from .records import PathLike
 
 #: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
 _EXPANSION = 64
@@ -22,10 +23,9 @@ _ALWAYS = 1 << 20
 def reading(path: Path) -> Iterator[None]:
     """Turn whatever a parser raises into a MeshError or FileError of one line that names the file."""
     try:
-        check_regular(path)
-        if path.stat().st_size == 0:
-            raise MeshError("the file is empty (0 bytes); give a closed triangle mesh")
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
+        with opening(path), warnings.catch_warnings(), np.errstate(all="ignore"):
+            if path.stat().st_size == 0:
+                raise MeshError("the file is empty (0 bytes); give a closed triangle mesh")
             warnings.simplefilter("ignore")
             yield
     except FileError:
@@ -34,12 +34,22 @@ def reading(path: Path) -> Iterator[None]:
         raise MeshError(f"{path}: {error}") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
-    except OSError as error:
-        if error.strerror is None:  # a parser's complaint, not the system's
-            raise _damaged(path, error) from error
-        raise FileError(f"can't read {error.filename or path}: {error.strerror}") from error
     except Exception as error:  # other packages' parsers raise anything on damaged files
-        raise _damaged(path, error) from error
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise MeshError(
+            f"{path}: damaged, or of another format than its name says ({reason}); write it anew") from error
+
+
+@contextlib.contextmanager
+def opening(path: PathLike) -> Iterator[None]:
+    """Turn what the system refuses into a FileError of one line; parsers' own OSErrors have no `strerror`."""
+    try:
+        check_regular(Path(path))
+        yield
+    except OSError as error:
+        if isinstance(error, FileError) or error.strerror is None:
+            raise
+        raise FileError(f"can't read {error.filename or path}: {error.strerror}") from error
 
 
 def check_regular(path: Path) -> None:
@@ -51,15 +61,10 @@ def check_regular(path: Path) -> None:
         raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
 
 
-def read_lines(path: str | Path) -> list[str]:
+def read_lines(path: PathLike) -> list[str]:
     """Lines of a small text file in UTF-8; bytes that are none are kept as surrogates, as in names of files."""
-    try:
-        check_regular(Path(path))
+    with opening(path):
         return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
-    except FileError:
-        raise
-    except OSError as error:
-        raise FileError(f"can't read {path}: {error.strerror}") from error
 
 
 def expansion_limit(stored: int) -> int:
@@ -73,6 +78,8 @@ def check_expansion(expanded: int, stored: int) -> None:
         raise MeshError(f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew")
 
 
-def _damaged(path: Path, error: Exception) -> MeshError:
-    reason = " ".join(str(error).split())[:120] or type(error).__name__
-    return MeshError(f"{path}: damaged, or of another format than its name says ({reason}); write it anew")
+def check_complete(complete: bool, found: str, announced: str) -> None:
+    """Refuse a file that holds less than its header announces."""
+    if not complete:
+        raise MeshError(f"damaged: {found} follow where {announced} are announced; the file seems cut off, "
+                        "write it anew")

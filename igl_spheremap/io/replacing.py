@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import FileError
+from .records import PathLike
 
-PathLike = str | os.PathLike[str]
 _COUNT = itertools.count()  # next() is atomic: no two threads of a process get the same number
 _TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,13 @@ from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray
 from . import freesurfer, gifti, npz
 from .reading import reading
-from .records import Metadata
+from .records import Metadata, PathLike
 from .replacing import replacing
 
 _HEMISPHERES = ("lh.", "rh.")
 
 
-def read_scalars(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
+def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """Read scalar maps over the vertices of a mesh.
 
     Parameters
@@ -42,7 +41,8 @@ def read_scalars(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
     source = Path(path)
     with reading(source):
-        arrays = _reader(source.name.lower())(source)
+        read, _ = _functions(source)
+        arrays = read(source)
         maps = {name: values.astype(np.float64) for name, values in arrays.items()
                 if values.ndim == 1 and values.dtype.kind in "fiu"}
         if not maps:
@@ -50,14 +50,8 @@ def read_scalars(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
         return maps
 
 
-def _reader(name: str) -> Callable[[Path], dict[str, NDArray[Any]]]:
-    if name.endswith(gifti.FORMAT.suffixes):
-        return gifti.read_scalars
-    return npz.read_arrays if name.endswith(".npz") else freesurfer.read_scalars
-
-
 def write_scalars(
-    path: str | os.PathLike[str],
+    path: PathLike,
     maps: Mapping[str, FloatArray],
     *,
     force: bool = False,
@@ -83,15 +77,19 @@ def write_scalars(
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
     target, known = Path(path), metadata or {}
-    name = target.name.lower()
-    if not name.endswith((*gifti.FORMAT.suffixes, ".npz")) and not name.startswith(_HEMISPHERES):
+    _, write = _functions(target)
+    if write is freesurfer.write_scalars and not target.name.lower().startswith(_HEMISPHERES):
         raise FileError(f"{path}: scalar maps are written to .gii, .npz, and lh.NAME or rh.NAME files")
+    if write is freesurfer.write_scalars and len(maps) != 1:
+        raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")
     with replacing(path, force) as partial:
-        if name.endswith(gifti.FORMAT.suffixes):
-            gifti.write_scalars(partial, dict(maps), known)
-        elif name.endswith(".npz"):
-            npz.write_arrays(partial, dict(maps), known)
-        elif len(maps) == 1:
-            freesurfer.write_scalars(partial, dict(maps), known)
-        else:
-            raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")
+        write(partial, dict(maps), known)
+
+
+def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], Callable[..., None]]:
+    """What reads scalar maps from files of that name, and what writes them."""
+    if path.name.lower().endswith(gifti.FORMAT.suffixes):
+        return gifti.read_scalars, gifti.write_scalars
+    if path.name.lower().endswith(".npz"):
+        return npz.read_arrays, npz.write_arrays
+    return freesurfer.read_scalars, freesurfer.write_scalars

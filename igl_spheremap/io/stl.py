@@ -11,8 +11,7 @@ import numpy as np
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.clean import weld
-from .polygons import of_triangles
-from .records import Format, Metadata, RawMesh
+from .records import Format, Metadata, RawMesh, of_triangles
 from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

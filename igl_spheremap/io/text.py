@@ -10,14 +10,15 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import compress
-from typing import Any, BinaryIO
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from .polygons import Polygons
+from .records import Metadata, Polygons
 
 _BLOCK = 1 << 16  # rows formatted at once
 _SPACE, _NEWLINE = 32, 10
@@ -93,9 +94,7 @@ def read_rows(data: bytes) -> TextRows:
 def numbers(rows: TextRows, width: int, what: str) -> FloatArray:
     """The first `width` tokens of each line as floats; `what` names a line in messages."""
     message = f"{what} {{}} reads {{!r}} where {width} numbers are expected"
-    short = np.flatnonzero(rows.counts < width)
-    if len(short):
-        raise _damaged(message, rows, int(short[0]))
+    _refuse(rows.counts < width, message, rows)
     lengths = np.full(len(rows), width)
     return _convert(rows, np.zeros_like(lengths), lengths, float, message).reshape(-1, width)
 
@@ -110,21 +109,25 @@ def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
     """Lines that state their number of indices, behind `lead` other tokens, as polygons; the rest is left out."""
     message = "face {} reads {!r} where a number of corners and as many whole numbers are expected"
     start = np.full(len(rows), lead)
-    short = np.flatnonzero(rows.counts <= lead)
-    if len(short):
-        raise _damaged(message, rows, int(short[0]))
+    _refuse(rows.counts <= lead, message, rows)
     sizes = _convert(rows, start, np.ones_like(start), int, message)
-    short = np.flatnonzero((sizes < 0) | (sizes > rows.counts - lead - 1))
-    if len(short):
-        raise _damaged(message, rows, int(short[0]))
+    _refuse((sizes < 0) | (sizes > rows.counts - lead - 1), message, rows)
     return Polygons(_convert(rows, start + 1, sizes, int, message), sizes)
 
 
-def write_rows(file: BinaryIO, template: str, rows: NDArray[Any]) -> None:
-    """Write a line for each row; `template` has a ``%r`` for each column: the shortest digits that read back."""
-    for start in range(0, len(rows), _BLOCK):
-        block = rows[start : start + _BLOCK]
-        file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
+def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDArray[Any]]) -> None:
+    """Write a head, the mark as a comment, and for each template and array one line a row.
+
+    A template has a ``%r`` for each column: the shortest digits that read back.
+    """
+    with path.open("wb") as file:
+        file.write(head.encode())
+        if "mark" in metadata:
+            file.write(f"# {metadata['mark']}\n".encode())
+        for template, rows in parts:
+            for start in range(0, len(rows), _BLOCK):
+                block = rows[start : start + _BLOCK]
+                file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
 def _convert(
@@ -146,8 +149,8 @@ def _convert(
         return np.fromiter(map(kind, tokens), dtype=dtype, count=len(tokens))
     except (ValueError, OverflowError):
         bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
-        line = int(np.searchsorted(np.cumsum(lengths), bad, side="right"))
-        raise _damaged(message, rows, line) from None
+        _refuse(np.cumsum(lengths) > bad, message, rows)
+        raise
 
 
 def _is(kind: Callable[[bytes], Any], token: bytes) -> bool:
@@ -158,5 +161,8 @@ def _is(kind: Callable[[bytes], Any], token: bytes) -> bool:
         return False
 
 
-def _damaged(message: str, rows: TextRows, i: int) -> MeshError:
-    return MeshError(f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew")
+def _refuse(wrong: BoolArray, message: str, rows: TextRows) -> None:
+    """A MeshError on the first line that is wrong, if there is one."""
+    if wrong.any():
+        i = int(wrong.argmax())
+        raise MeshError(f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew")

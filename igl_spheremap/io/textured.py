@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import igl
@@ -13,10 +12,10 @@ from ..errors import FileError, import_optional
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..shapes.texture import Atlas
+from .picture import write_picture
+from .records import PathLike
 from .replacing import check_writable, replacing
-from .text import write_rows
-
-PathLike = str | os.PathLike[str]
+from .text import write_text
 
 
 def write_textured(
@@ -59,22 +58,18 @@ def write_textured(
 def _write_obj(
     path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
 ) -> None:
-    pillow = import_optional("PIL.Image", "writing a texture", "io")
     material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
     for each in (path, material, picture):
         check_writable(each, force)
-    with replacing(picture, force) as partial:
-        pillow.fromarray(image).save(partial, format="png")
+    write_picture(picture, image, force=force)
     with replacing(material, force) as partial:
         partial.write_text(f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n")
-    with replacing(path, force) as partial, partial.open("wb") as file:
-        file.write(f"mtllib {material.name}\nusemtl texture\n".encode())
-        _, one = np.unique(atlas.vertex, return_index=True)  # OBJ counts texture coordinates apart from vertices
-        write_rows(file, "v %r %r %r\n", v[one])
-        write_rows(file, "vt %r %r\n", atlas.uv)
-        write_rows(file, "vn %r %r %r\n", normals[one])
-        corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1)
-        write_rows(file, "f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners.reshape(-1, 9) + 1)
+    _, one = np.unique(atlas.vertex, return_index=True)  # OBJ counts texture coordinates apart from vertices
+    corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1).reshape(-1, 9)
+    parts = (("v %r %r %r\n", v[one]), ("vt %r %r\n", atlas.uv), ("vn %r %r %r\n", normals[one]),
+             ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1))
+    with replacing(path, force) as partial:
+        write_text(partial, f"mtllib {material.name}\nusemtl texture\n", {}, *parts)
 
 
 def _write_glb(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,10 +21,8 @@ from .formats import format_of
 from .gifti import structure_of
 from .marks import mark_of
 from .reading import reading
-from .records import Metadata
+from .records import Metadata, PathLike
 from .replacing import replacing
-
-PathLike = str | os.PathLike[str]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 
 from igl_spheremap import MeshError
 from igl_spheremap.io import read_mesh
-from igl_spheremap.io.polygons import Polygons
+from igl_spheremap.io.records import Polygons
 
 
 def test_polygons_are_refused_unless_asked(tmp_path):
