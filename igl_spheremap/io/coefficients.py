@@ -10,8 +10,8 @@ import numpy as np
 
 from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.check import check_values
 from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
-from ..shapes.values import check_values
 from . import npz
 from .reading import reading
 from .records import PathLike

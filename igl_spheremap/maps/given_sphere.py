@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import time
-
 from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Status
+from ..descent.iterate import Listener, Status
 from ..errors import FoldingsRemain, MeshError, own_errstate
-from ..mesh.check import check_mesh
+from ..mesh.check import Mesh
+from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
-from .run import check_start
+from .run import check_start, run
 from .sphere_map import SphereMap
 
 
@@ -48,17 +47,17 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     >>> ism.sphere_map(x * [1, 2, 3], f, 100 * x).certificate.folding_free
     True
     """
-    began = time.perf_counter()
-    mesh = check_mesh(v, f)
-    y = check_start(x, len(mesh.v), "images")
-    certificate = certify_checked(y, mesh.f)
-    if len(certificate.flipped) == len(mesh.f):
-        raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
-                        "or reverse the faces of a mesh that is inside out")
-    energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
-    result = SphereMap(mesh.vertices, mesh.f, y, certificate, energy, Status.CONVERGED, 0,
-                       time.perf_counter() - began, "given", gauge="given")
-    if not certificate.folding_free:
-        raise FoldingsRemain(f"the sphere is {certificate}; repair_foldings makes it a bijection, "
+    def certified(mesh: Mesh, notify: Listener) -> Candidate:
+        y = check_start(x, len(mesh.v), "images")
+        certificate = certify_checked(y, mesh.f)
+        if len(certificate.flipped) == len(mesh.f):
+            raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
+                            "or reverse the faces of a mesh that is inside out")
+        energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
+        return Candidate(y, energy, Status.CONVERGED, certificate=certificate, gauge="given")
+
+    result = run(v, f, certified, "given", {})
+    if not result.certificate.folding_free:
+        raise FoldingsRemain(f"the sphere is {result.certificate}; repair_foldings makes it a bijection, "
                              "unless it belongs to another mesh", result)
     return result

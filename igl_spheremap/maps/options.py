@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal, get_args
+from functools import cache
+from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ..descent.line_search import BarzilaiBorwein
 
@@ -13,6 +14,8 @@ EdgeWeights = Literal["cotangent", "delaunay"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["angles", "mips"]
 
+_hints = cache(get_type_hints)  # 0.5 ms
+
 
 @dataclass(frozen=True)
 class Method(ABC):
@@ -20,6 +23,14 @@ class Method(ABC):
 
     #: What users call it.
     name: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Refuse unknown choices before anything is computed."""
+        for name, hint in _hints(type(self)).items():
+            value, kinds = getattr(self, name), (hint, *get_args(hint))
+            choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
+            if choices and value not in choices and not (value is None and type(None) in kinds):
+                raise ValueError(f"unknown {name} {value!r}: choose {' or '.join(map(repr, choices))}")
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
@@ -70,13 +81,6 @@ class Auto(Method):
     polish: Polish | None = None
     atlas: bool = False
 
-    def __post_init__(self) -> None:
-        """Refuse unknown choices before anything is computed."""
-        if self.gauge not in get_args(Gauge):
-            raise ValueError(f"unknown gauge {self.gauge!r}: choose 'centred' or 'poles'")
-        if self.polish not in (None, *get_args(Polish)):
-            raise ValueError(f"unknown polish {self.polish!r}: choose 'angles' or 'mips'")
-
 
 @dataclass(frozen=True)
 class Lai2014(Method):
@@ -110,7 +114,7 @@ class Lai2014(Method):
     Raises
     ------
     ValueError
-        If `weights` is unknown.
+        If `bb` or `weights` is unknown.
 
     References
     ----------
@@ -134,11 +138,6 @@ class Lai2014(Method):
     xi: float = 0.85
     bb: BarzilaiBorwein = "alternating"
     weights: EdgeWeights = "cotangent"
-
-    def __post_init__(self) -> None:
-        """Refuse unknown weights before anything is computed."""
-        if self.weights not in get_args(EdgeWeights):
-            raise ValueError(f"unknown weights {self.weights!r}: choose 'cotangent' or 'delaunay'")
 
 
 @dataclass(frozen=True)
@@ -197,7 +196,8 @@ class GuYau(Method):
     plateau: float = 5e-7
 
     def __post_init__(self) -> None:
-        """Refuse steps that diverge before anything is computed."""
+        """Refuse steps that diverge, too."""
+        super().__post_init__()
         if not 0 < self.step < 2:
             raise ValueError(
                 f"step {self.step:g} is unstable; give one between 0 and 2, in units of what the weights allow"
@@ -253,11 +253,6 @@ class Stereographic(Method):
     tolerance: float = 1e-8
     max_iterations: int = 100
     backend: str = "auto"
-
-    def __post_init__(self) -> None:
-        """Refuse unknown choices before anything is computed."""
-        if self.plane not in get_args(Plane):
-            raise ValueError(f"unknown plane map {self.plane!r}: choose one of {', '.join(get_args(Plane))}")
 
 
 #: By the name that users give.

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
-from ..descent.recording import History
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_directions, check_mesh
+from ..mesh.check import Mesh, check_directions
 from ..sphere.rows import row_lengths, unit_rows
+from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..untangle.polish import polish_map
 from ..verify.certificate import certify_checked, orientation_signs
 from ..verify.distortion import mean_angle_difference
 from .options import Polish
+from .run import run
 from .sphere_map import SphereMap
 
 #: Rows this close to unit length count as unit.
@@ -79,30 +82,30 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    began = time.perf_counter()
-    mesh = check_mesh(v, f)
-    y = _checked_map(x, mesh)
-    history = History(listener)
+    def repair(mesh: Mesh, notify: Listener) -> Candidate:
+        began, places = time.perf_counter(), count()
+        y = _checked_map(x, mesh)
 
-    def record(stage: str, x: FloatArray) -> None:
-        foldings = float((orientation_signs(x, mesh.f) <= 0).sum())
-        history(Iterate(stage, 0, len(history.steps), x.copy(), float("nan"), foldings))
+        def record(stage: str, x: FloatArray) -> None:
+            foldings = float((orientation_signs(x, mesh.f) <= 0).sum())
+            notify(Iterate(stage, 0, next(places), x.copy(), float("nan"), foldings))
 
-    before = certify_checked(y, mesh.f)
-    record("map", y)
-    if not before.folding_free:
-        y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
-        record("repaired", y)
-    if polish is not None:
-        y = polish_map(mesh, y, polish)
-        record("polished", y)
-    after = certify_checked(y, mesh.f)
-    seconds = time.perf_counter() - began
-    energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
-    round_ = Round(0, "map", before.foldings, after.foldings, 0, energy,
-                   mean_angle_difference(mesh, y), Status.CONVERGED, seconds)
-    return SphereMap(mesh.vertices, mesh.f, y, after, energy, Status.CONVERGED, 0, seconds, "repair",
-                     tuple(history.steps), (round_,), settings={} if polish is None else {"polish": polish})
+        before = certify_checked(y, mesh.f)
+        record("map", y)
+        if not before.folding_free:
+            y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
+            record("repaired", y)
+        if polish is not None:
+            y = polish_map(mesh, y, polish)
+            record("polished", y)
+        after = certify_checked(y, mesh.f)
+        energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
+        done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
+                     Status.CONVERGED, time.perf_counter() - began)
+        return Candidate(y, energy, Status.CONVERGED, (done,), after)
+
+    result = run(v, f, repair, "repair", {} if polish is None else {"polish": polish}, listener)
+    return replace(result, iterations=0)  # of a minimisation there are none
 
 
 def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:

@@ -139,14 +139,31 @@ def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
         raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
 
 
+def _real_array(values: ArrayLike, name: str) -> NDArray[Any]:
+    array = plain_array(values, name)
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
+    return array
+
+
+def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
+    """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
+    array = _real_array(values, name)
+    if array.ndim not in (1, 2) or len(array) != n_vertices:
+        raise MeshError(f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each")
+    array = array.reshape(n_vertices, -1).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(bad):
+        raise MeshError(f"{name} are not finite at {len(bad)} vertices, e.g. {bad[:3].tolist()}; fill them in")
+    return array
+
+
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
     """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
 
     Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
     """
-    array = plain_array(x, name)
-    if array.dtype.kind not in "fiub":
-        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
+    array = _real_array(x, name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per "
                         f"vertex{_transposed(array)}")

@@ -6,10 +6,9 @@ from collections.abc import Callable
 
 import igl
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.explain import components
 
 Field = Callable[[FloatArray], FloatArray]
 """Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
@@ -106,8 +105,7 @@ def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, I
 
 def _largest_part(v: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
     """The component with most vertices: a grid too coarse for a thin tip cuts beads off it."""
-    edges = coo_array((np.ones(f.size), (f.ravel(), np.roll(f, 1, axis=1).ravel())), shape=(len(v), len(v)))
-    part = connected_components(edges, directed=False)[1]
+    _, part = components(f.ravel(), np.roll(f, 1, axis=1).ravel(), len(v))
     keep = part == np.argmax(np.bincount(part))
     return v[keep], (np.cumsum(keep) - 1)[f[keep[f[:, 0]]]]
 

@@ -99,6 +99,12 @@ def transfer(
     return interpolate(values, locator.f, locator.locate(points), labels)
 
 
+def sphere_mesh(to: str | SphereMap | tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, IntArray]:
+    """Unit rows and faces of a regular mesh by its name, of a map's image, or of any mesh of the sphere."""
+    x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
+    return check_rows(x, name="points"), check_triangles(f)
+
+
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
     """The icosphere of that name: "ico:K" has edges cut into 2^K parts, and 10 * 4^K + 2 vertices.
 
@@ -112,15 +118,15 @@ def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
 
 
 @own_errstate
-def resample(source: SphereMap, to: str | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
+def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 
     Parameters
     ----------
     source : SphereMap
         The surface and its map.
-    to : str or (x, f)
-        ``ico:K``, a regular icosphere, or any mesh of the sphere.
+    to : str, SphereMap or (x, f)
+        ``ico:K``, a regular icosphere; a map, whose image is taken; or any mesh of the sphere.
 
     Returns
     -------
@@ -142,11 +148,10 @@ def resample(source: SphereMap, to: str | tuple[ArrayLike, ArrayLike] = "ico:5")
     >>> v.shape, f.shape
     ((642, 3), (1280, 3))
     """
-    points, faces = regular_mesh(to) if isinstance(to, str) else to
-    x = check_rows(points, name="points")
+    x, faces = sphere_mesh(to)
     locator = _locator(source)
     location = locator.locate(x)
-    return Resampled(interpolate(source.vertices, locator.f, location), check_triangles(faces), x, location)
+    return Resampled(interpolate(source.vertices, locator.f, location), faces, x, location)
 
 
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:

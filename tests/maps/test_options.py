@@ -62,8 +62,9 @@ def test_records_are_frozen_and_equal_by_value():
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'centred' or 'poles'"),
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'angles' or 'mips'"),
     (ism.Lai2014, {"weights": "uniform"}, "unknown weights 'uniform': choose 'cotangent' or 'delaunay'"),
+    (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'alternating' or 'tau_1' or 'tau_2'"),
     (ism.GuYau, {"step": 2.0}, "unstable"),
-    (ism.Stereographic, {"plane": "circle-packing"}, "laplace-beltrami, conformal-equivalence"),
+    (ism.Stereographic, {"plane": "circle-packing"}, "'laplace-beltrami' or 'conformal-equivalence'"),
 ])
 def test_unknown_choices_are_refused_with_what_there_is(record, wrong, message):
     with pytest.raises(ValueError, match=message):

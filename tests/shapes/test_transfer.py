@@ -85,6 +85,7 @@ def test_resampling_on_the_other_mesh_of_the_sphere(maps):
     assert np.array_equal(again.f, b.faces)
     assert np.array_equal(again.v, transfer(a.vertices, a, b))
     assert np.array_equal(again.x, b.sphere)
+    assert np.array_equal(resample(a, b).v, again.v)
 
 
 @pytest.mark.parametrize("k", range(5))

@@ -10,17 +10,16 @@ from numpy.typing import ArrayLike
 from ...errors import MeshError, own_errstate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import check_rows
+from ...mesh.check import check_rows, check_values
 from ...mesh.measure import vertex_areas
 from ...sphere.rows import unit_rows
 from ..locate import SphereLocator
-from ..transfer import regular_mesh
-from ..values import check_values
+from ..transfer import sphere_mesh
 from . import LARGEST_DEGREE
 from .basis import blocks, degree_of, power, synthesis, terms
 from .ellipsoid import first_order_frames, skewness
-from .expansion import expand
 from .rotation import rotate
+from .transform import expand
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +104,8 @@ class SphericalHarmonics:
             If the coefficients are those of data.
         """
         self._require_positions()
-        x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
-        return self.evaluate(x), np.asarray(f, dtype=np.int64)
+        x, f = sphere_mesh(to)
+        return self.evaluate(x), f
 
     @own_errstate
     def error(self) -> FloatArray:

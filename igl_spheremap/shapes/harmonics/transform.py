@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
 
 from ...mesh.arrays import FloatArray
+from ..locate import SphereLocator
+from ..transfer import interpolate
 from .basis import degree_of
 from .legendre import legendre
 
@@ -57,6 +60,17 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
         c[middle : middle + ell + 1] = each[:, :k]
         c[middle - ell : middle] = each[:0:-1, k:]
     return c
+
+
+def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling: float) -> FloatArray:
+    """Coefficients ((L + 1)^2, k) of the piecewise linear function with these values (n, k) at the vertices.
+
+    Vertex sums and least squares lose by orders where vertices crowd: see docs/shapes.md.
+    """
+    n = math.ceil(oversampling * degree) + 2
+    z, w = gauss_rows(n)
+    location = locator.locate(grid_points(z, longitudes(2 * n)).reshape(-1, 3))
+    return analysis(interpolate(values, locator.f, location).reshape(n, 2 * n, -1), z, w, degree)
 
 
 def grid_synthesis(c: FloatArray, z: FloatArray, columns: int) -> FloatArray:

@@ -12,7 +12,7 @@ from ...balance.step import certified_step
 from ...errors import FactorisationFailed
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.charts import tangent_axes
-from .moebius_fit import Notify
+from .moebius_fit import Notify, misfit
 from .picture import Picture
 
 _STEPS = 20  # at each width; the next one starts from what there is
@@ -39,7 +39,7 @@ class Elastic:
         w = 4 * np.pi * weights  # as the areas of the energy
         values, gradients = fixed(x)
         stretching = self.energy.by_face(x)
-        total = _misfit(w, features - values) + stiffness * stretching.sum()
+        total = misfit(w, features - values) / 2 + stiffness * stretching.sum()
         room = self.energy.source.area  # x0 has no energy: let every face grow as if it were strained by a neper
         length = 1.0
         for _ in range(_STEPS):
@@ -54,7 +54,7 @@ class Elastic:
                 if taken is not None:
                     y, after = taken
                     new_values, new_gradients = fixed(y)
-                    gain = total - _misfit(w, features - new_values) - stiffness * after.sum()
+                    gain = total - misfit(w, features - new_values) / 2 - stiffness * after.sum()
                     if gain > 0:
                         break
                 length /= 2
@@ -78,7 +78,3 @@ class Elastic:
             if i == j:
                 blocks[k] += squares[:, :, self.energy.source.f[:, i]]
         return np.einsum("an,adn->nd", self._system.step(Derivatives(gradient, blocks)), axes)
-
-
-def _misfit(w: FloatArray, off: FloatArray) -> float:
-    return float(np.einsum("n,nk,nk->", w, off, off)) / 2

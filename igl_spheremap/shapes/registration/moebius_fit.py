@@ -31,7 +31,7 @@ def fit_moebius(
     """
     damping = 1e-3
     values, gradients = fixed(x)
-    cost = _cost(weights, features - values)
+    cost = misfit(weights, features - values)
     for _ in range(30):
         # The fields w cross x of rotations and c - (c . x) x of boosts towards c.
         turns = np.cross(x[:, None], gradients)
@@ -43,7 +43,7 @@ def fit_moebius(
             step = np.linalg.solve(H + damping * np.trace(H) / 6 * np.eye(6), slope)
             y = _moved(x, step)
             new_values, new_gradients = fixed(y)
-            gain = cost - _cost(weights, features - new_values)
+            gain = cost - misfit(weights, features - new_values)
             if gain > 0 and (orientation_signs(y, f) > 0).all():
                 break
             damping *= 4
@@ -55,7 +55,8 @@ def fit_moebius(
             break
 
 
-def _cost(weights: FloatArray, off: FloatArray) -> float:
+def misfit(weights: FloatArray, off: FloatArray) -> float:
+    """Sum of the weighted squares."""
     return float(np.einsum("n,nk,nk->", weights, off, off))
 
 

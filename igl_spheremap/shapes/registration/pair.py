@@ -7,11 +7,10 @@ from numpy.typing import ArrayLike
 
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
-from ...mesh.check import check_mesh
-from ..harmonics.expansion import expand
+from ...mesh.check import check_mesh, check_values
+from ..harmonics.transform import expand
 from ..locate import SphereLocator
 from ..transfer import interpolate
-from ..values import check_values
 from .correlation import Candidate, best_rotations
 from .features import FeatureSurface, check_varies
 from .picture import Picture

@@ -20,7 +20,6 @@ from ...maps.repair_foldings import repair_foldings
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import face_areas
-from ...verify.certificate import certify_checked
 from . import STAGES
 from .correlation import Candidate
 from .elastic_fit import Elastic
@@ -160,7 +159,8 @@ def register(
         if "rotation" in stages:
             candidates = tuple(pair.rotations())
             with course.stage("rotation"):
-                course(unfolded(moving, course.x @ candidates[0].rotation.T), 1 - candidates[0].correlation)
+                turned = course.x @ candidates[0].rotation.T  # whose rounding may fold slivers
+                course(repair_foldings(moving.vertices, moving.faces, turned).sphere, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
                 fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.picture(0), course)
@@ -208,13 +208,6 @@ def reflected(result: SphereMap) -> SphereMap:
     mirrored = result.vertices * [-1.0, 1.0, 1.0]
     faces = np.ascontiguousarray(result.faces[:, ::-1])
     return balanced_spherical_map(mirrored, faces, result.balance, method=method)
-
-
-def unfolded(result: SphereMap, x: FloatArray) -> FloatArray:
-    """x, where the rounding of a rotation may have folded slivers, as a bijection."""
-    if certify_checked(x, result.faces).folding_free:
-        return x
-    return repair_foldings(result.vertices, result.faces, x).sphere
 
 
 def _report(name: str, pair: Pair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
