@@ -88,12 +88,13 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
         address = json.loads(Path(scheduler).read_text())["address"] if os.path.isfile(scheduler) else scheduler
-        asyncio.run(_greet(address, seconds))  # a client that finds nobody hangs when it is dropped
+        asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client that finds nobody hangs when it is dropped
     except Exception as error:  # what listens there may be anything
-        reason = one_line(error) if isinstance(error, OSError | ValueError) else "what answers there is none"
+        known = str(error) and isinstance(error, OSError | ValueError)
+        reason = one_line(error) if known else f"no sound answer within {seconds:g} s"
         raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
                                  "`dask scheduler`") from None
-    client = distributed.Client(address, set_as_default=False)
+    client = distributed.Client(address, set_as_default=False, timeout=seconds)
     # An expression, since a worker may lack the module that a function of this package would be found in.
     versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
     for worker, version in versions.items():
@@ -104,7 +105,13 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
     return client.get_executor(pure=False)
 
 
-async def _greet(address: str, seconds: float) -> None:
-    """Connect to a scheduler, and leave again; raise some error if there is none."""
-    comm = await import_optional("distributed.comm", "a Dask scheduler", "batch").connect(address, timeout=seconds)
-    await comm.close()
+async def _greet(address: str) -> None:
+    """Ask who listens at an address; a ValueError unless it is a scheduler."""
+    core = import_optional("distributed.core", "a Dask scheduler", "batch")
+    comm = await core.connect(address)
+    try:
+        kind = (await core.send_recv(comm, op="identity"))["type"]
+    finally:
+        await comm.close()
+    if kind != "Scheduler":
+        raise ValueError(f"it is a {kind.lower()}")

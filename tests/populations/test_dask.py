@@ -1,8 +1,10 @@
 """A real Dask scheduler and real workers on the loopback interface: workers die, and nothing is lost or there twice."""
 
+import inspect
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -135,12 +137,32 @@ def test_a_worker_of_another_version_is_refused_by_its_name(executor, cluster, s
     assert "has igl_spheremap 0.0.9, this is" in err
 
 
-@pytest.mark.parametrize("where", ["tcp://127.0.0.1:9", "nowhere", "a.json", "ftp://x:1"])
-def test_a_scheduler_that_does_not_answer_takes_one_line(where, tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def silent():
+    """The address of a program that takes calls and never answers."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        yield f"tcp://127.0.0.1:{listener.getsockname()[1]}"
+
+
+@pytest.fixture
+def of_a_worker(executor):
+    return next(iter(executor._client.nthreads()))
+
+
+@pytest.fixture(params=["tcp://127.0.0.1:9", "nowhere", "a.json", "ftp://x:1", "silent", "of_a_worker"])
+def wrong_place(request, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.json").write_text("{}")
+    return request.getfixturevalue(request.param) if request.param in ("silent", "of_a_worker") else request.param
+
+
+def test_a_scheduler_that_does_not_answer_takes_one_line(wrong_place, monkeypatch, capsys):
     monkeypatch.setattr("igl_spheremap.apps.cli.commands.batch.connect", lambda place: connect(place, 0.5))
-    assert main(["batch", "a.ply", "--out", "{stem}.obj", "--scheduler", where]) == Exit.UNAVAILABLE
+    assert main(["batch", "a.ply", "--out", "{stem}.obj", "--scheduler", wrong_place]) == Exit.UNAVAILABLE
     err = capsys.readouterr().err
     assert err.count("\n") == 1
-    assert f"no Dask scheduler answers at {where}" in err
+    assert f"no Dask scheduler answers at {wrong_place}" in err
+
+
+def test_it_is_given_less_than_ten_seconds():
+    assert 1 < inspect.signature(connect).parameters["seconds"].default < 10
