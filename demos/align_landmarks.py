@@ -120,7 +120,7 @@ def align(weight: float, others: int) -> Alignment:
     left, right, places = hemispheres(others)
     target = ism.spherical_conformal_map(right.vertices, right.f).sphere[nearest(right.vertices, places)]
     landmarks = nearest(left.vertices, places)
-    maps = {"conformal, turned and boosted": 0.0, "landmarks, free to fold": weight, "landmarks, confined": weight}
+    maps = {"conformal, best Moebius map": 0.0, "landmarks, may fold": weight, "landmarks, may not fold": weight}
     results = {
         name: ism.landmark_map(
             left.vertices,
@@ -128,7 +128,7 @@ def align(weight: float, others: int) -> Alignment:
             landmarks,
             target,
             one,
-            keep_injective=name.endswith("confined"),
+            keep_injective=name.endswith("may not fold"),
             max_iterations=500 if one else 0,
         )
         for name, one in maps.items()
@@ -159,7 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     alignment = align(args.weight, args.others)
     if args.screenshot:
         run_app(alignment.view(), args)
-    return 0 if alignment.maps["landmarks, confined"].certificate.folding_free else 3
+    return 0 if alignment.maps["landmarks, may not fold"].certificate.folding_free else 3
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def dino(path: Path) -> None:
             (fit(mesh.v, turn), f"a surface\n{len(mesh.v):,} vertices"),
             (gauss @ turn.T, f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} folded faces (red)"),
             (result.sphere @ turn.T, f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees"),
-            (lens(result.sphere @ turn.T), f"the head on that map, by a\nMoebius map {lens.power:,.0f} times as large"),
+            (lens(result.sphere @ turn.T), f"its head on that map, magnified\n{lens.power:,.0f} times by a Moebius map"),
         )
     ):
         body = stage.place(0, k, Body(f"part {k}", x, mesh.f, lift=k == 1))
@@ -88,8 +88,8 @@ def eigen_projection(path: Path) -> None:
         phi = _body(f"phi {row}", mesh, turn, projection.phi * np.sqrt(4 * np.pi / 3))
         folds.apply(stage.place(row, 2, phi))
         source.caption = f"{name}:\nconformal factor"
-        power = f", {lens.power:,.0f}x" if len(folds.folded) else ""
-        image.caption = f"{name}: image{power}\n{len(folds.folded):,} folded faces"
+        power = f", magnified {lens.power:,.0f} times" if len(folds.folded) else ""
+        image.caption = f"image{power}\n{len(folds.folded):,} folded faces"
         values = ", ".join(f"{value:.2f}" for value in projection.eigenvalues)
         phi.caption = f"eigenfunctions under that factor\neigenvalues {values}"
     _save(stage, path)

@@ -87,8 +87,8 @@ figures = dict(foldings=[one.certificate.foldings for one in maps], red=[vermili
 """)
     assert figures["drawn"] > 0.1
     assert [red > 1e-4 for red in figures["red"]] == [count > 0 for count in figures["foldings"]]
-    before, free, confined = figures["miss"]
-    assert free < before > confined
+    before, free, injective = figures["miss"]
+    assert free < before > injective
     assert figures["foldings"][1] > 0
 
 

@@ -297,7 +297,7 @@ igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp:
         ),
         """\
 igl-spheremap reproduce table2
-igl-spheremap reproduce all --meshes ../shared/meshes --out reproduction""",
+igl-spheremap reproduce all --meshes meshes --out reproduction""",
     ),
     Command(
         "completion",
