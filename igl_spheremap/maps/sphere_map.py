@@ -13,7 +13,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor
-from ..verify.figures import angle_figures, log_figures
+from ..verify.figures import angle_figures, describe_angles, describe_logs, log_figures
 from ..verify.stretch import area_distortion
 
 
@@ -148,22 +148,13 @@ class SphereMap:
 
 def result_rows(result: SphereMap) -> list[tuple[str, str]]:
     """Figures of a map as labels and texts, the most important first."""
-    angles = angle_figures(result.angle_differences())
     backend = f", factorised by {result.backend}" if result.backend else ""
     options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
     rows = [
         ("certificate", str(result.certificate)),
         ("mesh", f"{len(result.vertices):,} vertices, {len(result.faces):,} faces"),
-        (
-            "angle differences",
-            "{mean:.3g} degrees on average, median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
-            "at most {max:.3g}".format(**angles),
-        ),
-        (
-            "area ratios",
-            "their logarithms are {mean:.3g} on average, 99% below {p99:.3g}, at most {max:.3g}".format(
-                **log_figures(result.area_ratios())),
-        ),
+        ("angle differences", describe_angles(angle_figures(result.angle_differences()))),
+        ("area ratios", f"their logarithms are {describe_logs(log_figures(result.area_ratios()))}"),
         ("harmonic energy", f"{result.energy:.6f}, which is 4π {result.energy - 4 * math.pi:+.2e}"),
         ("method", f"{result.method}{f' ({options})' if options else ''}{backend}"),
         ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),

@@ -5,16 +5,14 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 from ...descent.iterate import Iterate, Listener, Status
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.timings import stage
-from ...verify.figures import angle_figures, log_figures
 from .exits import Exit
 from .interrupt import Interrupt
-from .output import angle_row, certificate_figures, energy_row, log_row, mesh_row, report, row
+from .output import Findings, certificate_figures, row
 from .progress import measures
 from .reporting import check_reporting, recorder, write_reports
 from .source import Source, load_source
@@ -26,11 +24,11 @@ _LISTENING = "listening"
 def map_by(
     args: Namespace,
     solve: Callable[..., SphereMap],
-    more: Callable[[SphereMap], tuple[dict[str, Any], list[str]]] = lambda result: ({}, []),
+    more: Callable[[Findings, SphereMap], None] = lambda found, result: None,
 ) -> Exit:
     """Map by a function of v, f and a listener.
 
-    `more` is what the figures and the summary report besides. Exit.OK means that the numbers in the file are certified.
+    `more` adds to what was found. Exit.OK means that the numbers in the file are certified.
     """
     check_outputs(args, surface=True)
     check_reporting(args)
@@ -42,8 +40,9 @@ def map_by(
         lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
     )
     write_reports(args, source, result, recording)
-    figures, rows = more(result)
-    report(args, _figures(source, args, result, written) | figures, _summary(source, args, result, written) + rows)
+    found = _findings(source, args, result, written)
+    more(found, result)
+    found.report(args)
     if interrupted is not None:
         return interrupted
     certified = result.certificate.folding_free and written.certificate.folding_free
@@ -73,61 +72,41 @@ def _map(
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 
-def _figures(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> dict[str, Any]:
-    return {
-        "source": source.name,
-        "repairs": source.repairs,
-        "target": args.target,
-        "vertices": len(result.vertices),
-        "faces": len(result.faces),
-        "method": result.method,
-        "backend": result.backend,
-        "settings": result.settings,
-        "notes": result.notes,
-        "status": result.status.name,
-        "iterations": result.iterations,
-        "seconds": result.seconds,
-        "timings": result.timings,
-        "energy": result.energy,
-        "balance": result.balance,
-        "angle_differences": angle_figures(result.angle_differences()),
-        "area_ratios": log_figures(result.area_ratios()),
-        "gauge": result.gauge,
-        "stretch": result.stretch,
-        "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
-        "certificate": certificate_figures(result.certificate),
-        "file": {
-            "format": target_format(args).name,
-            "radius": written.radius,
-            "moved": written.moved,
-            "certificate": certificate_figures(written.certificate),
-        },
-    }
-
-
-def _summary(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> list[str]:
+def _findings(source: Source, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
+    found = Findings(
+        target=args.target, settings=result.settings, timings=result.timings, balance=result.balance,
+        gauge=result.gauge, stretch=result.stretch, notes=result.notes,
+        rounds=[entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
+    )  # fmt: skip
+    found.source(source)
     backend = f", {result.backend}" if result.backend else ""
-    return [
-        mesh_row("source", source.name, len(result.vertices), len(result.faces)),
-        row(
-            "method",
-            f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; "
-            f"{result.status.value}",
-        ),
-        *(_timings(result) if args.timings else ()),
-        *(row("note", note) for note in result.notes),
-        *_rounds(result),
-        energy_row(result.energy),
-        angle_row(angle_figures(result.angle_differences())),
-        log_row("areas", log_figures(result.area_ratios())),
-        *_beyond_float64(result),
-        row("certificate", str(result.certificate)),
-        row(
-            "written",
-            f"{args.target} ({target_format(args).name}, radius {written.radius:.6g}), "
-            f"{_as_written(result, written)}",
-        ),
-    ]
+    found.add(
+        "method",
+        f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; {result.status.value}",
+        method=result.method, backend=result.backend, iterations=result.iterations, seconds=result.seconds,
+        status=result.status.name,
+    )  # fmt: skip
+    if args.timings:
+        found.lines += _timings(result)
+    for note in result.notes:
+        found.add("note", note)
+    found.lines += _rounds(result)
+    found.energy(result.energy)
+    found.angles(result.angle_differences())
+    found.ratios("area", result.area_ratios())
+    if result.stretch != 1:
+        advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
+        found.add("stretch", f"limbs beyond float64 are stretched to {result.stretch:.3g} times their length{advice}")
+    found.certificate(result.certificate)
+    kind, radius = target_format(args).name, written.radius
+    found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")
+    found.figures["file"] = {
+        "format": kind,
+        "radius": radius,
+        "moved": written.moved,
+        "certificate": certificate_figures(written.certificate),
+    }
+    return found
 
 
 def _timings(result: SphereMap) -> list[str]:
@@ -149,14 +128,6 @@ def _rounds(result: SphereMap) -> list[str]:
             f"{entry.energy:>12.6f}{entry.mean_angle_difference:>12.3f}"
         )
     return [*lines, ""]
-
-
-def _beyond_float64(result: SphereMap) -> list[str]:
-    """How much limbs beyond floating point were stretched."""
-    if result.stretch == 1:
-        return []
-    advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
-    return [row("stretch", f"limbs beyond float64 are stretched to {result.stretch:.3g} times their length{advice}")]
 
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:

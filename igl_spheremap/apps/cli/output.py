@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 
 from ...io.replacing import replacing
+from ...mesh.arrays import FloatArray, IntArray
 from ...verify.certificate import Certificate
+from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
+from .source import Source
 from .streams import STREAM
 
 WIDTH = 80
@@ -21,19 +24,59 @@ _LABEL = 13
 _SHOWN = 10  # faces that JSON lists of each kind of fault
 
 
-def report(args: Namespace, figures: Mapping[str, Any], summary: Sequence[str]) -> None:
-    """Print the lines of the summary and write the JSON, as the flags ask."""
-    args.progress.close()
-    if args.json is not None:
-        text = json.dumps(_plain(figures), indent=2, allow_nan=False) + "\n"
-        if args.json == STREAM:
-            sys.stdout.write(text)
-            return
-        with replacing(args.json, force=True) as partial:
-            partial.write_text(text)
-    if not args.quiet:
-        surface_on_stdout = getattr(args, "target", None) == STREAM
-        print(*summary, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
+class Findings:
+    """What a command found: figures for programs, and the lines of a summary for people."""
+
+    def __init__(self, **figures: Any) -> None:
+        self.figures = figures
+        self.lines: list[str] = []
+
+    def add(self, label: str, text: str, **figures: Any) -> None:
+        """Add a labelled paragraph, and the figures that it states."""
+        self.lines.append(row(label, text))
+        self.figures |= figures
+
+    def mesh(self, label: str, source: Source) -> None:
+        """Add the name and the size of a mesh."""
+        self.add(label, mesh_size(source.name, source.v, source.f), **{label: source.name})
+
+    def source(self, source: Source) -> None:
+        """Add the mesh that the command read."""
+        self.mesh("source", source)
+        self.figures |= {"repairs": source.repairs, "vertices": len(source.v), "faces": len(source.f)}
+
+    def energy(self, energy: float) -> None:
+        """Add the harmonic energy, eq. (6)."""
+        above = f"4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
+        self.add("energy", f"{energy:.6f}, which is {above}", energy=energy)
+
+    def angles(self, differences: FloatArray) -> None:
+        """Add angle differences (m, 3) in degrees."""
+        figures = angle_figures(differences)
+        self.add("angles", f"differ by {describe_angles(figures)}", angle_differences=figures)
+
+    def ratios(self, kind: str, logarithms: FloatArray) -> None:
+        """Add logarithms of the ratios of areas or edges."""
+        figures = log_figures(logarithms)
+        self.add(f"{kind}s", f"log(image / source) is {describe_logs(figures)}", **{f"{kind}_ratios": figures})
+
+    def certificate(self, certificate: Certificate) -> None:
+        """Add a certificate."""
+        self.add("certificate", str(certificate), certificate=certificate_figures(certificate))
+
+    def report(self, args: Namespace) -> None:
+        """Print the summary and write the JSON, as the flags ask."""
+        args.progress.close()
+        if args.json is not None:
+            text = json.dumps(_plain(self.figures), indent=2, allow_nan=False) + "\n"
+            if args.json == STREAM:
+                sys.stdout.write(text)
+                return
+            with replacing(args.json, force=True) as partial:
+                partial.write_text(text)
+        if not args.quiet:
+            surface_on_stdout = getattr(args, "target", None) == STREAM
+            print(*self.lines, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
 
 
 def row(label: str, text: str) -> str:
@@ -52,29 +95,9 @@ def row(label: str, text: str) -> str:
     )
 
 
-def mesh_row(label: str, name: str, vertices: int, faces: int) -> str:
-    """The line of a mesh: name and size."""
-    return row(label, f"{name}: {vertices} vertices, {faces} faces")
-
-
-def angle_row(angles: Mapping[str, float]) -> str:
-    """The line of the angle differences, from `angle_figures`."""
-    return row(
-        "angles",
-        "differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, "
-        "99% below {p99:.3g}, at most {max:.3g})".format(**angles),
-    )
-
-
-def log_row(label: str, figures: Mapping[str, float]) -> str:
-    """The line of logarithms of areas or lengths, from `log_figures`."""
-    return row(label, "log(image / source) is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})".format(
-        **figures))
-
-
-def energy_row(energy: float) -> str:
-    """The line of the harmonic energy, eq. (6)."""
-    return row("energy", f"{energy:.6f}, which is 4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)")
+def mesh_size(name: str, v: FloatArray, f: IntArray) -> str:
+    """A mesh's name and size."""
+    return f"{name}: {len(v)} vertices, {len(f)} faces"
 
 
 def certificate_figures(certificate: Certificate) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
 from ...verify.distortion import mesh_angle_differences
-from ...verify.figures import angle_figures, log_figures
+from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
 from ...verify.stretch import mesh_area_distortion
 from . import window
 from .app import App, show_app
@@ -65,13 +65,11 @@ class ResultView(App):
         self.x, self._map_caption = x, caption
         self._folded = folded_faces(self.mesh, x)
         self._lens = lens or follow(x @ self._turn.T, self.mesh.f, self._folded)
-        figures = angle_figures(mesh_angle_differences(self.mesh, x)), log_figures(mesh_area_distortion(self.mesh, x))
+        angles, areas = mesh_angle_differences(self.mesh, x), mesh_area_distortion(self.mesh, x)
         self._facts = (
             f"{certify_checked(x, self.mesh.f)}.\n"
-            "Angles differ by {mean:.3g} degrees on average; 99% by less than {p99:.3g}, none by more than "
-            "{max:.3g}.\n".format(**figures[0])
-            + "Logarithms of area ratios are {mean:.3g} on average; 99% below {p99:.3g}, none above {max:.3g}.".format(
-                **figures[1])
+            f"Angles differ by {describe_angles(angle_figures(angles))}.\n"
+            f"Logarithms of area ratios are {describe_logs(log_figures(areas))}."
         )
         self.show_subject(self.subject)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from ....draw.palette import colours
 from ....errors import import_optional
@@ -13,7 +12,7 @@ from ....io import read_picture, write_mesh, write_scalars, write_textured
 from ....shapes.texture import checker_image, texture_atlas
 from ....verify.vertex_maps import vertex_maps
 from ..failures import UsageError
-from ..output import report, row
+from ..output import Findings
 from ..pair import load_pair
 from ..streams import check_outputs
 
@@ -34,20 +33,20 @@ def run(args: Namespace) -> None:
     if args.show in _TEXTURES:
         import_optional("PIL.Image", "a texture", "io")
     image = checker_image() if args.image is None else read_picture(args.image)
-    source, name, x = load_pair(args)
-    figures: dict[str, object] = {"source": source.name, "sphere": name, "target": target, "show": args.show}
+    pair = load_pair(args)
+    source = pair.source
+    figures: dict[str, Any] = {"source": source.name, "sphere": pair.name, "target": target, "show": args.show}
     args.progress.stage(f"writing {target}")
     if args.show in _TEXTURES:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
-        atlas = texture_atlas(x, source.f, args.show, cut=cut)
+        atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
         write_textured(target, source.v, source.f, atlas, image, force=args.force)
         figures |= {"vertices": int(atlas.vertex.max()) + 1, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
         kind = "cut along the seam" if cut else "the mesh as it is"
         outcome = f"{figures['vertices']} vertices, {len(atlas.f)} faces, {kind}"
     else:
-        maps = vertex_maps(source.v, source.f, x / np.median(np.linalg.norm(x, axis=1)))
-        values = maps[args.show]
+        values = vertex_maps(source.v, source.f, pair.unit)[args.show]
         if target.lower().endswith(".ply"):
             metadata = {"vertex_properties": {**colours(values), "quality": values}}
             write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
@@ -55,4 +54,6 @@ def run(args: Namespace) -> None:
             write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
         figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
-    report(args, figures, [row("written", f"{target}: {args.show}, {outcome}")])
+    found = Findings(**figures)
+    found.add("written", f"{target}: {args.show}, {outcome}")
+    found.report(args)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,10 @@ from ....errors import import_optional
 from ....io import write_picture
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
-from ....maps.given_sphere import sphere_map
 from ....mesh.arrays import FloatArray
 from ....shapes.grid import to_grid
 from ..failures import UsageError
-from ..output import report, row
+from ..output import Findings
 from ..pair import load_pair
 from ..streams import check_outputs
 from ..vertex_data import read_data
@@ -31,18 +29,19 @@ def run(args: Namespace) -> None:
     check_outputs(args)
     if target.lower().endswith(".png"):
         import_optional("PIL.Image", "a picture", "io")
-    source, name, x = load_pair(args)
+    pair = load_pair(args)
+    source = pair.source
     values = source.v if args.data is None else read_data(args.data, len(source.v), source.name)
     args.progress.stage(f"sampling {source.name}")
-    grid = to_grid(sphere_map(source.v, source.f, x), values, args.kind, args.rows)
+    grid = to_grid(pair.map(), values, args.kind, args.rows)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
         with replacing(target, args.force) as partial:
             write_arrays(partial, {"grid": grid, "kind": args.kind})
-    figures: dict[str, Any] = {"source": source.name, "sphere": name, "target": target, "kind": args.kind,
-                               "shape": grid.shape}  # fmt: skip
-    report(args, figures, [row("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")])
+    found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
+    found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
+    found.report(args)
 
 
 def _picture(grid: FloatArray) -> NDArray[np.uint8]:

@@ -8,10 +8,9 @@ from typing import Any
 from ....errors import MeshError
 from ....io import read_coefficients, write_coefficients, write_mesh
 from ....io.replacing import replacing
-from ....maps.given_sphere import sphere_map
 from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
 from ..failures import UsageError
-from ..output import report, row
+from ..output import Findings
 from ..pair import load_pair
 from ..streams import check_outputs
 from ..vertex_data import read_data
@@ -22,28 +21,26 @@ def run(args: Namespace) -> None:
     if args.template and not args.align:
         raise UsageError("--template goes with --align")
     check_outputs(args)
-    source, name, x = load_pair(args)
+    pair = load_pair(args)
+    source = pair.source
     values = None if args.data is None else read_data(args.data, len(source.v), source.name)
     args.progress.stage(f"expanding {source.name}")
-    try:
-        harmonics = spherical_harmonics(sphere_map(source.v, source.f, x), values, args.degree)
-    except MeshError as problem:
-        raise MeshError(f"{name}: {problem}") from None
-    figures: dict[str, Any] = {"source": source.name, "sphere": name, "target": args.target, "degree": args.degree}
-    summary = [row("source", f"{source.name}: {len(source.v)} vertices, sphere {name}")]
+    harmonics = spherical_harmonics(pair.map(), values, args.degree)
+    found = Findings(target=args.target)
+    found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
+              source=source.name, sphere=pair.name)
     if args.align:
         aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
         harmonics = aligned.harmonics
-        figures |= {"axes": aligned.axes, "skew": aligned.skew}
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
-        summary.append(row("axes", f"half axes {axes} along x, y, z; skewness {skew}"))
+        found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
     error, power = harmonics.error(), harmonics.power()
-    figures |= {"error_percent": error, "power": power}
-    summary.append(row("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}"))
+    found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
+              error_percent=error, degree=args.degree, power=power)
     args.progress.stage(f"writing {args.target}")
     _write(args, harmonics, error, power)
-    summary += [row("written", ", ".join(filter(None, (args.target, args.surface, args.table))))]
-    report(args, figures, summary)
+    found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
+    found.report(args)
 
 
 def _write(args: Namespace, harmonics: SphericalHarmonics, error: Any, power: Any) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from ....sphere.rows import unit_rows
 from ..chosen import given
 from ..exits import Exit
 from ..mapping import map_by
-from ..output import row
+from ..output import Findings
 
 _SHOWN = 20  # landmarks that the summary lists
 
@@ -27,20 +26,18 @@ def run(args: Namespace) -> Exit:
     return map_by(
         args,
         lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
-        lambda result: _misses(result.sphere[vertices], targets, vertices),
+        lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 
 
-def _misses(
-    x: FloatArray, targets: FloatArray, vertices: IntArray
-) -> tuple[dict[str, Any], list[str]]:
+def _misses(found: Findings, x: FloatArray, targets: FloatArray, vertices: IntArray) -> None:
     """Degrees between landmarks (k, 3) and their targets, in the order of the file."""
     misses = np.degrees(2 * np.arcsin(np.minimum(np.linalg.norm(x - unit_rows(targets), axis=1) / 2, 1)))
-    rows = [row(f"vertex {k}", f"misses its target by {miss:.3g} degrees")
-            for k, miss in zip(vertices[:_SHOWN], misses, strict=False)]
+    for k, miss in zip(vertices[:_SHOWN], misses, strict=False):
+        found.add(f"vertex {k}", f"misses its target by {miss:.3g} degrees")
     more = f", and {len(misses) - _SHOWN} more that --json lists" if len(misses) > _SHOWN else ""
-    rows.append(row("landmarks", f"miss by {misses.mean():.3g} degrees on average, at most {misses.max():.3g}{more}"))
-    return {"landmarks": [{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)]}, rows
+    found.add("landmarks", f"miss by {misses.mean():.3g} degrees on average, at most {misses.max():.3g}{more}",
+              landmarks=[{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)])
 
 
 def read_points(path: str, weight: float) -> tuple[IntArray, FloatArray, FloatArray]:

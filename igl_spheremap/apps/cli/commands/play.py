@@ -11,7 +11,7 @@ from ...viewer.choices import guess_up
 from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
 from ..chosen import chosen_method
-from ..output import report, row
+from ..output import Findings
 from ..source import load_source, read_source
 from ..streams import check_outputs
 
@@ -25,13 +25,14 @@ def run(args: Namespace) -> None:
     args.progress.stage(f"mapping {source.name}")
     load = _Load(source.name, source.v, source.f)
     up = args.up or guess_up(source.name)
-    window = not (args.screenshot or args.video)
-    kind = PlayerWindow if window else Player
-    player = kind(load, source.name, method, up=up, size=tuple(args.size))
-    frames = run_app(player, args)
-    if not window:
-        summary = [row(f"picture {k}", f"{one['title']}: {one['foldings']} folded") for k, one in enumerate(frames)]
-        report(args, {"source": source.name, "method": args.method, "frames": frames}, summary)
+    pictures = bool(args.screenshot or args.video)
+    kind = Player if pictures else PlayerWindow
+    frames = run_app(kind(load, source.name, method, up=up, size=tuple(args.size)), args)
+    if pictures:
+        found = Findings(source=source.name, method=args.method, frames=frames)
+        for k, frame in enumerate(frames):
+            found.add(f"picture {k}", f"{frame['title']}: {frame['foldings']} folded")
+        found.report(args)
 
 
 @dataclass(frozen=True, eq=False)

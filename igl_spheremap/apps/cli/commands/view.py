@@ -8,7 +8,6 @@ from pathlib import Path
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
 from ....maps.balanced import rebalance
-from ....maps.given_sphere import sphere_map
 from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.check import check_mesh
@@ -34,14 +33,12 @@ def run(args: Namespace) -> None:
 def _map(args: Namespace) -> tuple[Source, SphereMap, str]:
     """The mesh, its map, and a caption."""
     if args.sphere is not None:
-        source, name, x = load_pair(args)
+        pair = load_pair(args)
         try:
-            result = sphere_map(source.v, source.f, x)
+            result = pair.map()
         except FoldingsRemain as error:
             result = error.result
-        except MeshError as error:
-            raise MeshError(f"{name}: {error}") from None
-        return source, result, Path(name).name
+        return pair.source, result, Path(pair.name).name
     source = load_source(args)
     if source.name.endswith(".npz") and not args.repair:
         try:
