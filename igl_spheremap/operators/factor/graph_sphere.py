@@ -37,25 +37,15 @@ def _multilevel(graph: sp.csr_matrix, sweeps: int) -> np.ndarray:
     if n <= _COARSEST:
         return _coarsest(graph.toarray())
     labels, count = aggregate(graph)
-    spread = sp.csr_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(n, count))
-    x = _multilevel((spread.T @ graph @ spread).tocsr(), _SWEEPS)[labels]
-    average = _averaging(graph)
+    members = sp.csc_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(count, n)).tocsr()
+    joined = sp.csr_matrix((graph.data, labels.take(graph.indices), graph.indptr), shape=(n, count))
+    x = _multilevel(members @ joined, _SWEEPS)[labels]
+    diagonal = graph.diagonal()
+    degree = np.maximum(graph @ np.ones(n) - diagonal, np.finfo(float).tiny)
+    own, total = _SELF_WEIGHT * degree - diagonal, (1.0 + _SELF_WEIGHT) * degree
     for _ in range(sweeps):
-        x = average @ x
+        x = (graph @ x + own[:, None] * x) / total[:, None]
     return unit_rows(x)
-
-
-def _averaging(graph: sp.csr_matrix) -> sp.csr_matrix:
-    """Matrix that takes each vertex to the weighted mean of its neighbours, damped."""
-    n = graph.shape[0]
-    rows = np.repeat(np.arange(n, dtype=np.int32), np.diff(graph.indptr))
-    on_diagonal = np.flatnonzero(rows == graph.indices)
-    average = graph.copy()
-    average.data[on_diagonal] = 0.0
-    degree = np.maximum(np.add.reduceat(average.data, average.indptr[:-1]), np.finfo(float).tiny)
-    average.data[on_diagonal] = _SELF_WEIGHT * degree
-    average.data /= np.repeat((1.0 + _SELF_WEIGHT) * degree, np.diff(graph.indptr))
-    return average
 
 
 def _coarsest(weights: np.ndarray) -> np.ndarray:

@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
 
-# The cutting planes are medians over every fourth vertex.
-_SAMPLE = 4
+# The cutting planes are medians over a sample of this many vertices a leaf.
+_SAMPLE = 2
 
 
 @dataclass(frozen=True)
@@ -55,43 +55,42 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     """
     n = P.shape[0]
     local = bandwidth_order(P)  # everything below gathers along edges: worth a cache-friendly numbering
-    graph = P[local][:, local].tocsr()
-    graph.data = np.ones(graph.nnz)
+    rank = np.empty_like(local)
+    rank[local] = np.arange(n, dtype=local.dtype)
+    graph = P[local]
+    graph = sp.csr_matrix((np.ones(graph.nnz), rank.take(graph.indices), graph.indptr), shape=P.shape)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
-    x = graph_sphere(graph)
-    path = _follow(x, _cutting_planes(x[::_SAMPLE], depth)).astype(np.int64)
+    x = np.ascontiguousarray(graph_sphere(graph).T)
+    sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)
+    path = _follow(x, _cutting_planes(x.take(sample, axis=1), depth))
     height = _separator_heights(graph, path, depth)
     # Last leaf of the vertex's part, then height: children before their separator.
-    order = np.argsort((path | ((np.int64(1) << height) - 1)) * 64 + height, kind="stable")
+    key = (path | ((np.int64(1) << height) - 1)) * 64 + height
+    order = np.sort(key * n + np.arange(n)) % n
     return Dissection(local[order], path[order], height[order], depth)
 
 
 def _cutting_planes(x: np.ndarray, depth: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Halve the points again and again; for each level, the axis and threshold of every part."""
-    n = len(x)
-    part = np.zeros(n, np.int64)
+    """Halve the points in the columns again and again; for each level, the axis and threshold of every part."""
+    parts = x[:, None]
     planes = []
-    for level in range(depth):
-        parts = 1 << level
-        size = np.bincount(part, minlength=parts)
-        mean = np.stack([np.bincount(part, x[:, a], parts) for a in range(3)]) / np.maximum(size, 1)
-        square = np.stack([np.bincount(part, x[:, a] ** 2, parts) for a in range(3)]) / np.maximum(size, 1)
-        axis = (square - mean**2).argmax(axis=0)
-        along = x[np.arange(n), axis[part]]
-        order = np.lexsort((along, part))
-        middle = np.cumsum(size) - size + size // 2
-        threshold = along[order[np.minimum(middle, n - 1)]]
-        planes.append((axis, threshold))
-        part = 2 * part + (along >= threshold[part])
+    for _ in range(depth):
+        axis = parts.var(axis=2).argmax(axis=0)
+        along = parts[axis, np.arange(len(axis))]
+        middle = along.shape[1] // 2
+        order = np.argpartition(along, middle, axis=1)
+        planes.append((axis, np.take_along_axis(along, order[:, middle, None], axis=1)[:, 0]))
+        parts = np.take_along_axis(parts, order[None], axis=2).reshape(3, -1, middle)
     return planes
 
 
 def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Path of each point down the tree of planes, a bit for each."""
-    coordinates, first = np.ascontiguousarray(x).ravel(), 3 * np.arange(len(x))
-    path = np.zeros(len(x), np.int32)
+    n = x.shape[1]
+    coordinates, index = x.ravel(), np.arange(n)
+    path = np.zeros(n, np.int64)
     for axis, threshold in planes:
-        path = 2 * path + (coordinates[first + axis[path]] >= threshold[path])
+        path = 2 * path + (coordinates.take(index + (n * axis).take(path)) >= threshold.take(path))
     return path
 
 

@@ -1,5 +1,7 @@
 """All factorisations agree, fail alike, and the multigrid cycle is a metric."""
 
+from importlib import import_module
+
 import igl
 import numpy as np
 import pytest
@@ -53,6 +55,20 @@ def test_pinned_vertices(backend):
     P = problem(4, 0.0)[3:, 3:].tocsc()
     b = right_hand_sides(P.shape[0])
     assert np.abs(P @ factorize(P, backend).solve(b) - b).max() < 1e-10
+
+
+@pytest.mark.parametrize(("name", "module"), [("cvxopt", "cvxopt_cholmod"), ("scipy", "scipy_superlu")])
+@pytest.mark.parametrize("dissect_from", [0, 10**9])
+def test_both_orders_of_a_backend_solve_a_matrix_and_another_of_its_pattern(name, module, dissect_from, monkeypatch):
+    if name not in available_backends():
+        pytest.skip(f"{name} is not installed")
+    monkeypatch.setattr(import_module(f"igl_spheremap.operators.factor.{module}"), "_DISSECT_FROM", dissect_from)
+    P = problem(4, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    first = factorize(P, name)
+    x = first.solve(b)
+    np.testing.assert_allclose(P @ x, b, atol=1e-10)
+    np.testing.assert_allclose(factorize(4 * P, name, like=first).solve(b), x / 4, rtol=1e-15)
 
 
 def test_one_right_hand_side_is_a_column(backend):
