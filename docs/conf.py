@@ -25,7 +25,7 @@ exclude_patterns = ["_build"]
 default_role = "py:obj"
 
 autosummary_generate = True
-autodoc_typehints = "none"  # numpydoc's Parameters tell types and shapes
+autodoc_typehints = "none"  # numpydoc's Parameters hold types and shapes
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False  # the template of classes lists them
 numpydoc_xref_param_type = False

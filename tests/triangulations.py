@@ -98,7 +98,7 @@ def random_triangulation(rng):
 
 
 def bad_positions(n, rng):
-    """Nonzero positions that no program should be asked to mend."""
+    """Nonzero positions that no program should be asked to repair."""
     p = rng.normal(size=(n, 3))
     kind = int(rng.integers(6))
     if kind == 1:

@@ -20,7 +20,7 @@ INK: Colour = (0.13, 0.15, 0.18)
 SURFACE: Colour = (0.82, 0.85, 0.88)
 FOLDED: Colour = (0.84, 0.24, 0.0)
 GUIDE: Colour = (0.60, 0.64, 0.67)  # lines that only guide the eye
-#: Okabe and Ito's palette without the colours taken above, for curves that colour alone tells apart.
+#: Okabe and Ito's palette without the colours taken above, for curves that differ by colour alone.
 LINES: tuple[Colour, ...] = (
     (0.0, 0.45, 0.70),
     (0.0, 0.62, 0.45),

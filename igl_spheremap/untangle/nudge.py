@@ -1,4 +1,4 @@
-"""Slivers set upright by moves no longer than they are thin, before anything is taken apart.
+"""Slivers unfolded by moves no longer than they are thin, before anything is taken apart.
 
 A thin face folds when a vertex crosses its long side by next to nothing. Each folding asks its corners for the
 shortest move that would give it a little area, and what several foldings ask of a vertex is averaged: projections onto

@@ -40,7 +40,7 @@ def tiny(result):
 
 
 def plainly(x, f, radius=1.0, v=None):
-    """Rounding to float32 that mends nothing."""
+    """Rounding to float32 that repairs nothing."""
     positions = (radius * x).astype(np.float32)
     return Float32Map(positions, certify(x, f), np.empty(0, dtype=np.int64))
 

@@ -1,4 +1,4 @@
-"""Small moves that set slivers upright: enough, no more, and nothing where they do not help."""
+"""Small moves that unfold slivers: enough, no more, and nothing where they do not help."""
 
 from __future__ import annotations
 

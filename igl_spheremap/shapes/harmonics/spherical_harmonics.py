@@ -198,7 +198,7 @@ class SphericalHarmonics:
         if self.degree < 1:
             raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
         if template is None and self.source is None:
-            raise MeshError("coefficients from a .coef file have no source whose moments tell front from back; "
+            raise MeshError("coefficients from a .coef file have no source whose moments distinguish front from back; "
                             "give a template")
         axes, frames = first_order_frames(self.coefficients)
         choices = [self._in_frame(*frame) for frame in frames]

@@ -70,7 +70,7 @@ def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):
 
     sphere = run("map", SAMPLE, "-")
     repaired = run("repair", SAMPLE, "-", "-", piped=sphere)
-    assert np.allclose(mesh(repaired).v, mesh(sphere).v, atol=1e-12)  # nothing to mend
+    assert np.allclose(mesh(repaired).v, mesh(sphere).v, atol=1e-12)  # nothing to repair
     assert len(mesh(run("resample", SAMPLE, "-", "-", "--to", "ico:2", piped=repaired)).v) == 162
     assert run("check", SAMPLE, "-", piped=repaired) == ""
 

@@ -273,7 +273,7 @@ igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp:
     ),
     Command(
         "landmarks",
-        "map harmonically with landmarks drawn towards targets",
+        "map harmonically with landmarks moved towards targets",
         (
             *shared.MAPPING,
             argument("--points", "FILE", "one landmark a line: vertex (from 0), then x y z of its target on the "

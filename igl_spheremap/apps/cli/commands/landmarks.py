@@ -1,4 +1,4 @@
-"""`igl-spheremap landmarks IN OUT --points FILE`: map harmonically with landmarks drawn towards targets."""
+"""`igl-spheremap landmarks IN OUT --points FILE`: map harmonically with landmarks moved towards targets."""
 
 from __future__ import annotations
 
