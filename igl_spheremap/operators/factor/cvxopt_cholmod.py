@@ -13,7 +13,6 @@ from ...errors import FactorisationFailed
 from .base import Factor, reordered
 from .ordering import bandwidth_order, nested_dissection
 
-
 #: From here on a dissection takes no longer than minimum degree, and on folded surfaces it fills less.
 _DISSECT_FROM = 100_000
 
