@@ -65,7 +65,7 @@ def test_mips_hardly_moves_the_mean_of_the_harmonic_map_and_tames_the_worst(corp
 
 
 @pytest.mark.slow
-def test_half_a_million_vertices_with_folds_are_mended_where_they_fold():
+def test_half_a_million_vertices_with_folds_are_repaired_where_they_fold():
     v, f = ism.samples.make("sphere", n_vertices=500_000)
     x = v.copy()
     planted = np.linspace(0, len(f) - 1, 40).astype(int)

@@ -17,7 +17,7 @@ from .replacing import replacing
 
 
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
-    """Read a triangle mesh; the end of the file's name, or else its first bytes, decide the format.
+    """Read a triangle mesh; the end of the file's name, or else its first bytes, decide its format.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
 
 
 def read_sphere(path: PathLike) -> LoadedMesh:
-    """Read a map's image: of an NPZ file that holds a map the sphere, of any other file the mesh.
+    """Read the image of a map: the sphere of an NPZ file that holds a map, the mesh of any other file.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def read_sphere(path: PathLike) -> LoadedMesh:
 
 
 def _read(path: Path, *names: str, triangulate: bool = False) -> LoadedMesh:
-    """The mesh of a file; of an archive the positions by the first of these names that it holds."""
+    """Read a file; of an archive, take the first of these names that it holds as positions."""
     with reading(path):
         kind = format_of(path)
         raw = npz.read(path, *names) if kind is npz.FORMAT else kind.read(path)

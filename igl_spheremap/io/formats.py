@@ -15,7 +15,7 @@ FORMATS: tuple[Format, ...] = tuple(
 
 
 def format_of(path: PathLike) -> Format:
-    """The format that a file's name stands for, or where the name says nothing, its first bytes.
+    """The format of a file by its name, or else by its first bytes.
 
     Examples
     --------

@@ -16,7 +16,7 @@ from .reading import check_complete
 from .records import Format, Metadata, RawMesh, of_triangles
 
 _TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
-#: Kinds of surfaces: FreeSurfer's own, and the last two of this package, which never take the name of one of those.
+#: Kinds of surfaces: FreeSurfer's own, and two of this package, so that its results take no name of FreeSurfer's files.
 _KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg",
           "surf", "conformal", "balanced")
 

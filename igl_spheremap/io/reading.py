@@ -1,4 +1,4 @@
-"""What every reader rests on: a regular file, memory bounded by the file's size, and one line for any failure."""
+"""What all readers share: a regular file, memory bounded by the file's size, and one line for any failure."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def check_regular(path: Path) -> None:
 
 
 def read_lines(path: PathLike) -> list[str]:
-    """Lines of a small text file in UTF-8; bytes that are none are kept as surrogates, as in names of files."""
+    """Lines of a small text file in UTF-8; bytes that can't be decoded become surrogates, as in names of files."""
     with opening(path):
         return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
 

@@ -26,7 +26,7 @@ _SPACE, _NEWLINE = 32, 10
 
 @dataclass(frozen=True, eq=False)
 class TextRows:
-    """Lines that hold something, with their tokens counted."""
+    """Lines that are not empty, with their tokens counted."""
 
     text: NDArray[np.uint8]  # all of it; each line ends with a newline
     begin: IntArray  # where the first token of each line starts
@@ -64,7 +64,7 @@ class TextRows:
 
 
 def read_rows(data: bytes) -> TextRows:
-    """Split text into the lines that hold something; what follows a ``#`` in a line is a comment.
+    """Split text into the lines that are not empty; what follows a ``#`` in a line is a comment.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def numbers(rows: TextRows, width: int, what: str) -> FloatArray:
 
 
 def indices(rows: TextRows) -> Polygons:
-    """Lines of whole numbers as polygons that count as the file does; what follows a ``/`` in a token is left out."""
+    """Lines of vertex indices as polygons, indices as in the file; what follows a ``/`` in a token is left out."""
     message = "face {} reads {!r} where whole numbers are expected"
     return Polygons(_convert(rows, np.zeros_like(rows.counts), rows.counts, int, message), rows.counts)
 
@@ -133,7 +133,7 @@ def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDA
 def _convert(
     rows: TextRows, start: IntArray, lengths: IntArray, kind: Callable[[bytes], Any], message: str
 ) -> NDArray[Any]:
-    """Of each line so many tokens from a place on, as numbers in one row."""
+    """`lengths` tokens of each line from token `start` on, as numbers in one row."""
     text = rows.bytes()
     if kind is int and b"/" in text:
         text = re.sub(rb"/\S*", b"", text)

@@ -27,12 +27,12 @@ from .replacing import replacing
 
 @dataclass(frozen=True)
 class SphereCheck:
-    """What a sphere in a file is worth.
+    """Certificate and radius of a sphere in a file.
 
     Attributes
     ----------
     certificate : Certificate
-        Of the numbers in the file; being off the sphere is meant relative to the radius.
+        Of the numbers in the file; ``off_sphere`` is relative to the radius.
     radius : float
         The median distance of its vertices from the origin.
     moved : int
@@ -122,7 +122,7 @@ def write_sphere(
     radius: float | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write unit rows as `write_map` does, without a result."""
+    """Write unit rows and faces as `write_map` does."""
     kind = format_of(path)
     known = {"geometric_type": "Spherical"} | structure_of(path) | dict(metadata or {})
     size = kind.radius if radius is None else radius
@@ -147,14 +147,14 @@ def read_map(path: PathLike) -> SphereMap:
     Returns
     -------
     SphereMap
-        Equal to the one that was written.
+        Equal to the one that was written; the certificate is computed from the numbers in the file.
 
     Raises
     ------
     FileError
         If the file can't be opened.
     MeshError
-        If it is damaged or holds no map. The certificate is that of the numbers in the file, whatever it says.
+        If it is damaged or holds no map.
     """
     path = Path(path)
     with reading(path):

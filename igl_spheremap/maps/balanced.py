@@ -54,15 +54,15 @@ def balanced_spherical_map(
     method : Method
         How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
     listener : callable, optional
-        Called with every `Iterate`, those of the conformal map included; may raise StopIteration to end with what
-        there is.
+        Called with every `Iterate`, those of the conformal map included; may raise StopIteration to stop with
+        the current map.
 
     Returns
     -------
     SphereMap
-        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``area_ratios()`` are off
-        what the balance asks for by more than a factor of 1.35 on average, its ``status`` is ``SHORT``, and a note says
-        by how much and how the steps ended.
+        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``area_ratios()`` miss
+        their target by more than a factor of 1.35 on average, its ``status`` is ``SHORT``, and a note says by how much,
+        and how the steps ended.
 
     Raises
     ------
@@ -92,16 +92,16 @@ def balanced_spherical_map(
 
 @own_errstate
 def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
-    """Go on from a map without foldings to another balance of the same surface, as a slider does.
+    """Take a map without foldings to another balance of the same surface, as a slider does.
 
     Parameters
     ----------
     result : SphereMap
-        A conformal or a balanced map. The steps are the fewer the nearer its balance is.
+        A conformal or a balanced map. The closer its balance, the fewer steps.
     balance : float
         As of `balanced_spherical_map`; 0 gives the conformal map back.
     listener : callable, optional
-        Called with every `Iterate`; may raise StopIteration to end with what there is.
+        Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
     Returns
     -------

@@ -56,18 +56,18 @@ def landmark_map(
     targets : (k, 3) array_like
         Their targets, as directions.
     weights : float or (k,) array_like
-        Of the squared chords, against an energy of about 4 pi; 100 leaves distances of thousandths.
+        Of the squared chords, beside an energy of about 4 pi; 100 leaves distances of some 1e-3.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
     keep_injective : bool
-        Whether a start without foldings is kept so, by refusing steps that would fold. Without it the map
-        folds near landmarks: points have no capacity in the plane, and the energy is lowest where it is
-        pulled out like tents.
+        Keep a start without foldings free of them: steps that would fold a face are refused. Without it the map
+        folds near landmarks: a point has zero capacity in the plane, so that the energy is lowest where a thin
+        spike of the surface reaches the target.
     tolerance : float
         Norm of the gradient, in the metric of smooth fields, at which the run ends.
     max_iterations : int
-        Iterations at the most.
+        Maximum number of iterations.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
     listener : callable, optional

@@ -70,10 +70,10 @@ class SphereMapper:
 
     @own_errstate
     def move(self, v: ArrayLike) -> None:
-        """Go on to other positions of the same faces, as of a sequence, or of a population on one template.
+        """Replace the positions and keep the faces, as in a sequence, or in a population on one template.
 
         The check of the faces, the order of elimination and its analysis are kept, so that a map takes half of the time
-        of the first. Maps are those of a new mapper bit for bit.
+        of the first. Maps equal those of a new mapper bit for bit.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class SphereMapper:
             centre, and the rotation agrees best with the Gauss map in them. The source's vertex areas by default.
             More weight gives a region more room.
         listener : callable, optional
-            Called with every `Iterate`; may raise StopIteration to end with what there is.
+            Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
         Returns
         -------
@@ -148,7 +148,7 @@ class SphereMapper:
 
     @own_errstate
     def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
-        """Go on from a map of this surface to another balance; what depends on the mesh alone is made once.
+        """Take a map of this surface to another balance; what depends on the mesh alone is computed once.
 
         Parameters
         ----------

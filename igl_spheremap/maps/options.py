@@ -45,10 +45,10 @@ class Auto(Method):
     Parameters
     ----------
     tolerance : float
-        Harmonic energy above the minimum that may be left, in units of the gap between energy and flat image area,
-        which is the mesh's own discretisation error.
+        Largest harmonic energy above the minimum at which the steps end, in units of the gap between energy and flat
+        image area, which is the mesh's own discretisation error.
     max_iterations : int
-        Steps at the most, for each harmonic map: the repair may solve for another one.
+        Maximum number of steps for each harmonic map; the repair may compute a second one.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"centred", "poles"}
@@ -92,12 +92,12 @@ class Lai2014(Method):
         Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
         having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
     max_iterations : int
-        Iterations at the most, counted anew for each round.
+        Maximum number of iterations, counted anew for each round.
     plateau : float
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int
-        Eigen-projections at the most; 0 is Algorithm 1 alone.
+        Maximum number of eigen-projections; 0 is Algorithm 1 alone.
     rho : float
         Share of the predicted decrease that a step must reach.
     delta : float
@@ -163,7 +163,7 @@ class GuYau(Method):
         The Tutte map ends when its energy fell by less than this share over 100 iterations: it is a start
         only.
     max_iterations : int
-        Iterations at the most, counted for each of the two maps.
+        Maximum number of iterations, counted for each of the two maps.
     plateau : float
         The harmonic descent ends, too, when its energy fell by less than this share over 100 iterations: the
         rule of `Lai2014`, and in kind that of the authors, an energy difference.
@@ -221,7 +221,7 @@ class Stereographic(Method):
     tolerance : float
         Of the flat metric only: largest angle defect in radians.
     max_iterations : int
-        Of the flat metric only: Newton steps at the most, counted for each puncture that is tried.
+        Of the flat metric only: maximum number of Newton steps, for each puncture that is tried.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 

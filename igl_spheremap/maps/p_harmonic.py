@@ -42,11 +42,11 @@ def p_harmonic_map(
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     keep_injective : bool
-        Whether a start without foldings is kept so, by refusing steps that would fold.
+        Keep a start without foldings free of them: steps that would fold a face are refused.
     tolerance : float
         L2 norm of the tangential gradient at which the run ends, the source having unit area.
     max_iterations : int
-        Iterations at the most.
+        Maximum number of iterations.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
     listener : callable, optional

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
-from ..descent.line_search import BarzilaiBorwein
 from ..errors import own_errstate
 from ..mesh.check import Mesh
 from ..untangle.candidate import Candidate
 from .methods.lai2014 import lai2014
-from .options import EdgeWeights, Lai2014
+from .options import Lai2014
 from .run import check_start, run
 from .sphere_map import SphereMap
 
@@ -21,14 +22,7 @@ def minimize_harmonic_energy(
     f: ArrayLike,
     x0: ArrayLike | None = None,
     *,
-    tolerance: float = 1e-3,
-    max_iterations: int = 5000,
-    plateau: float = 5e-7,
-    rho: float = 1e-4,
-    delta: float = 0.1,
-    xi: float = 0.85,
-    bb: BarzilaiBorwein = "alternating",
-    weights: EdgeWeights = "cotangent",
+    method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 1: minimise the harmonic energy by Cayley updates, from any start.
@@ -41,10 +35,10 @@ def minimize_harmonic_energy(
         Faces as 0-based vertex indices.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
-    tolerance, max_iterations, plateau, rho, delta, xi, bb, weights
-        The options of `Lai2014`, with its defaults.
+    method : Lai2014
+        The options but `rounds`.
     listener : callable, optional
-        Called with every `Iterate`; may raise StopIteration to end with what there is.
+        Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
     Returns
     -------
@@ -67,8 +61,7 @@ def minimize_harmonic_energy(
     >>> ism.minimize_harmonic_energy(v, f).certificate.folding_free
     True
     """
-    return remove_foldings(v, f, x0, rounds=0, tolerance=tolerance, max_iterations=max_iterations, plateau=plateau,
-                           rho=rho, delta=delta, xi=xi, bb=bb, weights=weights, listener=listener)
+    return remove_foldings(v, f, x0, method=replace(method, rounds=0), listener=listener)
 
 
 @own_errstate
@@ -77,15 +70,7 @@ def remove_foldings(
     f: ArrayLike,
     x0: ArrayLike | None = None,
     *,
-    rounds: int = 3,
-    tolerance: float = 1e-3,
-    max_iterations: int = 5000,
-    plateau: float = 5e-7,
-    rho: float = 1e-4,
-    delta: float = 0.1,
-    xi: float = 0.85,
-    bb: BarzilaiBorwein = "alternating",
-    weights: EdgeWeights = "cotangent",
+    method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 2: alternate Algorithm 1 and weighted eigen-projection until no folding is left.
@@ -98,10 +83,10 @@ def remove_foldings(
         Faces as 0-based vertex indices.
     x0 : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
-    rounds, tolerance, max_iterations, plateau, rho, delta, xi, bb, weights
-        The options of `Lai2014`, with its defaults.
+    method : Lai2014
+        The options.
     listener : callable, optional
-        Called with every `Iterate`, star maps included; may raise StopIteration to end with what there is.
+        Called with every `Iterate`, star maps included; may raise StopIteration to stop with the current map.
 
     Returns
     -------
@@ -124,9 +109,6 @@ def remove_foldings(
     >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
     [('gauss map', 0)]
     """
-    method = Lai2014(tolerance=tolerance, max_iterations=max_iterations, plateau=plateau, rounds=rounds, rho=rho,
-                     delta=delta, xi=xi, bb=bb, weights=weights)
-
     def solve(mesh: Mesh, notify: Listener) -> Candidate:
         return lai2014(mesh, method, notify, None if x0 is None else check_start(x0, len(mesh.v)))
 

@@ -30,7 +30,7 @@ class SphereMap:
     sphere : (n, 3) float64 array
         Images of the vertices, unit rows, in the input's order.
     certificate : Certificate
-        What exact arithmetic says of ``sphere`` and ``faces``.
+        Of ``sphere`` and ``faces``, in exact arithmetic.
     energy : float
         Harmonic energy, eq. (6); 4 pi for a smooth conformal map.
     status : Status
@@ -48,13 +48,13 @@ class SphereMap:
     backend : str
         The factorisation that was used; empty where none was.
     notes : tuple of str
-        What was done beyond the ordinary, such as other weights where the mesh's own can't be used.
+        Remarks on the run, such as other edge weights where the mesh's own can't be used.
     settings : dict
         The method's options that are not at their defaults.
     gauge : str
         "centred": Moebius-centred on the source's area and turned to the Gauss map; a note says where that would fold
         huge faces, so that the map is not quite centred. "turned", of balanced maps: turned to the Gauss map only.
-        "poles", only by that option: the two deepest tips at the poles. "given": left where another program put it.
+        "poles", only by that option: the two deepest tips at the poles. "given": as another program made it.
     atlas : ChartAtlas, optional
         If asked for, the conformal map in charts of the plane, which hold limbs of any depth as they are, with a
         certificate of its own.

@@ -44,7 +44,7 @@ def spherical_conformal_map(
     tolerance, max_iterations, backend, gauge, polish, atlas
         The options of "auto", see `Auto`. Other methods take theirs by record only.
     listener : callable, optional
-        Called with every `Iterate`; may raise StopIteration to end with what there is.
+        Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""What a sphere is good for: locate, transfer, resample, texture."""
+"""What is done with maps: location, transfer, resampling, textures, harmonics, registration."""

@@ -97,7 +97,7 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     assert len(text) < 1_500_000
 
 
-def test_a_report_without_opengl_says_why_it_has_no_pictures(tmp_path, monkeypatch):
+def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypatch):
     def missing(name):
         raise OSError(name)
 

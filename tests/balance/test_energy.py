@@ -91,7 +91,7 @@ def test_the_energy_is_mips_and_the_area_barrier(map_of_spheroid):
     assert np.allclose(Energy(source, 1.0, 1, none).by_face(x), source.area * (J + 1 / J - 2))
 
 
-def test_an_isometry_costs_nothing_and_a_fold_infinitely_much():
+def test_an_isometry_has_energy_zero_and_a_fold_infinite_energy():
     x, f = ism.samples.sphere(162)
     source = lay_flat(x, f)
     exact = Energy(source, 0.5, 1, np.log(project(source, x)[0] / source.area))

@@ -35,7 +35,7 @@ def test_a_second_run_writes_the_same_bytes(name, tmp_path):
     assert contents[0] == contents[1]
 
 
-def test_the_mark_tells_input_method_options_and_version_apart(monkeypatch):
+def test_the_mark_distinguishes_input_method_options_and_version(monkeypatch):
     other = V.copy()
     other[0, 0] = np.nextafter(other[0, 0], 2)
     marks = [make_mark(V, F, "auto", {}), make_mark(other, F, "auto", {}), make_mark(V, F[:, [1, 2, 0]], "auto", {}),

@@ -56,7 +56,7 @@ def test_float32_folds_are_seen(tiny, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["s.surf.gii", "lh.sphere", "s.stl", "s.glb"])
-def test_float32_folds_are_mended_in_the_file(name, tiny, tmp_path):
+def test_float32_folds_are_repaired_in_the_file(name, tiny, tmp_path):
     needs(name)
     check = write_map(tmp_path / name, tiny)
     assert check.certificate.folding_free

@@ -21,13 +21,17 @@ def defaults(function):
 
 @pytest.mark.parametrize(("function", "record", "left_out"), [
     (ism.spherical_conformal_map, ism.Auto, set()),
-    (ism.remove_foldings, ism.Lai2014, set()),
-    (ism.minimize_harmonic_energy, ism.Lai2014, {"rounds"}),
     (harmonic_map, ism.Auto, {"backend", "gauge", "polish", "atlas"}),
 ])
 def test_keywords_have_the_names_and_defaults_of_the_record(function, record, left_out):
     options = {option.name: option.default for option in fields(record) if option.name not in left_out}
     assert defaults(function) == options | {"listener": None}
+
+
+@pytest.mark.parametrize("function", [ism.minimize_harmonic_energy, ism.remove_foldings])
+def test_the_algorithms_by_name_take_the_papers_record(function):
+    assert defaults(function) == {"method": ism.Lai2014(), "listener": None}
+    assert function(V, F, method=ism.Lai2014(xi=0.5)).settings["xi"] == 0.5
 
 
 def test_each_method_is_known_by_name_and_shown_to_completion():

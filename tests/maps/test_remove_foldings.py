@@ -34,7 +34,7 @@ def noisy_bird():
 def test_foldings_of_obtuse_triangles_are_removed_with_weights_that_are_never_negative():
     """The star map's are so few that they are undone: Algorithm 1 keeps what starts without foldings so."""
     v, f = noisy_bird()
-    papers, delaunay = (ism.remove_foldings(v, f, weights=weights, max_iterations=150, rounds=2)
+    papers, delaunay = (ism.remove_foldings(v, f, method=ism.Lai2014(weights=weights, max_iterations=150, rounds=2))
                         for weights in ("cotangent", "delaunay"))
     assert papers.certificate.foldings > 50
     assert 0 < delaunay.rounds[1].foldings_before < 0.01 * len(f)
@@ -52,7 +52,7 @@ def test_on_a_delaunay_mesh_the_weights_are_the_papers():
 @pytest.mark.parametrize("weights", ["cotangent", "delaunay"])
 @pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
 def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights):
-    result = ism.remove_foldings(X * flat, F, weights=weights, max_iterations=50)
+    result = ism.remove_foldings(X * flat, F, method=ism.Lai2014(weights=weights, max_iterations=50))
     assert not result.certificate.folding_free
     assert len(result.rounds) == 1
     assert "there is no star map" in result.notes[-1]
@@ -66,14 +66,14 @@ def test_a_listener_can_stop_at_a_star_map():
             assert np.allclose(iterate.details["eigenvalues"], 2, atol=1)
             raise StopIteration
 
-    result = ism.remove_foldings(v, f, listener=stop, max_iterations=300)
+    result = ism.remove_foldings(v, f, method=ism.Lai2014(max_iterations=300), listener=stop)
     assert result.status is ism.Status.STOPPED
     assert len(result.rounds) == 2
 
 
 def test_algorithm_1_alone_does_no_eigen_projection():
     v, f = ism.samples.make("dino", n_vertices=1500)
-    result = ism.minimize_harmonic_energy(v, f, max_iterations=50)
+    result = ism.minimize_harmonic_energy(v, f, method=ism.Lai2014(max_iterations=50))
     assert len(result.rounds) == 1
     assert not result.certificate.folding_free
 

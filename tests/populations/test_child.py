@@ -53,7 +53,7 @@ def test_a_call_that_takes_too_long_is_ended(child):
 
 
 @needs_proc
-def test_a_call_that_takes_too_much_memory_is_ended(child):
+def test_a_call_that_exceeds_its_memory_is_ended(child):
     with pytest.raises(WorkerDied, match="more than 300 MB"):
         child.call(errands.hold, memory=300)
     assert child.call(errands.process, memory=300)

@@ -54,7 +54,7 @@ def test_rows_are_those_of_single_maps(run):
             assert row.max_edge == edges.max()
 
 
-def test_another_run_maps_nothing_and_says_the_same(run):
+def test_another_run_maps_nothing_and_reports_the_same(run):
     first = run(SOURCES)
     times = {row.target: os.stat(row.target).st_mtime_ns for row in first if row.status == "certified"}
     second = run(SOURCES)

@@ -138,7 +138,7 @@ def test_the_tree_finds_every_box(m):
     assert sorted(zip(point.tolist(), box.tolist(), strict=True)) == slow
 
 
-def test_candidates_stay_few_where_faces_crowd():
+def test_candidates_do_not_multiply_where_faces_crowd():
     """The work of a query does not grow with the range of sizes."""
     counts = []
     for power in (2, 10):

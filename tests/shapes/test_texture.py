@@ -141,7 +141,7 @@ def test_refusals():
         texture_atlas(OCTAHEDRON * [[1], [1], [1], [1], [1], [0]], OCTAHEDRON_FACES)
 
 
-def test_the_checker_tells_the_place():
+def test_the_colours_of_the_checker_show_the_place():
     image = checker_image(64, 4)
     assert image.dtype == np.uint8
     corners = image[[0, 0, -1, -1], [0, -1, 0, -1]].astype(int)

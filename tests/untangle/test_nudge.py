@@ -34,7 +34,7 @@ def test_a_map_without_foldings_stays_bit_for_bit():
     assert nudge(x, f).tobytes() == x.tobytes()
 
 
-def test_what_small_moves_do_not_mend_is_left_and_the_rest_is_mended():
+def test_what_small_moves_do_not_repair_is_left_and_the_rest_is_repaired():
     x, f = _with_slivers()
     away = np.argmin(x @ np.array([0.3, 0.5, -0.8]))
     x[away] = -x[away]  # a vertex on the other side of the sphere

@@ -183,7 +183,7 @@ class SphericalHarmonics:
         Returns
         -------
         AlignedHarmonics
-            The shape, and how sure its frame is.
+            The shape, and how well its frame is determined.
 
         Raises
         ------
@@ -242,10 +242,10 @@ class AlignedHarmonics:
     harmonics : SphericalHarmonics
         The shape; its degree 1 is diagonal.
     axes : (3,) float64 array
-        Half axes of the ellipsoid along x, y and z. Where two are nearly equal the frame is not sure.
+        Half axes of the ellipsoid along x, y and z. Where two are almost equal, the frame is ill-determined.
     skew : (3,) float64 array
         Third moments of the source's area along x, y and z over the 3/2 power of the second; near 0 the direction of an
-        axis is not sure, and a template decides better. NaN if the source is not known.
+        axis is ill-determined, and a template decides better. NaN if the source is not known.
     surface_rotation, sphere_rotation : (3, 3) float64 arrays
         What surface (after its centre was moved to the origin) and sphere were rotated by.
     """

@@ -1,4 +1,4 @@
-"""What is compared: data over a surface, smoothed on the surface itself, so that no map of it enters."""
+"""Features: data over a surface, smoothed on the surface itself and therefore independent of its map."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class FeatureSurface:
 
 
 def check_varies(values: FloatArray, name: str) -> None:
-    """Raise a MeshError if a column is constant: it says nothing about where a point belongs."""
+    """Raise a MeshError if a column is constant: it carries no information on position."""
     spread = np.ptp(values, axis=0)
     constant = np.flatnonzero(spread <= 1e-12 * np.abs(values).max(axis=0))
     if len(constant):

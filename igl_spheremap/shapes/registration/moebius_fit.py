@@ -15,9 +15,9 @@ from .picture import Picture
 #: Takes each iterate and its cost.
 Notify = Callable[[FloatArray, float], None]
 
-#: Cost of a step's boost, squared, beside features of unit variance: what they leave open is not boosted far.
+#: Penalty on the squared boost of a step, beside features of unit variance: boosts that these leave open stay short.
 _RIDGE = 0.05
-#: Where the iteration ends, of the variance.
+#: The iteration ends at a gain below this share of the variance.
 _SMALLEST_GAIN = 1e-7
 
 

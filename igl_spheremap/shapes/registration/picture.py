@@ -1,4 +1,4 @@
-"""A band-limited function on the sphere with its gradient, to be looked up at many points again and again."""
+"""A band-limited function on the sphere with its gradient, for fast repeated evaluation at many points."""
 
 from __future__ import annotations
 

@@ -28,11 +28,11 @@ from .pair import Pair
 
 _FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map compare
 #: Radians that the features of the elastic levels are smoothed by, and the least stiffness of a level: wide features of
-#: unit variance are steep for what they say.
+#: unit variance have steep gradients that carry little information.
 _LEVELS = {0.5: 0.5, 0.3: 0.3, 0.2: 0.0, 0.12: 0.0, 0.07: 0.0, 0.04: 0.0}
 _STIFFNESS, _GEOMETRY_STIFFNESS = 0.1, 0.3
-_UNSURE = 0.9  # a runner-up with this share of the best correlation is named
-_LOSS = 0.01  # of correlation in a stage is named: what is less, smoothing explains
+_UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
+_LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Registration:
     candidates : tuple of Candidate
         Rotations that were considered and their correlations, the best first; empty without that stage.
     notes : tuple of str
-        What makes the result doubtful.
+        Reasons to doubt the result.
     """
 
     map: SphereMap
@@ -119,8 +119,8 @@ def register(
     reflect : bool
         Mirror the moving surface (x to -x), reverse its faces, and map it anew: for left and right sides of a body.
     listener : callable, optional
-        Called with an `Iterate` after the rotation and after every step; may raise StopIteration to end with what there
-        is.
+        Called with an `Iterate` after the rotation and after every step; may raise StopIteration to stop with the
+        current map.
 
     Returns
     -------

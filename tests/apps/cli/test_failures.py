@@ -24,7 +24,7 @@ def mesh(v, f):
      ["--repair", "--keep-largest"]),
     (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
 ])
-def test_what_mends_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
+def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
     path = tmp_path / "mesh.obj"
     path.write_text(text)
     with pytest.raises(ism.MeshError) as caught:

@@ -19,7 +19,7 @@ from igl_spheremap.untangle.rounding import Float32Map
 from igl_spheremap.verify.certificate import certify
 
 
-def test_map_writes_certifies_and_tells(tmp_path, capsys):
+def test_map_writes_certifies_and_reports(tmp_path, capsys):
     target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
     assert main(["map", SAMPLE, str(target), "--json", str(figures)]) == 0
     out, err = capsys.readouterr()
@@ -92,7 +92,7 @@ def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, m
     assert main(["check", SAMPLE, str(tmp_path / "a.obj")]) == 3
 
 
-def test_a_rounded_file_is_status_3_and_says_what_would_do(tmp_path, capsys, monkeypatch):
+def test_a_rounded_file_is_status_3_and_names_what_would_do(tmp_path, capsys, monkeypatch):
     pytest.importorskip("nibabel")
 
     def crowded(*arguments, **options):

@@ -52,7 +52,7 @@ def test_every_failure_is_one_line_and_a_status(arguments, status, capsys, tmp_p
         (OSError(28, "No space left"), 74),
     ],
 )
-def test_failures_within_are_told_in_one_line(error, status, tmp_path, monkeypatch, capsys):
+def test_failures_within_are_reported_in_one_line(error, status, tmp_path, monkeypatch, capsys):
     def fail(*_, **__):
         raise error
 

@@ -92,7 +92,7 @@ def test_what_makes_no_sense_is_refused_at_once(arguments, words, monkeypatch, c
     assert words in err
 
 
-def test_faults_of_stdin_are_told_under_its_name(monkeypatch, capsys):
+def test_faults_of_stdin_are_reported_under_its_name(monkeypatch, capsys):
     v, f = ism.samples.sphere(42)
     rows = [f"v {x} {y} {z}" for x, y, z in v] + [f"f {a} {b} {c}" for a, b, c in f[1:] + 1]
     for data in (b"", b"v 1 2\n", b"v 0 0 0\nf 1 1 one\n", "\n".join(rows).encode()):

@@ -77,6 +77,6 @@ def test_landmarks_from_a_device_or_a_pipe_are_refused_without_reading(tmp_path,
         assert capsys.readouterr().err.endswith("it is a device or a pipe; write its content to a file first\n")
 
 
-def test_a_missing_landmark_file_is_told(tmp_path, capsys):
+def test_a_missing_landmark_file_is_reported(tmp_path, capsys):
     assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", str(tmp_path / "none")]) == 74
     assert "can't read" in capsys.readouterr().err

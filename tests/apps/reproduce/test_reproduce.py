@@ -80,7 +80,7 @@ def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_p
     assert sum(line.endswith("...") for line in lines) == 3
 
 
-def test_runs_are_told_apart_by_mesh_options_and_cap(small, tmp_path):
+def test_runs_are_distinguished_by_mesh_options_and_cap(small, tmp_path):
     surface = load_surface("Brain", None)
     other = Surface(surface.name, 2 * surface.v, surface.f, surface.source, surface.relation)
     for cap in (10, 20):
@@ -177,7 +177,7 @@ def test_command_line_names_what_it_does_not_know(tmp_path, capsys):
     assert "is no folder" in capsys.readouterr().err
 
 
-def test_command_line_writes_what_it_says(small, tmp_path, capsys):
+def test_command_line_writes_what_it_announces(small, tmp_path, capsys):
     assert main(["reproduce", "table1", "--out", str(tmp_path), "--max-iterations", "20"]) == 0
     out, err = capsys.readouterr()
     assert out.split() == [str(tmp_path / "table1.md")]

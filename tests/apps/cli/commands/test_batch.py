@@ -169,7 +169,7 @@ def test_subjects_of_freesurfer_keep_their_files(desk):
     assert before == {path: path.read_bytes() for path in Path("subjects").rglob("*.white")}
 
 
-def test_an_interrupted_batch_says_what_is_left():
+def test_an_interrupted_batch_reports_what_is_left():
     done = [Row("a.ply", "b.ply"), Row("c.ply", "d.ply", status="folded", foldings=7)]
     text = counts(done, 5)
     assert "1 of 5 files" in text

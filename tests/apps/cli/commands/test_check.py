@@ -25,7 +25,7 @@ def test_check_takes_samples_on_both_sides(capsys):
     assert main(["check", ball, "sample:sphere:n_vertices=42"]) == 2
 
 
-def test_check_tells_foldings_from_other_meshes(sphere, tmp_path, capsys):
+def test_check_distinguishes_foldings_from_other_meshes(sphere, tmp_path, capsys):
     x, f = read_mesh(sphere)
     write_mesh(tmp_path / "mirror.obj", -x, f)
     assert main(["check", SAMPLE, str(tmp_path / "mirror.obj"), "-q"]) == 3
