@@ -11,7 +11,7 @@ from cvxopt import cholmod, matrix, sparse, spmatrix
 
 from ...errors import FactorisationFailed
 from .base import Factor, reordered
-from .ordering import bandwidth_order, nested_dissection
+from .ordering import bandwidth_order, nested_dissection, renumbered
 
 #: From here on a dissection takes no longer than minimum degree, and on folded surfaces it fills less.
 _DISSECT_FROM = 100_000
@@ -47,10 +47,8 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.nda
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored."""
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order), dtype=order.dtype)
-    A = sp.csr_matrix((np.arange(float(P.nnz)), P.indices, P.indptr), shape=P.shape)[order]
-    rows, columns = rank.take(A.indices), np.arange(len(order), dtype=order.dtype).repeat(np.diff(A.indptr))
+    A = renumbered(sp.csr_matrix((np.arange(float(P.nnz)), P.indices, P.indptr), shape=P.shape), order)
+    rows, columns = A.indices, np.arange(len(order), dtype=order.dtype).repeat(np.diff(A.indptr))
     lower = np.flatnonzero(rows >= columns)
     i, j = (matrix(index.take(lower).astype(np.int64)) for index in (rows, columns))
     return spmatrix(matrix(A.data.take(lower)), i, j, P.shape)

@@ -19,21 +19,20 @@ from ...errors import FactorisationFailed
 from . import scipy_superlu
 from .aggregation import aggregate
 from .base import Factor, Solver, reordered
-from .ordering import bandwidth_order
+from .ordering import bandwidth_order, renumbered
 
 _COARSEST = 2_000
-_DEGREE = 2
 # The smoother acts on the eigenvalues between these fractions of the largest; the coarse levels on the rest.
 _SMOOTHED_FROM, _SMOOTHED_TO = 0.2, 1.1
 _POWER_STEPS = 12
+_MAX_STEPS = 200
 
 
 @dataclass(frozen=True)
 class _Level:
-    """A matrix, its scaled diagonal inverse, and the way to the next coarser level."""
+    """A matrix whose largest eigenvalue is about 1, and the way to the next coarser level."""
 
     A: sp.csr_matrix
-    scaling: np.ndarray  # (n, 1): 1 / (largest eigenvalue of D^-1 A times D)
     prolong: sp.csr_matrix
     restrict: sp.csr_matrix
 
@@ -41,33 +40,55 @@ class _Level:
 def build(P: sp.csc_matrix) -> Factor:
     """Set up the hierarchy of `P`; raise FactorisationFailed where it can't be positive definite."""
     order = bandwidth_order(P.T)
-    A = P.T[order][:, order].tocsr()
+    finest, root = A, scale = _scaled(renumbered(P.T, order))
     levels = []
     while A.shape[0] > _COARSEST:
-        levels.append(_coarsen(A))
-        A = (levels[-1].restrict @ A @ levels[-1].prolong).tocsr()
+        prolong = _prolongation(A, scale)
+        restrict = prolong.T.tocsr()
+        coarse, scale = _scaled((restrict @ A @ prolong).tocsr())
+        prolong.data *= scale.take(prolong.indices)
+        restrict.data *= scale.repeat(np.diff(restrict.indptr))
+        levels.append(_Level(A, prolong, restrict))
+        A = coarse
     coarsest = scipy_superlu.build(A.tocsc())
     nnz = sum(level.A.nnz + 2 * level.prolong.nnz for level in levels) + (coarsest.nnz or 0)
 
     def cycle(b: np.ndarray) -> np.ndarray:
-        return _cycle(levels, coarsest.apply, b.reshape(len(b), -1)).reshape(b.shape)
+        return _cycle(levels, coarsest.apply, b)
 
-    return Factor("multigrid", P.T, reordered(order, cycle), exact=False, nnz=nnz)
+    def apply(b: np.ndarray) -> np.ndarray:
+        x = root[:, None] * cycle(np.ascontiguousarray(root[:, None] * b.reshape(len(b), -1)))
+        return x.reshape(b.shape)
+
+    def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
+        scaled = np.ascontiguousarray(root[:, None] * b)
+        return root[:, None] * _conjugate_gradients(finest, cycle, scaled, accuracy)
+
+    return Factor("multigrid", P.T, reordered(order, apply), nnz=nnz, refined=reordered(order, refined))
 
 
-def _coarsen(A: sp.csr_matrix) -> _Level:
-    """Aggregate, and smooth the aggregates' indicator functions by a step of Jacobi."""
-    n = A.shape[0]
+def _scaled(A: sp.csr_matrix) -> tuple[sp.csr_matrix, np.ndarray]:
+    """R A R, in the memory of A, and the diagonal R for which all diagonal entries are one over the largest eigenvalue.
+
+    In the variables x / R neither smoother nor conjugate gradients have to be weighted.
+    """
     diagonal = A.diagonal()
     if not diagonal.min() > 0.0:
         raise FactorisationFailed("multigrid: the diagonal is not positive")
-    scaling = 1.0 / (_largest_eigenvalue(A, diagonal) * diagonal)
+    scale = 1.0 / np.sqrt(_largest_eigenvalue(A, diagonal) * diagonal)
+    A.data *= scale.repeat(np.diff(A.indptr))
+    A.data *= scale.take(A.indices)
+    return A, scale
+
+
+def _prolongation(A: sp.csr_matrix, scale: np.ndarray) -> sp.csr_matrix:
+    """The aggregates' indicator functions, smoothed by a step of Jacobi."""
+    n = A.shape[0]
     labels, count = aggregate(A)
-    indicator = sp.csr_matrix((np.ones(n), labels, np.arange(n + 1, dtype=np.int32)), shape=(n, count))
+    indicator = sp.csr_matrix((1.0 / scale, labels, np.arange(n + 1, dtype=np.int32)), shape=(n, count))
     step = A @ indicator
-    step.data *= np.repeat(-4.0 / 3.0 * scaling, np.diff(step.indptr))
-    prolong = (indicator + step).tocsr()
-    return _Level(A, scaling[:, None], prolong, prolong.T.tocsr())
+    step.data *= -4.0 / 3.0
+    return (indicator + step).tocsr()
 
 
 def _largest_eigenvalue(A: sp.csr_matrix, diagonal: np.ndarray) -> float:
@@ -81,21 +102,13 @@ def _largest_eigenvalue(A: sp.csr_matrix, diagonal: np.ndarray) -> float:
     return float(np.linalg.norm(x))
 
 
-def _smooth(level: _Level, b: np.ndarray, x: np.ndarray | None) -> np.ndarray:
-    """Chebyshev iteration for A x = b on the upper part of the spectrum; from zero if `x` is None."""
-    centre, radius = (_SMOOTHED_TO + _SMOOTHED_FROM) / 2.0, (_SMOOTHED_TO - _SMOOTHED_FROM) / 2.0
-    residual = b if x is None else b - level.A @ x
-    step = level.scaling * residual
-    step /= centre
-    x = step.copy() if x is None else x + step
-    rho = radius / centre
-    for _ in range(_DEGREE - 1):
-        residual = residual - level.A @ step
-        following = 1.0 / (2.0 * centre / radius - rho)
-        step *= following * rho
-        step += (2.0 * following / radius) * (level.scaling * residual)
-        x += step
-        rho = following
+def _smooth(A: sp.csr_matrix, b: np.ndarray) -> np.ndarray:
+    """Two steps of Chebyshev iteration from zero for A x = b, on the upper part of the spectrum."""
+    # The error is T(c - lambda) / T(c) with c the middle of the part, r half its length and T(t) = 2 (t / r)^2 - 1.
+    middle, radius = (_SMOOTHED_TO + _SMOOTHED_FROM) / 2.0, (_SMOOTHED_TO - _SMOOTHED_FROM) / 2.0
+    x = 2.0 * middle * b
+    x -= A @ b
+    x *= 2.0 / (2.0 * middle**2 - radius**2)
     return x
 
 
@@ -104,6 +117,30 @@ def _cycle(levels: list[_Level], coarsest: Solver, b: np.ndarray) -> np.ndarray:
     if not levels:
         return coarsest(b)
     level = levels[0]
-    x = _smooth(level, b, None)
+    x = _smooth(level.A, b)
     x += level.prolong @ _cycle(levels[1:], coarsest, level.restrict @ (b - level.A @ x))
-    return _smooth(level, b, x)
+    x += _smooth(level.A, b - level.A @ x)
+    return x
+
+
+def _conjugate_gradients(A: sp.csr_matrix, precondition: Solver, b: np.ndarray, accuracy: float) -> np.ndarray:
+    """Solve A x = b column by column, until each residual has fallen to `accuracy` in the preconditioner's norm."""
+    r, x = b.copy(), np.zeros_like(b)
+    d = z = precondition(r)
+    rz = first = np.einsum("ij,ij->j", r, z)
+    for _ in range(_MAX_STEPS):
+        if (rz <= accuracy**2 * first).all():
+            break
+        Ad = A @ d
+        alpha = _ratio(rz, np.einsum("ij,ij->j", d, Ad))
+        x += alpha * d
+        r -= alpha * Ad
+        z = precondition(r)
+        before, rz = rz, np.einsum("ij,ij->j", r, z)
+        d = z + _ratio(rz, before) * d
+    return x
+
+
+def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a / b, and 0 where b is 0: a column that has converged exactly stays where it is."""
+    return np.divide(a, b, out=np.zeros_like(a), where=b != 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from .base import inverse_permutation
 from .graph_sphere import graph_sphere
 
 # The cutting planes are medians over a sample of this many vertices a leaf.
@@ -37,6 +38,14 @@ def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
     return reverse_cuthill_mckee(P, symmetric_mode=True)
 
 
+def renumbered(P: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:
+    """P[order][:, order], the columns of a row in no order."""
+    A = P[order]
+    A.indices = inverse_permutation(order).take(A.indices)
+    A.has_sorted_indices = False
+    return A
+
+
 def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     """Dissect the graph of a matrix by planes through its rough map to the sphere.
 
@@ -55,10 +64,8 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     """
     n = P.shape[0]
     local = bandwidth_order(P)  # everything below gathers along edges: worth a cache-friendly numbering
-    rank = np.empty_like(local)
-    rank[local] = np.arange(n, dtype=local.dtype)
-    graph = P[local]
-    graph = sp.csr_matrix((np.ones(graph.nnz), rank.take(graph.indices), graph.indptr), shape=P.shape)
+    graph = renumbered(P, local)
+    graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
     x = np.ascontiguousarray(graph_sphere(graph).T)
     sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)

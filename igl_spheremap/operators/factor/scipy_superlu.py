@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from ...errors import FactorisationFailed
 from .base import Factor, Solver, reordered
-from .ordering import bandwidth_order, nested_dissection
+from .ordering import bandwidth_order, nested_dissection, renumbered
 
 # Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the
 # factorisation.
@@ -34,7 +34,7 @@ def build(P: sp.csc_matrix) -> Factor:
 def _factorised(P: sp.csc_matrix, order: np.ndarray, rule: str) -> Factor:
     try:
         lu = splu(
-            P[order][:, order],
+            renumbered(P.T, order).T,
             permc_spec=rule,
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True, "Equil": False},
