@@ -12,7 +12,7 @@ from corpus import ROOT
 DEMOS = ROOT / "demos"
 
 
-def _missing():
+def missing():
     if not sys.platform.startswith("linux"):
         return "pictures without a window are drawn by EGL, which is Linux's"
     try:
@@ -22,7 +22,7 @@ def _missing():
     return ""
 
 
-needs_drawing = pytest.mark.skipif(bool(_missing()), reason=_missing())
+needs_drawing = pytest.mark.skipif(bool(missing()), reason=missing())
 
 _PREAMBLE = """
 import json, sys
