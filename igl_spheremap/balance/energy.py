@@ -21,15 +21,15 @@ class Energy:
         The mesh.
     weight : float
         w in [0, 1]: 0 counts angles only, 1 areas only.
-    power : int
-        k of phi: 0 for squares of logarithms, 1 for MIPS and J + 1/J, which are polyconvex barriers.
+    power : float
+        k of phi: 0 for squares of logarithms, 1 for MIPS and J + 1/J; above 0 a fold costs infinitely much.
     target : (m,) float64 array
         Logarithm of image area over source area that each face is to have.
     """
 
     source: Source
     weight: float
-    power: int
+    power: float
     target: FloatArray
 
     @cached_property
@@ -54,14 +54,18 @@ class Energy:
         return float((area * np.abs(log_areas(self.source, x) - self.target)).sum() / area.sum())
 
     def phi(self, ratio: FloatArray) -> FloatArray:
-        """u^2, or 2 (cosh u - 1), of the logarithm u of a ratio, docs/balance.md (4)."""
-        return np.asarray(np.log(ratio) ** 2 if self.power == 0 else (ratio - 1) ** 2 / ratio)  # balance (4)
+        """u^2, or 2 (cosh(k u) - 1) / k^2, of the logarithm u of a ratio, docs/balance.md (4)."""
+        if self.power == 0:
+            return np.asarray(np.log(ratio) ** 2)
+        power = ratio**self.power
+        return np.asarray((power - 1) ** 2 / (power * self.power**2))  # balance (4)
 
     def slopes(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First and second derivative of phi by u."""
         if self.power == 0:
             return 2.0 * np.log(ratio), np.full_like(ratio, 2.0)
-        return ratio - 1 / ratio, ratio + 1 / ratio
+        power = ratio**self.power
+        return (power - 1 / power) / self.power, power + 1 / power
 
 
 def project(source: Source, x: FloatArray, faces: IntArray | slice = slice(None)) -> tuple[FloatArray, FloatArray]:

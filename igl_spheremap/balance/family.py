@@ -19,6 +19,9 @@ from .stretched import stretched
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 _MOST_WEIGHT = 0.97
+#: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, which lowers both means: areas by 5 percent, angles by .2
+#: degrees; at .8 tips of limbs collapse (docs/balance.md).
+POWER = 0.9
 #: A map is opened first where barriers make the energy this many times that of the squares of logarithms.
 _FAR = 1.05
 #: While it opens, areas count no more than angles; and it need not be exact, since the next stage starts afresh.
@@ -52,7 +55,7 @@ class Family:
         area, factor = self.source.area, log_factor(self.source, conformal)
         target = (1 - balance) * factor
         target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
-        return Energy(self.source, min(balance, _MOST_WEIGHT), 1, target)
+        return Energy(self.source, min(balance, _MOST_WEIGHT), POWER, target)
 
     def minimize(self, energy: Energy, x: FloatArray, listener: Listener | None = None) -> Minimum:
         """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first."""

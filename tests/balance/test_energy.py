@@ -21,7 +21,7 @@ def map_of_spheroid():
     return lay_flat(v, f), unit_rows(v - v.mean(axis=0))
 
 
-@pytest.mark.parametrize("power", [0, 1])
+@pytest.mark.parametrize("power", [0, 0.9, 1])
 def test_gradient_is_that_of_differences(map_of_spheroid, power):
     source, x = map_of_spheroid
     rng = np.random.default_rng(0)
@@ -50,7 +50,7 @@ def cap(size):
     return source, x
 
 
-@pytest.mark.parametrize("power", [0, 1])
+@pytest.mark.parametrize("power", [0, 0.9, 1])
 def test_hessian_is_that_of_differences_of_the_gradient_where_the_sphere_is_flat(power):
     source, x = cap(1e-4)
     rng = np.random.default_rng(1)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import igl_spheremap as ism
-from igl_spheremap.balance.family import Family
+from igl_spheremap.balance.family import POWER, Family
 from igl_spheremap.balance.newton import newton
 from igl_spheremap.mesh.check import check_mesh
 
@@ -43,11 +43,12 @@ def profile_map(balance):
         theta = np.append(0, np.cumsum(np.exp(y) * step))
         return np.pi * theta / theta[-1]
 
-    def residuals(y):  # 2 cosh u - 2 is the square of 2 sinh(u / 2)
+    def residuals(y):  # 2 (cosh(k u) - 1) is the square of 2 sinh(k u / 2)
         theta = colatitudes(y)
         s1 = np.log(np.diff(theta) / step)
         s2 = np.log(np.sin((theta[1:] + theta[:-1]) / 2) / radius)
-        parts = np.sqrt(1 - weight) * np.sinh((s1 - s2) / 2), np.sqrt(weight) * np.sinh((s1 + s2 - target) / 2)
+        parts = (np.sqrt(1 - weight) * np.sinh(POWER * (s1 - s2) / 2),
+                 np.sqrt(weight) * np.sinh(POWER * (s1 + s2 - target) / 2))
         return (np.sqrt(area) * np.stack(parts)).ravel()
 
     return edges, colatitudes(least_squares(residuals, np.zeros(len(t)), xtol=1e-12, ftol=1e-12).x)
