@@ -17,6 +17,7 @@ from argparse import ArgumentParser, Namespace
 
 import numpy as np
 import polyscope as ps
+from checkerboard import deepest_tips, mercator_corners, show_squares
 from common import demo_parser, main
 from polyscope import imgui
 
@@ -24,12 +25,11 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli.source import Source
 from igl_spheremap.apps.viewer.app import App
 from igl_spheremap.apps.viewer.body import Body
-from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import colouring
 from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, packed
-from igl_spheremap.apps.viewer.style import FOLDED, INK
+from igl_spheremap.draw.palette import FOLDED, INK
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.distortion import mesh_conformal_factor
 
@@ -86,7 +86,7 @@ class ConformalTexture(App):
             body.paint(colours.colours)
             body.legend = colours.legend if self.factor else None
             if not self.factor:
-                body.check(corners)
+                show_squares(body, corners)
         self.mark()
 
     def mark(self) -> None:

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import polyscope as ps
+from checkerboard import deepest_tips, mercator_corners, show_squares
 from PIL import Image
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.apps.viewer.body import Body
-from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
 from igl_spheremap.apps.viewer.lens import follow, look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
@@ -59,7 +59,7 @@ def dino(path: Path) -> None:
         body = stage.place(0, k, Body(f"part {k}", x, mesh.f, lift=k == 1))
         body.raised = False
         body.paint(places(mesh), folded_faces(mesh, gauss) if k == 1 else None)
-        body.check(checks)
+        show_squares(body, checks)
         body.caption = caption
     _save(stage, path)
 

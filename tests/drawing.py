@@ -32,7 +32,7 @@ import numpy as np
 import polyscope as ps
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer import app, window
-from igl_spheremap.apps.viewer.style import FOLDED
+from igl_spheremap.draw.palette import FOLDED
 
 def vermilion(image):
     'Share of pixels of the colour of folded faces, in any light.'
@@ -51,7 +51,7 @@ def start(module, arguments, offscreen=True):
     app.open_for(args, 'test')
     own = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
     demo = next(c for c in own if issubclass(c, app.App))(args, read_source(args.source))
-    ps.set_user_callback(lambda: app._still(demo))
+    ps.set_user_callback(lambda: app.draw_app(demo))
     return demo
 """
 

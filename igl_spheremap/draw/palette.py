@@ -20,6 +20,9 @@ INK: Colour = (0.13, 0.15, 0.18)
 SURFACE: Colour = (0.82, 0.85, 0.88)
 FOLDED: Colour = (0.84, 0.24, 0.0)
 GUIDE: Colour = (0.60, 0.64, 0.67)  # lines that only guide the eye
+BACKGROUND: Colour = (1.0, 1.0, 1.0)
+EDGES: Colour = (0.45, 0.50, 0.55)
+FOLDED_EDGES: Colour = (0.66, 0.12, 0.0)
 #: Okabe and Ito's palette without the colours taken above, for curves that differ by colour alone.
 LINES: tuple[Colour, ...] = (
     (0.0, 0.45, 0.70),
@@ -30,28 +33,8 @@ LINES: tuple[Colour, ...] = (
     (0.90, 0.62, 0.0),
 )
 
-_VIRIDIS = (
-    (68, 1, 84),
-    (71, 44, 122),
-    (59, 81, 139),
-    (44, 113, 142),
-    (33, 144, 141),
-    (39, 173, 129),
-    (92, 200, 99),
-    (170, 220, 50),
-    (253, 231, 37),
-)
-_PURPLE_GREEN = (
-    (118, 42, 131),
-    (153, 112, 171),
-    (194, 165, 207),
-    (231, 212, 232),
-    (247, 247, 247),
-    (217, 240, 211),
-    (166, 219, 160),
-    (90, 174, 97),
-    (27, 120, 55),
-)
+_VIRIDIS = "440154 472c7a 3b518b 2c718e 21908d 27ad81 5cc863 aadc32 fde725"
+_PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +56,7 @@ class Ramp:
 
 def sequential(label: str, low: float, high: float) -> Ramp:
     """Viridis, dark to light."""
-    return Ramp(label, low, high, np.array(_VIRIDIS) / 255)
+    return Ramp(label, low, high, _stops(_VIRIDIS))
 
 
 def diverging(label: str, reach: float) -> Ramp:
@@ -82,7 +65,12 @@ def diverging(label: str, reach: float) -> Ramp:
     >>> diverging("u", 2.0).colours(np.array([0.0])).round(2)
     array([[0.97, 0.97, 0.97]])
     """
-    return Ramp(label, -reach, reach, np.array(_PURPLE_GREEN) / 255)
+    return Ramp(label, -reach, reach, _stops(_PURPLE_GREEN))
+
+
+def _stops(colours: str) -> FloatArray:
+    """Colours (k, 3) between 0 and 1 from their hexadecimal names."""
+    return np.frombuffer(bytes.fromhex(colours), np.uint8).reshape(-1, 3) / 255
 
 
 def round_up(value: float) -> float:

@@ -78,7 +78,7 @@ demo.hemispheres = lambda others: (left, right, demo._spread(left, others))
 alignment = demo.align(1000.0, 40)
 app.open_for(Namespace(screenshot='unused.png', video=None, size=(1400, 440)), 'test')
 view = alignment.view()
-ps.set_user_callback(lambda: app._still(view))
+ps.set_user_callback(lambda: app.draw_app(view))
 image = window.grab()
 columns = [image[:, 350 * k : 350 * k + 350] for k in range(4)]
 maps = alignment.maps.values()

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import DisplayError
 from . import window
+from .lazy import ps
 from .stage import Stage
 from .video import check_video, open_video
 
@@ -70,14 +71,12 @@ def open_for(args: Namespace, title: str) -> None:
 
 def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
     """Run an app as the arguments ask, and return the facts of each picture that was written."""
-    import polyscope as ps
-
     try:
         if not (args.screenshot or args.video):
             show_app(app)
             return []
         app.prepare()
-        ps.set_user_callback(lambda: _still(app))
+        ps.set_user_callback(lambda: draw_app(app))
         shown = []
         if args.screenshot:
             app.go_to(_frame(app, args.frame))
@@ -99,10 +98,11 @@ def show_app(app: App) -> None:
 def _live(app: App) -> None:
     app.tick()
     app.stage.mouse()
-    _still(app)
+    draw_app(app)
 
 
-def _still(app: App) -> None:
+def draw_app(app: App) -> None:
+    """Draw the stage and the panel, for every picture."""
     app.stage.draw()
     app.panel()
 

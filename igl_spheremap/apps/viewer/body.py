@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import row_crosses, row_dets, row_dots
 from . import style
+from .lazy import ps
 from .window import MATERIAL
 
-Legend = style.Ramp | tuple[str, style.Colour] | None
+Legend = palette.Ramp | tuple[str, palette.Colour] | None
 
 #: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
 _LIFT = 1.012
@@ -47,7 +49,7 @@ class Body:
         self.points: dict[str, Any] = {}
         self._folded: Any = None
         self._colours: FloatArray | None = None
-        self.paint(np.tile(style.SURFACE, (len(f), 1)))
+        self.paint(np.tile(palette.SURFACE, (len(f), 1)))
 
     def set_positions(self, x: FloatArray) -> None:
         """Move the vertices; `paint` then moves the folded faces."""
@@ -61,28 +63,14 @@ class Body:
         if colours is not self._colours:
             self._colours, self._linear = colours, style.linear(colours)
         shown = self._linear.copy()
-        shown[folded] = style.linear(np.array(style.FOLDED))
+        shown[folded] = style.linear(np.array(palette.FOLDED))
         self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
         if self.lift:
             self._bring_to_front(folded)
         self.version += 1
 
-    def check(self, corners: FloatArray) -> None:
-        """Show a checkerboard of unit squares in place of colours, by coordinates (3 m, 2) of the corners of faces."""
-        self.mesh.add_parameterization_quantity(
-            "checks",
-            corners,
-            defined_on="corners",
-            viz_style="checker",
-            checker_size=1.0,
-            checker_colors=tuple(tuple(style.linear(np.array(colour))) for colour in style.CHECKS),
-            enabled=True,
-        )
-
-    def dots(self, label: str, positions: FloatArray, colour: style.Colour, radius: float = 0.03) -> None:
+    def dots(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float = 0.03) -> None:
         """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
-        import polyscope as ps
-
         name = f"{self.name} {label}"
         old = self.points.pop(label, None)
         if old is not None:
@@ -114,16 +102,12 @@ class Body:
 
     def remove(self) -> None:
         """Take the body off the stage."""
-        import polyscope as ps
-
         for label in tuple(self.points):
-            self.dots(label, np.empty((0, 3)), style.FOLDED)
+            self.dots(label, np.empty((0, 3)), palette.FOLDED)
         self._bring_to_front(np.empty(0, dtype=np.int64))
         ps.remove_surface_mesh(self.name)
 
     def _bring_to_front(self, folded: IntArray) -> None:
-        import polyscope as ps
-
         if self._folded is not None:
             ps.remove_surface_mesh(f"{self.name} folded")
             self._folded = None
@@ -139,18 +123,16 @@ class Body:
             own = np.arange(3 * len(folded)).reshape(-1, 3)
             self._folded = _register(f"{self.name} folded", corners.reshape(-1, 3), own, _UNLIT)
             self._folded.set_back_face_policy("identical")
-            self._folded.set_color(style.FOLDED)
-            self._folded.set_edge_color(style.FOLDED_EDGES)
+            self._folded.set_color(palette.FOLDED)
+            self._folded.set_edge_color(palette.FOLDED_EDGES)
             self._folded.set_edge_width(_EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
             tiny = (middle * factor[:, None])[size < 2 * _TINY**2]
-        self.dots("foldings", tiny, style.FOLDED, _DOT)
+        self.dots("foldings", tiny, palette.FOLDED, _DOT)
 
 
 def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:
-    import polyscope as ps
-
     mesh = ps.register_surface_mesh(name, x, f, material=material)
-    mesh.set_edge_color(tuple(style.linear(np.array(style.EDGES))))
+    mesh.set_edge_color(tuple(style.linear(np.array(palette.EDGES))))
     return mesh
 
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
@@ -16,10 +17,9 @@ from ...start.star_map import finite_conformal_factor
 from ...verify.certificate import orientation_signs
 from ...verify.distortion import mesh_angle_differences
 from ...verify.stretch import mesh_area_distortion
-from . import style
 from .body import Body, Legend
 
-FOLDED_LEGEND = ("folded face; same colour: same place", style.FOLDED)
+FOLDED_LEGEND = ("folded face; same colour: same place", palette.FOLDED)
 _DARKEST = 0.72
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
@@ -70,7 +70,7 @@ def places(mesh: Mesh) -> FloatArray:
     order = np.argsort(mesh.v[mesh.f, side].mean(axis=1), kind="stable")
     rank = np.empty(len(mesh.f))
     rank[order] = np.cumsum(face_areas(mesh.v, mesh.f)[order])
-    return style.sequential("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
+    return palette.sequential("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
 
 
 def colouring(
@@ -86,13 +86,13 @@ def colouring(
         return Colouring(places(mesh), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
         u = log_factor(mesh, x)
-        ramp = style.diverging(_U, reach or style.round_up(float(u.max())))
+        ramp = palette.diverging(_U, reach or palette.round_up(float(u.max())))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
         values = mesh_area_distortion(mesh, x)
         finite = np.abs(values[np.isfinite(values)])
-        ramp = style.diverging(_AREAS, reach or style.round_up(float(np.percentile(finite, 95))))
+        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(np.percentile(finite, 95))))
     else:
         values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
-        ramp = style.sequential(_ANGLES, 0, reach or style.round_up(float(np.percentile(values, 95))))
+        ramp = palette.sequential(_ANGLES, 0, reach or palette.round_up(float(np.percentile(values, 95))))
     return Colouring(ramp.colours(values), folded, ramp)

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
-from . import style
+from .lazy import implot
 
 #: Points of a curve that are drawn at the most.
 _POINTS = 500
@@ -16,25 +17,19 @@ _TICKS = np.array([0.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6])
 
 def energy_plot(at: IntArray, energies: FloatArray, shown: int, height: float) -> None:
     """Plot how far energies are above that of a conformal map, over the iterates `at`."""
-    from polyscope import implot
-
     gap = np.maximum(np.abs(energies - 4 * math.pi), 1e-12)
     known = np.isfinite(gap)
-    _plot("energy above 4 pi", at[known], gap[known], shown, height, implot.ImPlotScale_Log10, style.LINES[0])
+    _plot("energy above 4 pi", at[known], gap[known], shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
 
 
 def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
     """Plot the number of folded faces over the iterates `at`."""
-    from polyscope import implot
-
-    _plot("folded faces", at, foldings.astype(np.float64), shown, height, implot.ImPlotScale_SymLog, style.FOLDED)
+    _plot("folded faces", at, foldings.astype(np.float64), shown, height, implot.ImPlotScale_SymLog, palette.FOLDED)
 
 
 def _plot(
-    title: str, x: IntArray, y: FloatArray, shown: int, height: float, scale: int, colour: style.Colour
+    title: str, x: IntArray, y: FloatArray, shown: int, height: float, scale: int, colour: palette.Colour
 ) -> None:
-    from polyscope import implot
-
     flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
     fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
     if not implot.BeginPlot(title, (-1, height), flags):
@@ -50,6 +45,6 @@ def _plot(
         if scale == implot.ImPlotScale_SymLog:  # so that 0 is always in sight
             implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
             implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
-        implot.SetNextLineStyle((*style.INK, 0.6), 1.0)
+        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
         implot.PlotInfLines("shown", np.array([float(shown)]))
     implot.EndPlot()

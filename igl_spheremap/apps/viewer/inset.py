@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from ...draw.palette import INK
 from ...mesh.arrays import FloatArray, IntArray
 from .body import Body
 from .colouring import Colouring
+from .lazy import imgui
 from .lens import Lens
 from .stage import Stage, packed, text, text_width, wrapped
-from .style import INK
 
 _CIRCLE = 7
 _LINE = 18
@@ -30,8 +31,6 @@ class Inset:
 
     def annotate(self) -> None:
         """Draw the circle and the text; to be called every frame."""
-        from polyscope import imgui
-
         if not self._body.visible:
             return
         canvas = imgui.GetForegroundDrawList()

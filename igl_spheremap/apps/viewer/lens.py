@@ -49,7 +49,7 @@ class Lens:
 
 def follow(x: FloatArray, f: IntArray, folded: IntArray) -> Lens:
     """Lens on the largest cluster of folded faces; the plain view where there is none."""
-    return look_at(x, largest_cluster(f[folded])) if len(folded) else Lens()
+    return look_at(x, f[folded[clusters(f[folded])[0]]]) if len(folded) else Lens()
 
 
 def look_at(x: FloatArray, faces: IntArray) -> Lens:
@@ -61,15 +61,15 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, 1e-300), 1.0, _STRONGEST)))
 
 
-def largest_cluster(faces: IntArray) -> IntArray:
-    """Rows of the largest set of faces that hang together by shared vertices.
+def clusters(faces: IntArray) -> list[IntArray]:
+    """Indices of faces, given as rows of vertex indices, that hang together by shared vertices; the largest set first.
 
-    >>> largest_cluster(np.array([[0, 1, 2], [5, 6, 7], [2, 3, 4]])).tolist()
-    [[0, 1, 2], [2, 3, 4]]
+    >>> [one.tolist() for one in clusters(np.array([[5, 6, 7], [0, 1, 2], [2, 3, 4]]))]
+    [[1, 2], [0]]
     """
     names, local = np.unique(faces, return_inverse=True)
     local = local.reshape(-1, 3)
     tail, head = local[:, [0, 1]].ravel(), local[:, [1, 2]].ravel()
     links = coo_matrix((np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(names), len(names)))
     label = connected_components(links, directed=False)[1][local[:, 0]]
-    return np.asarray(faces[label == np.bincount(label).argmax()])
+    return sorted((np.flatnonzero(label == one) for one in np.unique(label)), key=len, reverse=True)

@@ -12,6 +12,7 @@ import numpy as np
 from ... import samples
 from ...maps.options import METHODS, Method
 from .curves import energy_plot, folding_plot
+from .lazy import imgui
 from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
 from .player import Player
 from .run import Source
@@ -66,8 +67,6 @@ class PlayerWindow(Player):
         end_panel()
 
     def _plots(self) -> None:
-        from polyscope import imgui
-
         at = self.run.slides[self.after].index
         room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
         steps = np.array([slide.index for slide in self.run.slides])
@@ -75,8 +74,6 @@ class PlayerWindow(Player):
         folding_plot(steps, np.array([slide.foldings for slide in self.run.slides]), at, room)
 
     def _run_widgets(self) -> None:
-        from polyscope import imgui
-
         _, self.name = imgui.InputText("##mesh", self.name)
         imgui.SameLine()
         if imgui.BeginCombo("mesh", "", imgui.ImGuiComboFlags_NoPreview):
@@ -109,8 +106,6 @@ class PlayerWindow(Player):
             paragraph(f"{type(run.error).__name__}: {run.error}")
 
     def _play_widgets(self) -> None:
-        from polyscope import imgui
-
         at, last = self.after - 1, self.frames() - 1
         if imgui.Button("pause" if self.playing else "play "):
             if not self.playing and at >= last:
@@ -129,8 +124,6 @@ class PlayerWindow(Player):
             self._leave_for(frame)
 
     def _stop_combo(self) -> None:
-        from polyscope import imgui
-
         marks = stops(self.run.slides)
         here = [name for name, k in marks if k == self.after or k == 0 == self.before]
         if not imgui.BeginCombo("stops", here[-1] if here else ""):
@@ -153,7 +146,5 @@ class PlayerWindow(Player):
 
 
 def _enter_number(label: str, value: float) -> tuple[bool, float]:
-    from polyscope import imgui
-
     changed, value = imgui.InputDouble(label, value, format="%.1e")
     return bool(changed), float(value)

@@ -13,11 +13,12 @@ from ...verify.distortion import mesh_angle_differences
 from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
 from ...verify.stretch import mesh_area_distortion
 from . import window
-from .app import App, show_app
+from .app import App, draw_app, show_app
 from .body import Body
 from .choices import SIZE, SUBJECTS
 from .colouring import colouring, folded_faces
 from .inset import Inset
+from .lazy import imgui, ps
 from .lens import Lens, follow
 from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
 from .pose import fit, pose
@@ -105,8 +106,6 @@ class ResultView(App):
         self.inset.annotate()
         if not self._with_panel:
             return
-        from polyscope import imgui
-
         begin_panel("Map", self.stage.panel)
         if self._result is not None and self._result.certificate.folding_free:
             _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
@@ -213,17 +212,11 @@ def picture_of(
     lens: Lens | None = None,
 ) -> None:
     """`screenshot` of any map, through any lens."""
-    import polyscope as ps
-
     window.check_picture(path)
     window.open_window(size=size, offscreen=True)
     view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False, lens=lens)
 
-    def draw() -> None:
-        view.stage.draw()
-        view.panel()
-
-    ps.set_user_callback(draw)
+    ps.set_user_callback(lambda: draw_app(view))
     window.save(path)
 
 

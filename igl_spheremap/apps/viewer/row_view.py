@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from ...draw.palette import Colour, sequential
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
@@ -13,7 +14,6 @@ from ...shapes.registration.register import Registration
 from .app import App
 from .body import Body, Legend
 from .stage import Stage
-from .style import Colour, sequential
 
 #: In standard deviations: the ends of the colours of a feature.
 _REACH = 2.0

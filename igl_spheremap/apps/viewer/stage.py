@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ...draw import palette
 from ...mesh.arrays import FloatArray
-from . import style
 from .body import Body, Legend
-from .window import UNITS_PER_PIXEL, aim
+from .lazy import imgui, ps
+from .window import UNITS_PER_PIXEL, aim, to_world
 
 Place = tuple[int, int]
 
@@ -44,7 +45,6 @@ class Stage:
         self.locked = False
         self._edges = np.append(0.0, np.cumsum(shares or [1.0] * columns) / sum(shares or [1.0] * columns))
         self._laid_out: object = None
-        self._planes: dict[Place, list[Any]] = {}
 
     def place(self, row: int, column: int, body: Body) -> Body:
         """Put a body into a cell, in place of what was there."""
@@ -72,8 +72,6 @@ class Stage:
 
     def cell(self, row: int, column: int) -> tuple[float, float, float, float]:
         """Left, top, width and height of a cell in pixels, captions and legends included."""
-        import polyscope as ps
-
         width, height = ps.get_window_size()
         left, right = self.panel + (width - self.panel) * self._edges[[column, column + 1]]
         h = (height - self.head - self.foot) / self.rows
@@ -81,8 +79,6 @@ class Stage:
 
     def draw(self) -> None:
         """Lay out what has changed, write captions and legends; to be called every frame."""
-        import polyscope as ps
-
         everything = [*self.bodies.values(), *self.insets.values()]
         state = (
             tuple(ps.get_window_size()),
@@ -104,12 +100,9 @@ class Stage:
 
     def _clip(self) -> None:
         """While bodies are magnified or shifted, cut each off at the borders to its neighbours; planes cost time."""
-        import polyscope as ps
-
         ps.remove_all_slice_planes()
         if self.zoom <= 1 and not self.shift.any():
             return
-        width, height = ps.get_window_size()
         for row, column in self.bodies:
             left, top, w, h = self.cell(row, column)
             sides = (
@@ -123,16 +116,13 @@ class Stage:
                     continue
                 plane = ps.add_scene_slice_plane()
                 plane.set_draw_plane(False)
-                plane.set_pose(((x - width / 2) * UNITS_PER_PIXEL, (height / 2 - y) * UNITS_PER_PIXEL, 0.0), normal)
+                plane.set_pose(to_world(x, y), normal)
                 for body in (*self.bodies.values(), *self.insets.values()):
                     for structure in body.structures():
                         structure.set_ignore_slice_plane(plane, body is not self.bodies[row, column])
 
     def frame(self, place: Place) -> tuple[FloatArray, float]:
         """Centre and radius of the body of a cell, in the world."""
-        import polyscope as ps
-
-        width, height = ps.get_window_size()
         left, top, w, h = self.cell(*place)
         body = self.bodies[place]
         above = 8 + _LINE * len(wrapped(body.caption, w))
@@ -141,20 +131,14 @@ class Stage:
         room = h - above - (_LEGEND if below else 0)
         x, y = left + w / 2, top + above + room / 2
         radius = max(10.0, min(w, room) / 2 - _MARGIN / 2) * UNITS_PER_PIXEL * self.zoom
-        centre = np.array([(x - width / 2) * UNITS_PER_PIXEL, (height / 2 - y) * UNITS_PER_PIXEL, 0.0])
-        centre[:2] += self.shift * radius
-        return centre, radius
+        return to_world(x, y) + radius * np.append(self.shift, 0.0), radius
 
     def inset_frame(self, place: Place) -> tuple[FloatArray, float]:
         """Centre and radius of the inset of a cell, in the world: before the body, in the lower right corner."""
-        import polyscope as ps
-
-        width, height = ps.get_window_size()
         left, top, w, h = self.cell(*place)
         size = _INSET * w
-        x, y = left + w - size - 6, top + h - size - 6
-        z = 0.5 * height  # the camera is 1.5 heights away, bodies that are not magnified end at half a height
-        return np.array([x - width / 2, height / 2 - y, z]) * UNITS_PER_PIXEL, size * UNITS_PER_PIXEL
+        depth = 0.5 * ps.get_window_size()[1]  # the camera is 1.5 heights away, plain bodies end at half a height
+        return to_world(left + w - size - 6, top + h - size - 6, depth), size * UNITS_PER_PIXEL
 
     def inset_corner(self, row: int, column: int) -> tuple[float, float]:
         """Left and bottom of an inset in pixels."""
@@ -170,8 +154,6 @@ class Stage:
         return self._pixels(self.inset_frame((row, column)), point)
 
     def _pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
-        import polyscope as ps
-
         width, height = ps.get_window_size()
         centre, radius = frame
         x, y, _ = (centre + radius * self.turn @ point) / UNITS_PER_PIXEL
@@ -185,8 +167,6 @@ class Stage:
 
     def mouse(self) -> None:
         """Turn, shift and zoom by the mouse; to be called every frame of a window."""
-        from polyscope import imgui
-
         io = imgui.GetIO()
         if io.WantCaptureMouse or self.locked:
             return
@@ -208,8 +188,6 @@ class Stage:
         self.turn = about_x @ about_y @ self.turn
 
     def _annotate(self, place: tuple[int, int], body: Body) -> None:
-        from polyscope import imgui
-
         left, top, w, h = self.cell(*place)
         canvas = imgui.GetBackgroundDrawList()
         for k, line in enumerate(wrapped(body.caption, w)):
@@ -218,7 +196,7 @@ class Stage:
             draw_legend(canvas, left + w / 2, top + h - _LEGEND + 4, w, body.legend)
 
 
-def packed(colour: style.Colour) -> int:
+def packed(colour: palette.Colour) -> int:
     """A colour as ImGui wants it: red in the lowest byte, opaque.
 
     >>> hex(packed((1.0, 0.0, 0.0)))
@@ -232,14 +210,14 @@ def text(canvas: Any, x: float, y: float, line: str) -> None:
     """Write a line on a light ground; x is its middle and y its upper edge, in pixels."""
     left = x - text_width(line) / 2
     canvas.AddRectFilled((left - 3, y), (2 * x - left + 3, y + _LINE), _GROUND)
-    canvas.AddText((left, y), packed(style.INK), line)
+    canvas.AddText((left, y), packed(palette.INK), line)
 
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
     """Draw a colour map with its label and the values at its ends, or one colour with its meaning, within a width."""
     if legend is None:
         return
-    if not isinstance(legend, style.Ramp):
+    if not isinstance(legend, palette.Ramp):
         label, colour = legend
         lines = wrapped(label, width - 24)
         for k, line in enumerate(lines):
@@ -274,6 +252,4 @@ def wrapped(paragraphs: str, width: float) -> list[str]:
 
 def text_width(line: str) -> float:
     """Width of a line in pixels, in the current font."""
-    from polyscope import imgui
-
     return float(imgui.CalcTextSize(line)[0])

@@ -1,36 +1,10 @@
-"""How the viewer looks: the palette, and what only a window has."""
+"""Light and colours as polyscope takes them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...draw.palette import FOLDED, INK, LINES, SURFACE, Colour, Ramp, diverging, round_up, sequential
 from ...mesh.arrays import FloatArray
-
-__all__ = [
-    "BACKGROUND",
-    "CHECKS",
-    "EDGES",
-    "FOLDED",
-    "FOLDED_EDGES",
-    "INK",
-    "LINES",
-    "SURFACE",
-    "Colour",
-    "Ramp",
-    "diverging",
-    "linear",
-    "matcaps",
-    "round_up",
-    "sequential",
-]
-
-
-BACKGROUND: Colour = (1.0, 1.0, 1.0)
-EDGES: Colour = (0.45, 0.50, 0.55)
-#: Folded faces are the only red of a picture, and so are the edges between them.
-FOLDED_EDGES: Colour = (0.66, 0.12, 0.0)
-CHECKS: tuple[Colour, Colour] = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 
 
 def matcaps() -> list[FloatArray]:

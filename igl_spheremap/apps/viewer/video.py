@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...draw.palette import FOLDED
 from ...errors import FileError, import_optional
 from ...io.replacing import check_writable, replacing
-from . import style
 
 Picture = NDArray[np.uint8]
 #: Takes a picture and how often it is shown.
@@ -62,7 +62,7 @@ def _reduced(images: Any, picture: Picture) -> Any:
     image = images.fromarray(picture)
     chosen = image.quantize(255, method=images.Quantize.FASTOCTREE, dither=images.Dither.NONE).getpalette()
     palette = images.new("P", (1, 1))
-    palette.putpalette([*chosen[: 3 * 255], *(round(255 * c) for c in style.FOLDED)])
+    palette.putpalette([*chosen[: 3 * 255], *(round(255 * c) for c in FOLDED)])
     return image.quantize(palette=palette, dither=images.Dither.NONE)
 
 

@@ -9,15 +9,17 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...draw import palette
 from ...errors import DisplayError, FileError
 from ...io.replacing import check_writable, replacing
+from ...mesh.arrays import FloatArray
 from . import style
 from .choices import SIZE
+from .lazy import PACKAGES, ps
 
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the stage lays things out in pixels.
@@ -26,7 +28,6 @@ _FIELD_OF_VIEW = 45.0
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
 MAX_FPS = 25
 _PICTURES = (".png", ".jpg")
-_PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
 _offscreen: bool | None = None
 
 
@@ -36,9 +37,8 @@ def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offs
     Raises a DisplayError if there is no display, no OpenGL, or this process draws the other way already.
     """
     global _offscreen
-    ps = _polyscope()
     if _offscreen is None:
-        _start(ps, title, offscreen)
+        _start(title, offscreen)
         _offscreen = offscreen
     elif _offscreen != offscreen:
         raise DisplayError(
@@ -51,15 +51,7 @@ def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offs
     ps.set_window_size(*size)
 
 
-def _polyscope() -> ModuleType:
-    try:
-        import polyscope
-    except ImportError as error:
-        raise DisplayError(f"polyscope can't be loaded ({error}); Debian and Ubuntu: apt install {_PACKAGES}") from None
-    return polyscope
-
-
-def _start(ps: ModuleType, title: str, offscreen: bool) -> None:
+def _start(title: str, offscreen: bool) -> None:
     backend = _backend(offscreen)
     if not offscreen:  # Mesa's software OpenGL then leaves a core to what is computed beside the window
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
@@ -74,12 +66,12 @@ def _start(ps: ModuleType, title: str, offscreen: bool) -> None:
         ps.init("openGL_mock")  # else polyscope complains once more when the process ends
         reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
         hint = (
-            f"Debian and Ubuntu: apt install {_PACKAGES}"
+            f"Debian and Ubuntu: apt install {PACKAGES}"
             if offscreen
             else "is the display there? Pictures for files need none"
         )
         raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
-    _dress(ps, offscreen)
+    _dress(offscreen)
 
 
 def _backend(offscreen: bool) -> str:
@@ -93,11 +85,11 @@ def _backend(offscreen: bool) -> str:
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:
-        raise DisplayError(f"libEGL.so.1 is missing; Debian and Ubuntu: apt install {_PACKAGES}") from None
+        raise DisplayError(f"libEGL.so.1 is missing; Debian and Ubuntu: apt install {PACKAGES}") from None
     return "openGL3_egl"
 
 
-def _dress(ps: ModuleType, offscreen: bool) -> None:
+def _dress(offscreen: bool) -> None:
     """Background, light and a camera that sees everything from the front without perspective."""
     with tempfile.TemporaryDirectory() as folder:
         files = []
@@ -109,7 +101,7 @@ def _dress(ps: ModuleType, offscreen: bool) -> None:
     ps.set_build_default_gui_panels(False)
     ps.set_open_imgui_window_for_user_callback(False)
     ps.set_do_default_mouse_interaction(False)
-    ps.set_background_color(style.BACKGROUND)
+    ps.set_background_color(palette.BACKGROUND)
     ps.set_ground_plane_mode("none")
     ps.set_SSAA_factor(2 if offscreen else 1)
     ps.set_automatically_compute_scene_extents(False)
@@ -118,10 +110,14 @@ def _dress(ps: ModuleType, offscreen: bool) -> None:
     ps.set_max_fps(MAX_FPS)
 
 
+def to_world(x: float, y: float, depth: float = 0.0) -> FloatArray:
+    """The point that is seen at a pixel, so many pixels in front of the middle."""
+    width, height = ps.get_window_size()
+    return np.array([x - width / 2, height / 2 - y, depth]) * UNITS_PER_PIXEL
+
+
 def aim(height: int) -> None:
     """Point the camera so that a pixel is `UNITS_PER_PIXEL` long, x to the right and y up, the origin in the middle."""
-    import polyscope as ps
-
     reach = 0.5 * height * UNITS_PER_PIXEL
     ps.set_length_scale(reach / (2 * np.tan(np.radians(_FIELD_OF_VIEW / 2))))  # as orthographic views have it
     ps.set_bounding_box((-2 * reach, -reach, -reach), (2 * reach, reach, reach))
@@ -137,8 +133,6 @@ def check_picture(path: str | os.PathLike[str]) -> None:
 
 def save(path: str | os.PathLike[str]) -> None:
     """Write the window as a picture."""
-    import polyscope as ps
-
     check_picture(path)
     for _ in range(2):  # panels know their size only after a frame
         ps.frame_tick()
@@ -148,8 +142,6 @@ def save(path: str | os.PathLike[str]) -> None:
 
 def grab() -> NDArray[np.uint8]:
     """The window as an image (height, width, 3), the top row first."""
-    import polyscope as ps
-
     for _ in range(2):
         ps.frame_tick()
     image = ps.screenshot_to_buffer(transparent_bg=False, include_UI=True)
@@ -158,8 +150,6 @@ def grab() -> NDArray[np.uint8]:
 
 def show(callback: Callable[[], None]) -> None:
     """Run the window until it is closed, with a callback before every frame."""
-    import polyscope as ps
-
     ps.set_user_callback(callback)
     with contextlib.suppress(KeyboardInterrupt):
         ps.show()

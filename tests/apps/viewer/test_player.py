@@ -6,14 +6,15 @@ from functools import partial
 
 import numpy as np
 import pytest
+from checkerboard import COLOURS
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer import style
 from igl_spheremap.apps.viewer.run import Run
 from igl_spheremap.apps.viewer.timeline import Slide, stops, thin
 from igl_spheremap.descent.iterate import Step
 from igl_spheremap.descent.recording import Recording
+from igl_spheremap.draw import palette
 
 _PLAYER = """
 from igl_spheremap.apps.viewer.player import Player
@@ -29,7 +30,7 @@ def red(image):
 def player(name, method, kind=Player, **options):
     app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 360)), 'test')
     shown = kind(from_spec, name, METHODS[method](**options), size=(900, 360))
-    ps.set_user_callback(lambda: app._still(shown))
+    ps.set_user_callback(lambda: app.draw_app(shown))
     return shown
 """
 
@@ -107,13 +108,13 @@ def test_what_ends_a_run_in_its_process_is_known_here():
 
 
 def test_no_colour_but_that_of_folded_faces_is_red():
-    ramps = [style.sequential("", 0, 1), style.diverging("", 1)]
+    ramps = [palette.sequential("", 0, 1), palette.diverging("", 1)]
     colours = np.vstack([ramp.colours(np.linspace(-1, 1, 400)) for ramp in ramps])
-    others = [style.SURFACE, style.EDGES, style.INK, style.BACKGROUND, *style.CHECKS]
+    others = [palette.SURFACE, palette.EDGES, palette.INK, palette.BACKGROUND, *COLOURS]
     for light in np.linspace(0.6, 1, 30):
         r, g, b = (255 * light * np.vstack((colours, others))).T
         assert not ((r > 150) & (g < 110) & (b < 90)).any()
-    for r, g, b in (style.FOLDED, style.FOLDED_EDGES):
+    for r, g, b in (palette.FOLDED, palette.FOLDED_EDGES):
         assert (255 * r > 150) & (255 * g < 110) & (255 * b < 90)
 
 

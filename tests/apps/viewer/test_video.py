@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from igl_spheremap.apps.viewer.style import BACKGROUND, FOLDED
 from igl_spheremap.apps.viewer.video import check_video, open_video
+from igl_spheremap.draw.palette import BACKGROUND, FOLDED
 from igl_spheremap.errors import FileError
 
 _HELD = [20, 1, 5, 20]

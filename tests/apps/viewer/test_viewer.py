@@ -10,10 +10,10 @@ from drawing import drive, needs_drawing, run
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import style, window
-from igl_spheremap.apps.viewer.chart import deepest_tips, mercator_corners
 from igl_spheremap.apps.viewer.choices import SUBJECTS, UPS
 from igl_spheremap.apps.viewer.colouring import colouring, log_factor, relief
 from igl_spheremap.apps.viewer.pose import fit, pose
+from igl_spheremap.draw import palette
 from igl_spheremap.errors import DisplayError
 
 
@@ -37,20 +37,20 @@ def test_fitting_moves_no_shape(dino):
 
 
 def test_ramps_give_their_stops_and_clamp_what_is_beyond():
-    ramp = style.diverging("u", 2.0)
+    ramp = palette.diverging("u", 2.0)
     assert ramp.colours(np.array([-2.0, 2.0])) == pytest.approx(ramp.stops[[0, -1]])
-    for each in (ramp, style.diverging("u", 1e-3)):  # overflow is a warning, which no picture has cause for
+    for each in (ramp, palette.diverging("u", 1e-3)):  # overflow is a warning, which no picture has cause for
         with np.errstate(all="raise"):
             assert each.colours(np.array([-np.inf, np.inf])) == pytest.approx(each.stops[[0, -1]])
-    level = style.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]
+    level = palette.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(level) > 0).all()  # lightness alone tells the order
 
 
 def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes():
     # Vienot, Brettel, Mollon 1999, deuteranopia, on linear RGB
     blind = np.array([[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]])
-    others = np.vstack((style.SURFACE, style.sequential("", 0, 1).stops, style.diverging("", 1).stops))
-    folded = style.linear(np.array(style.FOLDED))
+    others = np.vstack((palette.SURFACE, palette.sequential("", 0, 1).stops, palette.diverging("", 1).stops))
+    folded = style.linear(np.array(palette.FOLDED))
     for see in (np.eye(3), blind):
         apart = np.linalg.norm((style.linear(others) - folded) @ see.T, axis=1)
         assert apart.min() > 0.1
@@ -74,40 +74,6 @@ def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
         assert 0 <= found.colours.min() <= found.colours.max() <= 1
         assert len(found.folded)
         assert set(found.folded) <= set(around)
-
-
-@pytest.mark.parametrize("poles", [[[0, 0, 1], [0, 0, -1]], [[0.6, 0, 0.8], [0, 1, 0]]])
-def test_the_chart_keeps_the_angles_of_small_faces(poles):
-    poles = np.array(poles, dtype=float)
-    errors = []
-    for n in (2500, 10000):
-        y, f = ism.samples.make("sphere", n_vertices=n)
-        corners = mercator_corners(y, f, poles).reshape(-1, 3, 2)
-        away = (y @ poles.T).max(axis=1)[f].max(axis=1) < 0.8
-        flat = np.concatenate((corners, np.zeros((len(f), 3, 1))), axis=2)[away].reshape(-1, 3)
-        own = np.arange(len(flat)).reshape(-1, 3)
-        chart, sphere = (_angles(p, g) for p, g in ((flat, own), (y, f[away])))
-        errors.append(np.abs(chart - sphere).mean())
-    assert 1.7 < errors[0] / errors[1] < 2.4
-    assert errors[1] < 0.01
-
-
-def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_first(dino):
-    y = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
-    tips = deepest_tips(dino, y)
-    corners = mercator_corners(y, dino.f, tips).reshape(-1, 3, 2)
-    assert np.isfinite(corners).all()
-    assert np.abs(corners[..., 0] - corners[:, :1, 0]).max() <= 0.5
-    latitude = np.full(len(y), np.nan)
-    latitude[dino.f] = corners[..., 1]
-    assert np.argmax(latitude) in np.argsort(np.linalg.norm(y - tips[0], axis=1))[:8]
-    assert np.argmin(latitude) in np.argsort(np.linalg.norm(y - tips[1], axis=1))[:8]
-
-
-def _angles(p, f):
-    from igl_spheremap.mesh.measure import corner_angles
-
-    return corner_angles(p, f)
 
 
 def test_a_missing_library_is_one_line_with_the_packages(monkeypatch):
@@ -199,7 +165,7 @@ v, f = ism.samples.make('dino', n_vertices=1500)
 view = ResultView(ism.check_mesh(v, f), ism.spherical_conformal_map(v, f).sphere, 'a caption that is ' + 9 * 'long ')
 widths = []
 def draw():
-    app._still(view)
+    app.draw_app(view)
     for place, body in view.stage.bodies.items():
         left, top, w, h = view.stage.cell(*place)
         widths.extend(w - text_width(line) for line in wrapped(body.caption, w))
@@ -232,7 +198,7 @@ app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 't
 v, f = ism.samples.make('spheroid', n_vertices=1500)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='area distortion')
-ps.set_user_callback(lambda: app._still(view))
+ps.set_user_callback(lambda: app.draw_app(view))
 spread, facts, drawn_ = [], [], []
 for balance in (0.5, 1.0, 0.0):
     view.rebalance(balance)

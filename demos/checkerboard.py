@@ -1,13 +1,17 @@
-"""A conformal chart of the sphere, whose squares are squares there too: Mercator's, with poles anywhere."""
+"""A checkerboard by a conformal chart of the sphere, whose squares are squares: Mercator's, with poles anywhere."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import Mesh
-from ...sphere.charts import INFINITE, to_chart
-from ...verify.distortion import mesh_conformal_factor
+from igl_spheremap import Mesh
+from igl_spheremap.apps.viewer import style
+from igl_spheremap.apps.viewer.body import Body
+from igl_spheremap.mesh.arrays import FloatArray, IntArray
+from igl_spheremap.sphere.charts import INFINITE, to_chart
+from igl_spheremap.verify.distortion import mesh_conformal_factor
+
+COLOURS = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 
 #: Cosine of the least angle between two poles that are chosen.
 _APART = 0.5
@@ -47,3 +51,17 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     longitude = longitude - np.rint(longitude - longitude[:, :1])
     latitude = -np.log(radius) / (2 * np.pi)
     return np.column_stack((longitude.ravel(), latitude[f].ravel()))
+
+
+def show_squares(body: Body, corners: FloatArray) -> None:
+    """Show a checkerboard of unit squares in place of colours, by coordinates (3 m, 2) of the corners of faces."""
+    body.mesh.add_parameterization_quantity(
+        "checks",
+        corners,
+        defined_on="corners",
+        viz_style="checker",
+        checker_size=1.0,
+        checker_colors=tuple(tuple(style.linear(np.array(colour))) for colour in COLOURS),
+        enabled=True,
+    )
+    body.version += 1

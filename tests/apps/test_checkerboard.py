@@ -1,0 +1,37 @@
+"""The chart of the demos' checkerboards is conformal and wound around its poles."""
+
+import numpy as np
+import pytest
+from checkerboard import deepest_tips, mercator_corners
+
+import igl_spheremap as ism
+from igl_spheremap.mesh.measure import corner_angles
+
+
+@pytest.mark.parametrize("poles", [[[0, 0, 1], [0, 0, -1]], [[0.6, 0, 0.8], [0, 1, 0]]])
+def test_the_chart_keeps_the_angles_of_small_faces(poles):
+    poles = np.array(poles, dtype=float)
+    errors = []
+    for n in (2500, 10000):
+        y, f = ism.samples.make("sphere", n_vertices=n)
+        corners = mercator_corners(y, f, poles).reshape(-1, 3, 2)
+        away = (y @ poles.T).max(axis=1)[f].max(axis=1) < 0.8
+        flat = np.concatenate((corners, np.zeros((len(f), 3, 1))), axis=2)[away].reshape(-1, 3)
+        own = np.arange(len(flat)).reshape(-1, 3)
+        chart, sphere = (corner_angles(p, g) for p, g in ((flat, own), (y, f[away])))
+        errors.append(np.abs(chart - sphere).mean())
+    assert 1.7 < errors[0] / errors[1] < 2.4
+    assert errors[1] < 0.01
+
+
+def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_first():
+    dino = ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
+    y = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
+    tips = deepest_tips(dino, y)
+    corners = mercator_corners(y, dino.f, tips).reshape(-1, 3, 2)
+    assert np.isfinite(corners).all()
+    assert np.abs(corners[..., 0] - corners[:, :1, 0]).max() <= 0.5
+    latitude = np.full(len(y), np.nan)
+    latitude[dino.f] = corners[..., 1]
+    assert np.argmax(latitude) in np.argsort(np.linalg.norm(y - tips[0], axis=1))[:8]
+    assert np.argmin(latitude) in np.argsort(np.linalg.norm(y - tips[1], axis=1))[:8]
