@@ -1,20 +1,17 @@
-"""Pictures of a surface and its maps on matplotlib axes."""
+"""Pictures of a surface and its maps on matplotlib axes: no display, no OpenGL."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from ...draw.palette import FOLDED, SURFACE, diverging
+from ...draw.palette import FOLDED, INK, SURFACE, diverging
 from ...draw.raster import shading, view_of
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.certificate import orientation_signs
-from ..viewer.lens import follow
-from .drawing import draw
+from ..viewer.lens import clusters, follow
 from .surfaces import Surface
 
 _NONE = np.empty(0, dtype=np.int64)
@@ -74,7 +71,7 @@ def _show(
     """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is."""
     own = view_of(surface.v)
     light = shading(surface.v, surface.f, own, ambient)
-    draw(ax, where, surface.f, colours * light[:, None], own if view is None else view, front=front)
+    _draw(ax, where, surface.f, colours * light[:, None], own if view is None else view, front=front)
     ax.set_title(title, fontsize=8)
 
 
@@ -87,7 +84,7 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
     across = np.linalg.svd(middle[None])[2][1:]
     near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
     plane = np.column_stack(((x - middle) @ across.T, np.zeros(len(x)))) / reach
-    draw(ax, plane, surface.f[near], _marked(surface, _folded(surface, x))[near], np.eye(3), lines=True)
+    _draw(ax, plane, surface.f[near], _marked(surface, _folded(surface, x))[near], np.eye(3), lines=True)
     ax.set(xlim=(-1, 1), ylim=(-1, 1))
     ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=8)
 
@@ -95,12 +92,7 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
 def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
     """Indices of folded faces, those that share a vertex together, the largest patch first."""
     folded = _folded(surface, x)
-    n, k = len(surface.v), len(folded)
-    corners = surface.f[folded].ravel()
-    links = coo_matrix((np.ones(3 * k, dtype=np.int8), (np.repeat(np.arange(k), 3), corners)), shape=(k, n))
-    _, label = connected_components(links @ links.T, directed=False)
-    patches = [folded[label == one] for one in range(label.max(initial=-1) + 1)]
-    return sorted(patches, key=len, reverse=True)
+    return [folded[patch] for patch in clusters(surface.f[folded])]
 
 
 def _folded(surface: Surface, x: FloatArray) -> IntArray:
@@ -112,3 +104,32 @@ def _marked(surface: Surface, folded: IntArray) -> FloatArray:
     colours = np.tile(SURFACE, (len(surface.f), 1))
     colours[folded] = FOLDED
     return colours
+
+
+def _draw(
+    ax: Any,
+    v: FloatArray,
+    f: IntArray,
+    colours: FloatArray,
+    view: FloatArray,
+    lines: bool = False,
+    front: IntArray | None = None,
+) -> None:
+    """Draw a closed surface in face colours (m, 3) that are shaded already, with its edges or without.
+
+    Faces whose indices are in `front` hide all others if they lie in the nearer half.
+    """
+    from matplotlib.collections import PolyCollection
+
+    y = v @ view
+    depth = y[f, 2].mean(axis=1)
+    if front is not None:
+        depth[front[depth[front] > depth.mean()]] += np.ptp(depth)
+    order = np.argsort(depth, kind="stable")
+    corners = y[f[order], :2]
+    rgb = np.clip(colours[order], 0, 1)
+    edges = INK if lines else rgb
+    ax.add_collection(PolyCollection(list(corners), facecolors=rgb, edgecolors=edges, linewidths=0.2, rasterized=True))
+    middle, reach = (y.max(axis=0) + y.min(axis=0)) / 2, np.ptp(y[:, :2], axis=0).max() * 0.52
+    ax.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach), aspect="equal")
+    ax.axis("off")

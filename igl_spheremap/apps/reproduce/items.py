@@ -37,11 +37,12 @@ def reproduce(
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():
         raise FileError(f"{meshes} is no folder of meshes")
+    kept = out / "runs"
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"can't write {out}: {error.strerror or error}") from error
-    runs = Runs(out / "runs", meshes, max_iterations, report, listen)
+        raise FileError(f"can't write {kept}: {error.strerror or error}") from error
+    runs = Runs(kept, meshes, max_iterations, report, listen)
     written = []
     for name in names:
         written.append(_write(name, out, runs))

@@ -26,7 +26,7 @@ def to_common_energy(first: Outcome, second: Outcome) -> tuple[tuple[int, float]
 
     >>> def course(*energies):
     ...     e = np.array(energies, dtype=float)
-    ...     return Outcome([], len(e), 0.0, e[-1], 0, "", e, np.arange(len(e)) / 10, e, e, e)
+    ...     return Outcome("", 0.0, energies=e, clock=np.arange(len(e)) / 10)
     >>> to_common_energy(course(9, 5, 4, 3), course(9, 8, 7, 6, 5, 4.5))
     ((2, 0.2), (5, 0.5))
     """

@@ -6,7 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,9 @@ import numpy as np
 
 from ..._version import __version__
 from ...descent.iterate import Iterate, Listener
-from ...errors import FactorisationFailed, FileError, MapError
+from ...errors import FactorisationFailed, MapError
 from ...io.replacing import replacing
-from ...maps.options import Auto, GuYau, Lai2014, Method, Stereographic
+from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from .surfaces import Surface, load_surface
@@ -27,14 +27,15 @@ METHODS: dict[str, Method] = {
     "Algorithm 2": Lai2014(),
     "Delaunay weights": Lai2014(weights="delaunay"),
     "Gu-Yau": GuYau(tutte=False),
-    "Gu-Yau after Tutte": GuYau(),
-    "stereographic": Stereographic(),
-    "conformal equivalence": Stereographic(plane="conformal-equivalence"),
     "fast": Auto(),
 }
 
 #: Stages of iterates that only start a minimisation, whose own first iterate follows.
 _STARTS = ("gauss map", "star map")
+
+
+def _nothing() -> FloatArray:
+    return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,20 +44,19 @@ class Outcome:
 
     `rounds` holds the fields of each `Round`, its status by name; `seconds` is CPU time; `foldings` is -1 where
     there is no map, and `status` then the error's message. `energies` and `clock`, CPU seconds, are (k,) over all
-    iterates of minimisations, which belong to the rounds `of_round`. `maps` (r, n, 3) are the rounds' last iterates.
+    iterates of minimisations. `maps` (r, n, 3) are the rounds' last iterates.
     """
 
-    rounds: list[dict[str, Any]]
-    iterations: int
-    seconds: float
-    energy: float
-    foldings: int
     status: str
-    energies: FloatArray
-    clock: FloatArray
-    of_round: IntArray
-    maps: FloatArray
-    sphere: FloatArray
+    seconds: float
+    rounds: list[dict[str, Any]] = field(default_factory=list)
+    iterations: int = 0
+    energy: float = float("nan")
+    foldings: int = -1
+    energies: FloatArray = field(default_factory=_nothing)
+    clock: FloatArray = field(default_factory=_nothing)
+    maps: FloatArray = field(default_factory=_nothing)
+    sphere: FloatArray = field(default_factory=_nothing)
 
 
 class Runs:
@@ -104,7 +104,6 @@ class _Watch:
         self._listener = listener
         self.energies: list[float] = []
         self.clock: list[float] = []
-        self.of_round: list[int] = []
         self.maps: dict[int, FloatArray] = {}
         self._began = time.process_time()
 
@@ -112,7 +111,6 @@ class _Watch:
         if iterate.stage not in _STARTS:
             self.energies.append(iterate.energy)
             self.clock.append(time.process_time() - self._began)
-            self.of_round.append(iterate.round)
             self.maps[iterate.round] = iterate.x
         if self._listener is not None:
             self._listener(iterate)
@@ -125,45 +123,25 @@ def run(surface: Surface, method: Method, listener: Listener | None = None) -> O
     try:
         result = spherical_conformal_map(surface.v, surface.f, method, listener=watch)
     except (MapError, FactorisationFailed) as error:
-        nothing = np.empty(0)
-        return Outcome(
-            [],
-            0,
-            time.process_time() - began,
-            np.nan,
-            -1,
-            str(error),
-            nothing,
-            nothing,
-            nothing.astype(np.int64),
-            np.empty((0, n, 3)),
-            np.full((n, 3), np.nan),
-        )
-    rounds = [asdict(entry) | {"status": entry.status.name} for entry in result.rounds]
-    maps = np.array([watch.maps[k] for k in sorted(watch.maps)]).reshape(-1, n, 3)
+        return Outcome(str(error), time.process_time() - began, sphere=np.full((n, 3), np.nan))
     return Outcome(
-        rounds,
-        result.iterations,
+        result.status.name,
         time.process_time() - began,
+        [asdict(entry) | {"status": entry.status.name} for entry in result.rounds],
+        result.iterations,
         result.energy,
         result.certificate.foldings,
-        result.status.name,
         np.array(watch.energies),
         np.array(watch.clock),
-        np.array(watch.of_round, dtype=np.int64),
-        maps,
+        np.array([watch.maps[k] for k in sorted(watch.maps)]).reshape(-1, n, 3),
         result.sphere,
     )
 
 
-_ARRAYS = ("energies", "clock", "of_round", "maps", "sphere")
+_ARRAYS = ("energies", "clock", "maps", "sphere")
 
 
 def _save(path: Path, outcome: Outcome) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't write {path.parent}: {error.strerror or error}") from error
     facts = {key: value for key, value in outcome.__dict__.items() if key not in _ARRAYS}
     with replacing(path, force=True) as partial, partial.open("wb") as stream:
         np.savez(stream, facts=np.array(json.dumps(facts)), **{key: getattr(outcome, key) for key in _ARRAYS})

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import importlib.util
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 
 import igl
@@ -24,7 +26,7 @@ class Counterpart:
     relation: str
     sample: str
     sample_relation: str
-    simplify_to: int = 0
+    simplify_to: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,73 +46,9 @@ class Surface:
 
 
 _GRAY_MATTER = "public/fsaverage5_pial_left.obj"
-
-COUNTERPARTS = {
-    "Hippocampus 1": Counterpart(
-        "public/choi_hippocampus.obj",
-        "another hippocampus, simplified to the paper's size",
-        "spheroid:n_vertices=2000,aspect=3",
-        "no hippocampus: a spheroid as long",
-        simplify_to=2000,
-    ),
-    "Hippocampus 2": Counterpart(
-        "public/choi_hippocampus.obj",
-        "another hippocampus, simplified to the paper's size",
-        "pear:n_vertices=2562",
-        "no hippocampus: a pear",
-        simplify_to=2562,
-    ),
-    "Putamen": Counterpart(
-        "public/paper_putamen_10002.obj",
-        "a putamen of an atlas, simplified to the paper's size",
-        "pear:n_vertices=10002",
-        "no putamen: a pear",
-    ),
-    "Gray matter": Counterpart(
-        _GRAY_MATTER,
-        "left pial surface of fsaverage5",
-        "brain:n_vertices=10000",
-        "no scan: a brain-like shape",
-    ),
-    "Brain": Counterpart(
-        "public/paper_brain_15002.obj",
-        "another brain, simplified to the paper's size",
-        "brain:n_vertices=15002",
-        "no scan: a brain-like shape",
-    ),
-    "Maxplanck": Counterpart(
-        "public/choi_maxplanck.obj",
-        "the same head, coarser",
-        "dumbbell:n_vertices=12556,waist=0.6",
-        "no head: two bulbs and a thick neck",
-    ),
-    "Bimba": Counterpart(
-        "public/paper_bimba_15002.obj",
-        "the same bust, simplified to the paper's size",
-        "octopus:n_vertices=15002,arm_length=0.6",
-        "no bust: a body with eight short arms",
-    ),
-    "Dino": Counterpart(
-        "public/dino_isoblend_6013.obj",
-        "another mesh of a dinosaur",
-        "dino:n_vertices=5500",
-        "another dinosaur",
-    ),
-    "Dilo": Counterpart(
-        "public/paper_dilo_9731.obj",
-        "the same dinosaur, simplified to the paper's size",
-        "dino:n_vertices=9731",
-        "another dinosaur",
-    ),
-    "Bird 1": Counterpart("", "", "bird:n_vertices=890", "another bird"),
-    "Bird 2": Counterpart("", "", "bird:n_vertices=860", "another bird"),
-    "Armadillo": Counterpart(
-        "public/armadillo_oded.obj",
-        "the same figure, another mesh",
-        "octopus:n_vertices=16519",
-        "no armadillo: an octopus",
-    ),
-}
+_TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
+#: By the paper's name.
+COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
 
 
 def load_surface(name: str, folder: Path | None) -> Surface:
@@ -124,7 +62,7 @@ def load_surface(name: str, folder: Path | None) -> Surface:
         v, f = _read(folder / one.file)
         source, relation = one.file, one.relation
         if one.simplify_to:
-            v, f = _simplified(v, f, one.simplify_to)
+            v, f = _simplified(v, f, int(one.simplify_to))
     elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
         v, f = _read(shipped)
         source, relation = f"nilearn's {shipped.name}", one.relation

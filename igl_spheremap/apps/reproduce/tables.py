@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -56,29 +55,32 @@ _FAST: tuple[Column, ...] = (
 )
 
 
-def _iterations(name: str, method: str) -> Column:
-    return name, lambda line: f"{_steps(line.outcome(method))} ({', '.join(map(str, line.paper.iterations))})"
+def _beside(title: str, ours: Callable[[Line], str], papers: Callable[[PaperRow], float | str | None]) -> Column:
+    """A column with a figure of ours, and the paper's in brackets."""
+    return f"{title} (paper)", lambda line: f"{ours(line)} ({_number(papers(line.paper))})"
+
+
+def _iterations(title: str, method: str) -> Column:
+    return _beside(
+        title, lambda line: _steps(line.outcome(method)), lambda paper: ", ".join(map(str, paper.iterations))
+    )
 
 
 def _time(method: str) -> Column:
-    return "seconds (paper)", lambda line: f"{_seconds(line.outcome(method).seconds)} ({_number(line.paper.seconds)})"
+    return _beside("seconds", lambda line: _seconds(line.outcome(method).seconds), lambda paper: paper.seconds)
 
 
 def _against_gu_yau(method: str) -> tuple[Column, ...]:
+    def iterations(line: Line) -> str:
+        return _total(line.outcome("Gu-Yau"))
+
+    def ratio(line: Line) -> str:
+        return _ratio(line.outcome("Gu-Yau").seconds, line.outcome(method).seconds)
+
     return (
-        (
-            "Gu-Yau: iterations (paper)",
-            lambda line: f"{_total(line.outcome('Gu-Yau'))} ({_number(line.paper.their_iterations)})",
-        ),
-        (
-            "seconds (paper)",
-            lambda line: f"{_seconds(line.outcome('Gu-Yau').seconds)} ({_number(line.paper.their_seconds)})",
-        ),
-        (
-            "ratio of seconds (paper)",
-            lambda line: f"{_ratio(line.outcome('Gu-Yau').seconds, line.outcome(method).seconds)} "
-            f"({_number(line.paper.ratio)})",
-        ),
+        _beside("Gu-Yau: iterations", iterations, lambda paper: paper.their_iterations),
+        _beside("seconds", lambda line: _seconds(line.outcome("Gu-Yau").seconds), lambda paper: paper.their_seconds),
+        _beside("ratio of seconds", ratio, lambda paper: paper.ratio),
         (f"foldings: {method} / Gu-Yau", lambda line: line.both(method, lambda outcome: str(outcome.foldings))),
         (f"mean angle: {method} / Gu-Yau", lambda line: line.both(method, line.angle)),
     )
@@ -108,7 +110,7 @@ TABLES = {
         "Table 1. Algorithm 1 from the Gauss map",
         TABLE_1,
         (
-            _iterations("iterations (paper)", "Algorithm 1"),
+            _iterations("iterations", "Algorithm 1"),
             _time("Algorithm 1"),
             ("energy", lambda line: f"{line.outcome('Algorithm 1').energy:.5f}"),
             ("mean angle difference", lambda line: line.angle(line.outcome("Algorithm 1"))),
@@ -119,7 +121,7 @@ TABLES = {
         "Table 2. Algorithm 1 and the algorithm of Gu and Yau",
         TABLE_2,
         (
-            _iterations("Algorithm 1: iterations (paper)", "Algorithm 1"),
+            _iterations("Algorithm 1: iterations", "Algorithm 1"),
             _time("Algorithm 1"),
             *_against_gu_yau("Algorithm 1"),
             (
@@ -132,7 +134,7 @@ TABLES = {
         "Table 3. Algorithm 2 and the algorithm of Gu and Yau",
         TABLE_3,
         (
-            _iterations("Algorithm 2: iterations by step (paper)", "Algorithm 2"),
+            _iterations("Algorithm 2: iterations by step", "Algorithm 2"),
             ("foldings before -> after each step", lambda line: _course(line.outcome("Algorithm 2"))),
             _time("Algorithm 2"),
             ("with Delaunay weights: iterations", lambda line: _steps(line.outcome("Delaunay weights"))),
@@ -182,5 +184,6 @@ def _ratio(long: float, short: float) -> str:
     return f"{long / short:.2g}" if short > 0 else "-"
 
 
-def _number(value: float | None) -> str:
-    return "not given" if value is None or math.isnan(value) else f"{value:.4g}"
+def _number(value: float | str | None) -> str:
+    """A number of the paper; a text stays as it is."""
+    return value if isinstance(value, str) else "not given" if value is None else f"{value:.4g}"
