@@ -9,6 +9,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges
 from ..operators.laplacian import positive_areas
 from ..operators.limb_scale import FLOAT64_LIMIT
+from ..untangle.blocks import VertexBlocks
 from ..untangle.local_repair import repair_locally
 from ..untangle.placed import onto_sphere
 from ..untangle.room import floors, make_room
@@ -24,7 +25,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
     area = positive_areas(mesh)
-    laid_out = unroll(mesh, x, area)
+    laid_out = unroll(mesh, x, area, VertexBlocks(mesh.f))
     if laid_out is None:
         return x
     y = onto_sphere(mesh, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR)[0], area)

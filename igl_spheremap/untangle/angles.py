@@ -15,11 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import FloatArray, IntArray
-from ..operators.factor import factorize
+from ..mesh.arrays import FloatArray
 from .blocks import VertexBlocks
 
 #: Steps that aim at the given angles; those after them only close, and converge quadratically.
@@ -51,9 +49,9 @@ def proper_angles(angles: FloatArray) -> FloatArray:
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 
-def close_angles(f: IntArray, target: FloatArray, hole: int) -> ClosedAngles:
+def close_angles(blocks: VertexBlocks, target: FloatArray, hole: int) -> ClosedAngles:
     """The angles nearest to the target, relative to their size, that close up in the plane but for one face."""
-    wheels = _Wheels(f, hole)
+    wheels = _Wheels(blocks, hole)
     a, aim = target.T.copy(), target.T
     residual = np.inf
     for step in range(_STEPS):
@@ -75,11 +73,11 @@ def close_angles(f: IntArray, target: FloatArray, hole: int) -> ClosedAngles:
 class _Wheels:
     """The conditions at the vertices that are not corners of the hole."""
 
-    def __init__(self, f: IntArray, hole: int) -> None:
-        self.blocks, self.n = VertexBlocks(f), len(f) // 2 + 2
+    def __init__(self, blocks: VertexBlocks, hole: int) -> None:
+        self.blocks, self.n = blocks, blocks.n
         self.free = np.ones(self.n, dtype=bool)
-        self.free[f[hole]] = False
-        self.inner = self.free[f.T]  # corner, face
+        self.free[blocks.f[hole]] = False
+        self.inner = self.free[blocks.f.T]  # corner, face
 
     def missing(self, a: FloatArray) -> FloatArray:
         """What the sums and the logarithms of the products lack, (n, 2)."""
@@ -103,8 +101,6 @@ class _Wheels:
         lack = missing - self.blocks.load((J * wish[:, None]).sum(axis=0))
         H = self.blocks.gram(PJ, J)
         fixed = np.repeat(np.where(self.free, 0.0, 1.0), 2)
-        factor = factorize(H + sp.diags_array(_DAMPING * H.diagonal() + fixed))
-        if not factor.exact:  # multigrid is made for Laplacians
-            raise FactorisationFailed("angles: too large for an exact factorisation")
-        at = factor.solve(lack.ravel()).reshape(self.n, 2)[self.blocks.f]  # face, corner, condition
+        multipliers = self.blocks.factorize(H, _DAMPING, fixed).solve(lack.ravel()).reshape(self.n, 2)
+        at = multipliers[self.blocks.f]  # face, corner, condition
         return wish + np.einsum("aim,mi->am", PJ, at.reshape(m, 6))

@@ -7,14 +7,27 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
+from ..operators.factor import Factor, factorize
 
 
 class VertexBlocks:
-    """Matrices of 2 x 2 blocks, one for each vertex and each half-edge of a closed mesh."""
+    """Matrices of 2 x 2 blocks, one for each vertex and each half-edge of a closed mesh; analysed once."""
+
+    _factor: Factor | None = None
 
     def __init__(self, f: IntArray) -> None:
         self.f, self.n = f, len(f) // 2 + 2
+
+    def factorize(self, H: sp.csr_matrix, damping: float | FloatArray, added: float | FloatArray) -> Factor:
+        """Factor of a matrix of `gram` with `damping` as a share of its diagonal, and a number, added to that."""
+        H = H.copy()
+        H.setdiag((1 + damping) * H.diagonal() + added)
+        self._factor = factorize(H, like=self._factor)
+        if not self._factor.exact:  # multigrid is made for Laplacians
+            raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
+        return self._factor
 
     def gram(self, left: FloatArray, right: FloatArray) -> sp.csr_matrix:
         """Sum over faces of left^T right, where both are (rows, 6, m) and the product is symmetric.

@@ -1,25 +1,24 @@
-"""Gauss-Newton steps of a whole map on its angle differences.
+"""Damped Gauss-Newton steps of a whole map on its angle differences (Levenberg and Marquardt).
 
 What vertex by vertex takes thousands of sweeps to cross a limb, one sparse solve does at once. Sizes count, not
-squares: iteratively reweighted, so that a few bad faces do not rule the rest. The Moebius group, which changes flat
-angles but a little, is held: the centroid of the source's area stays where it was.
+squares: iteratively reweighted, so that a few bad faces do not rule the rest. Each vertex has a damping of its own,
+which grows around what a step folds: few vertices need short steps. The Moebius group, which changes flat angles but a
+little, is held: the centroid of the source's area stays where it was.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import FloatArray
 from ..mesh.measure import log_edges
-from ..operators.factor import factorize
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import unit_rows, weighted_sum
-from ..verify.certificate import certify_checked, orientation_signs
+from ..verify.certificate import orientation_signs
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .embedding import dilate, embed_locally
@@ -27,85 +26,101 @@ from .local_repair import FEW, RELAXED_RINGS
 from .nudge import nudge
 from .relax import AngleLoss, descend
 
+#: Damping with which most steps succeed; on maps of deep limbs less of it folds hundreds of faces.
+DAMPED = 3e-4
+#: The damping grows by these factors around what a step folds, and everywhere where no map came of it; it falls by the
+#: third after a step that was taken at once. It ends where vertices move by less than a tenth of what they would.
+_AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(eq=False)
 class AngleNewton:
     """Newton steps towards given corner angles, which keep a map free of foldings so.
 
     Attributes
     ----------
-    f : (m, 3) int64 array
-        Faces.
+    blocks : VertexBlocks
+        Assembly of the steps' matrices, and the faces.
     source : (3, m) float64 array
         Corner angles to reach, in radians.
     A : (n,) float64 array
         Vertex areas, of sum 1.
     centroid : (3,) float64 array
         Where their centroid is to be.
+    damping : (n,) float64 array
+        Share of the Hessian's diagonal that is added at each vertex: as vertices move in units of their edges, it
+        bounds how far they go.
+    factorisations : int
+        How many more may be made.
     """
 
-    f: IntArray
+    blocks: VertexBlocks
     source: FloatArray
     A: FloatArray
     centroid: FloatArray
+    damping: FloatArray
+    factorisations: int
 
-    @property
-    def n(self) -> int:
-        """Number of vertices of a closed genus-0 mesh."""
-        return len(self.f) // 2 + 2
+    def step(self, x: FloatArray, smoothing: float) -> tuple[FloatArray, float]:
+        """A map free of foldings with a smaller mean difference, in degrees; `x` itself where no damping leads to one.
 
-    @cached_property
-    def _blocks(self) -> VertexBlocks:
-        """Assembly of the steps' matrices."""
-        return VertexBlocks(self.f)
-
-    def step(self, x: FloatArray, smoothing: float, damping: float) -> FloatArray:
-        """A map free of foldings with a smaller mean difference; `x` itself where the step does not lead to one.
-
-        Differences below `smoothing`, in radians, count by their squares. `damping` is the share of the Hessian's
-        diagonal that is added: as vertices move in units of their edges, it bounds how far they go.
+        Differences below `smoothing`, in radians, count by their squares.
         """
-        edge = np.exp(log_edges(x, self.f))
-        axes = np.stack(tangent_axes(x), axis=1) * edge[:, None, None]
+        f, axes = self.blocks.f, np.stack(tangent_axes(x), axis=1) * np.exp(log_edges(x, self.blocks.f))[:, None, None]
         difference, J = self._linearised(x, axes)
         weight = 1 / np.sqrt(difference**2 + smoothing**2)
-        H = self._blocks.gram(J * weight[:, None], J)
-        g = self._blocks.load((J * (weight * difference)[:, None]).sum(axis=0))
-        try:
-            factor = factorize(H + sp.diags_array(damping * H.diagonal() + 1e-12))
-        except FactorisationFailed:
-            return x
-        if not factor.exact:  # multigrid is made for Laplacians
-            return x
+        H = self.blocks.gram(J * weight[:, None], J)
+        g = self.blocks.load((J * (weight * difference)[:, None]).sum(axis=0))
+        mean, at_once = float(np.degrees(np.abs(difference).mean())), True
+        while self.factorisations > 0:
+            self.factorisations -= 1
+            try:
+                y = unit_rows(x + self._move(x, axes, H, g))
+            except FactorisationFailed:
+                break
+            folded = orientation_signs(y, f) <= 0
+            taken = folded.sum() <= FEW * len(f)
+            if taken and folded.any():
+                y = self._embedded(y, smoothing)
+                taken = bool((orientation_signs(y, f) > 0).all())
+            after = self.difference(y) if taken else np.inf
+            around = np.zeros(len(x), dtype=bool)
+            around[f[folded]] = True
+            self.damping = np.minimum(_LARGEST, np.where(dilate(f, around, 1), _AROUND, 1) * self.damping)
+            if after < mean:
+                self.damping *= _FALLS if at_once else 1
+                return y, after
+            if self.damping.min() >= _LARGEST:
+                break
+            self.damping, at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
+        return x, mean
+
+    def _move(self, x: FloatArray, axes: FloatArray, H: sp.csr_matrix, g: FloatArray) -> FloatArray:
+        """The damped step that takes the centroid to its place."""
+        n = len(x)
+        factor = self.blocks.factorize(H, np.repeat(self.damping, 2), 1e-12)
         C = self.A[:, None, None] * axes  # how the centroid moves
-        solved = factor.solve(np.column_stack((g.ravel(), C.reshape(2 * self.n, 3)))).reshape(self.n, 2, 4)
+        solved = factor.solve(np.column_stack((g.ravel(), C.reshape(2 * n, 3)))).reshape(n, 2, 4)
         shift = np.einsum("nai,nak->ik", C, solved)
         off_centre = weighted_sum(self.A, x) - self.centroid
         multipliers = np.linalg.lstsq(shift[:, 1:], shift[:, 0] - off_centre, rcond=None)[0]
         steps = np.einsum("nak,k->na", solved, np.append(-1.0, multipliers))
-        y = unit_rows(x + np.einsum("na,nai->ni", steps, axes))
-        before = float(np.degrees(np.abs(difference).mean()))
-        folded = (orientation_signs(y, self.f) <= 0).sum()
-        if folded > FEW * len(self.f):
-            return x
-        if folded:
-            y = self._embedded(y, smoothing)
-        return y if certify_checked(y, self.f).folding_free and self.difference(y) < before else x
+        return np.asarray(np.einsum("na,nai->ni", steps, axes))
 
     def _embedded(self, x: FloatArray, smoothing: float) -> FloatArray:
         """Undo the foldings of a step, and relax what that moved with its surroundings."""
-        y = embed_locally(nudge(x, self.f), self.f)
-        movable = dilate(self.f, (y != x).any(axis=1), RELAXED_RINGS)
-        around = movable[self.f].any(axis=1)
-        return descend(y, self.f[around], AngleLoss(self.source[:, around], smoothing), movable)
+        y = embed_locally(nudge(x, self.blocks.f), self.blocks.f)
+        movable = dilate(self.blocks.f, (y != x).any(axis=1), RELAXED_RINGS)
+        around = movable[self.blocks.f].any(axis=1)
+        return descend(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable)
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
-        return mean_difference(self.source.T, x, self.f)
+        return mean_difference(self.source.T, x, self.blocks.f)
 
     def _linearised(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences (3, m), and their derivatives (3, 6, m) as the corners move along their axes."""
-        p = x.T[:, self.f.T]  # coordinate, corner, face
+        p = x.T[:, self.blocks.f.T]  # coordinate, corner, face
         side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
         normal = _cross(side[:, 0], side[:, 1])
         double_area = np.sqrt((normal * normal).sum(axis=0))
@@ -113,8 +128,8 @@ class AngleNewton:
         angles = np.arctan2(double_area, -(side[:, [1, 2, 0]] * side[:, [2, 0, 1]]).sum(axis=0))
         square = (side * side).sum(axis=0)
         turn = _cross(normal[:, None], side) / np.where(square > 0, square, 1.0)
-        along = np.ascontiguousarray(axes.transpose(1, 2, 0))[:, :, self.f.T]  # axis, coordinate, corner, face
-        J = np.empty((3, 3, 2, len(self.f)))
+        along = np.ascontiguousarray(axes.transpose(1, 2, 0))[:, :, self.blocks.f.T]  # axis, coordinate, corner, face
+        J = np.empty((3, 3, 2, len(self.blocks.f)))
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             for a in range(2):

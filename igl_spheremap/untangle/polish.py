@@ -12,20 +12,19 @@ from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.laplacian import positive_areas
 from ..sphere.rows import weighted_sum
-from ..verify.distortion import mean_angle_difference, mean_difference
+from ..verify.distortion import mean_difference
+from .blocks import VertexBlocks
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
 
-#: Newton steps at the most, and sweeps at the end.
-_ROUNDS = 20
-_LAST_SWEEPS = 10
+#: Factorisations of a polish, and sweeps, at the most.
+_FACTORISATIONS, _SWEEPS = 20, 10
 #: Newton steps end when one lowers the mean by less than this share.
 _LEAST_GAIN = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which a stiffer loss locks.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: Damping of steps on a map that was folded, where undamped ones move limbs by hundreds of their edges; on any other,
-#: where only the Moebius group has to be held; and by how much it grows after a step that fails, twice.
-_DAMPING, UNDAMPED, _RAISED = 3e-4, 1e-8, 4.0
+#: Damping of the first step: of maps that most of the body already fits, where only the Moebius group has to be held.
+UNDAMPED = 1e-8
 #: Vertices on whose stars the gain of a sweep is tried.
 _SAMPLE = 500
 
@@ -39,35 +38,31 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     the largest differences and hardly moves the mean.
     """
     if kind == "mips":
-        return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_LAST_SWEEPS)
-    x = match_angles(mesh, x, weighted_sum(positive_areas(mesh), x), rounds=_ROUNDS, least_gain=_LEAST_GAIN)
-    loss = _smoothed(AngleLoss.of(mesh.v, mesh.f), mean_angle_difference(mesh, x))
-    return descend(x, mesh.f, loss, sweeps=_LAST_SWEEPS)
+        return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_SWEEPS)
+    return match_angles(mesh, x, weighted_sum(positive_areas(mesh), x), VertexBlocks(mesh.f), damping=UNDAMPED,
+                        factorisations=_FACTORISATIONS, least_gain=_LEAST_GAIN)
 
 
-def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, *, rounds: int, least_gain: float,
-                 sweeps: int = 5, damping: float = _DAMPING) -> FloatArray:
-    """Lower the angle differences of a map free of foldings by damped Newton steps (Levenberg and Marquardt).
+def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: VertexBlocks, *, damping: float,
+                 factorisations: int, least_gain: float) -> FloatArray:
+    """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
-    The centroid of the source's area goes to `centroid`. Ends after `rounds` steps, or when one lowers the mean by
-    less than the share `least_gain`. `sweeps` over the vertices come first: they remove the worst at little cost.
+    The centroid of the source's area goes to `centroid`. Steps end after so many factorisations, or where all that
+    follow would lower the mean by less than the share `least_gain`, their gains falling by one factor (Aitken); sweeps,
+    which help where limbs are too fine for steps, when one lowers it by less.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
-    newton = AngleNewton(mesh.f, loss.source, positive_areas(mesh), centroid)
-    if sweeps:
-        x = descend(x, mesh.f, _smoothed(loss, newton.difference(x)), sweeps=sweeps)
-    mean = newton.difference(x)
-    for _ in range(rounds):
-        y = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9), damping)
-        if y is x:
-            damping = max(_RAISED * damping, _DAMPING)
-            if damping > _RAISED**2 * _DAMPING:
-                break
-            continue
-        before, mean, x = mean, newton.difference(y), y
-        if mean > (1 - least_gain) * before:
+    newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), factorisations)
+    mean, last = newton.difference(x), 0.0
+    while newton.factorisations:
+        before = mean
+        x, mean = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9))
+        gain = 1 - mean / before
+        falls = (last or 2 * gain) - gain
+        if gain**2 < least_gain * falls or gain <= 0:
             break
-    return x
+        last = gain
+    return descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
 
 
 def gain_of_a_sweep(mesh: Mesh, x: FloatArray) -> float:

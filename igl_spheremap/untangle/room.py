@@ -76,6 +76,8 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int,
 
     The elder rule: where two limbs meet, the one of the less deep tip ends.
     """
+    if depth.max() <= floor:
+        return []
     n = len(depth)
     edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
     graph = sp.csr_matrix(edges, shape=(n, n))

@@ -12,6 +12,7 @@ from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.certificate import orientation_signs
 from .angles import CLOSED, close_angles, proper_angles
+from .blocks import VertexBlocks
 from .layout import Inverted, Layout
 from .placed import Placed, between_poles, centred
 from .profile import plane_angles
@@ -24,12 +25,12 @@ _SMALL = np.log(1e-4)
 _LOST = 0.25
 
 
-def unroll(mesh: Mesh, x: FloatArray, area: FloatArray) -> Placed | None:
+def unroll(mesh: Mesh, x: FloatArray, area: FloatArray, blocks: VertexBlocks) -> Placed | None:
     """The body laid out in the plane by closed angles, a face of its middle at infinity; None if they do not close."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
     lost = bool((orientation_signs(x, mesh.f) <= 0).mean() > _LOST)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
-    closed = close_angles(mesh.f, source if lost else _targets(mesh.f, source, x, hole), hole)
+    closed = close_angles(blocks, source if lost else _targets(mesh.f, source, x, hole), hole)
     if closed.residual > CLOSED:
         return None
     layout = Layout(mesh.f, closed.angles, hole)

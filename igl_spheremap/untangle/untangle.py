@@ -16,7 +16,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -31,9 +30,11 @@ from ..sphere.rows import weighted_sum
 from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
+from .blocks import VertexBlocks
 from .candidate import Candidate
 from .charts import make_atlas
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
+from .newton import DAMPED
 from .placed import Placed, onto_sphere
 from .polish import UNDAMPED, gain_of_a_sweep, match_angles
 from .room import floors, make_room
@@ -46,10 +47,12 @@ _SMALL = 1000
 _GOOD, _WORTH_STEPS = 1.2, 0.02
 #: Faces on which that is measured: enough for 3 percent of the mean.
 _SAMPLE = 1500
-#: Newton steps at the most; the share that one must gain for another to follow; and the same where
-#: nothing was folded.
-_ROUNDS = 10
-_LEAST_GAIN, _LARGE_GAIN = 0.02, 0.04
+#: Factorisations of Newton steps at the most. Where nothing was folded one, and one more each time that so many
+#: vertices, which is what costs as much as all that does not depend on size, hold the mesh: sweeps and steps then cost
+#: three maps at the most.
+_FACTORISATIONS, _OVERHEAD = 8, 3000
+#: Share of the mean angle difference that a sweep, or all further steps, must gain.
+_LEAST_GAIN = 0.025
 
 
 @stage("repair")
@@ -74,11 +77,9 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             line.angles(x)
         if line.best is None or (not few and len(mesh.v) <= _SMALL):
             line.accept("embedding", repair_locally(mesh, x))
-        line.newton(_LEAST_GAIN)
-    elif worth_steps:
-        line.newton(_LARGE_GAIN, sweeps=0, damping=UNDAMPED)
-        if len(mesh.v) <= _SMALL:
-            line.newton(_LEAST_GAIN)
+    if worth_steps or not free:
+        for _ in range(2 if len(mesh.v) <= _SMALL else 1):
+            line.newton(min(_FACTORISATIONS, 1 + _OVERHEAD // len(mesh.v)) if free else _FACTORISATIONS)
     if poles:
         line.poles()
     found = line.result(first)
@@ -108,6 +109,11 @@ class _Line:
         self._began = time.perf_counter()
 
     @cached_property
+    def _blocks(self) -> VertexBlocks:
+        """Assembly of the systems with two unknowns a vertex."""
+        return VertexBlocks(self.mesh.f)
+
+    @cached_property
     def _source(self) -> FloatArray:
         """Corner angles of the mesh."""
         return corner_angles(self.mesh.v, self.mesh.f)
@@ -133,7 +139,7 @@ class _Line:
 
     def angles(self, x: FloatArray) -> None:
         """Angles that close, their layout, and room for it in float64."""
-        self.laid_out = laid_out = unroll(self.mesh, x, self.operators.A)
+        self.laid_out = laid_out = unroll(self.mesh, x, self.operators.A, self._blocks)
         if laid_out is None:
             return
         for floor in floors(np.float64):
@@ -146,11 +152,12 @@ class _Line:
                     continue
             return
 
-    def newton(self, least_gain: float, name: str = "newton", **options: Any) -> None:
+    def newton(self, factorisations: int = _FACTORISATIONS, name: str = "newton") -> None:
         """Lower the angle differences of the best map."""
         assert self.best is not None
         centroid = weighted_sum(self.operators.A, self.best) if name == "poles" else np.zeros(3)
-        x = match_angles(self.mesh, self.best, centroid, rounds=_ROUNDS, least_gain=least_gain, **options)
+        x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
+                         damping=UNDAMPED if self.laid_out is None else DAMPED, factorisations=factorisations)
         self.accept(name, x, self.stretch)
 
     def poles(self) -> None:
@@ -162,12 +169,12 @@ class _Line:
         z, stretch = make_room(between_tips(mesh, self.laid_out, area), self._source, floor)
         x = onto_sphere(mesh, z, area, keep_axis=True)
         if self.accept("poles", x, stretch) or self.accept("poles", repair_locally(mesh, x), stretch):
-            self.newton(_LEAST_GAIN, "poles")
+            self.newton(name="poles")
 
     def atlas(self) -> ChartAtlas | None:
         """The body in charts; None if its angles do not close."""
         assert self.best is not None
-        laid_out = self.laid_out or unroll(self.mesh, self.best, self.operators.A)
+        laid_out = self.laid_out or unroll(self.mesh, self.best, self.operators.A, self._blocks)
         if laid_out is None or laid_out.layout is None:
             return None
         return make_atlas(laid_out.layout.closed, int(np.argmin(laid_out.depth)))

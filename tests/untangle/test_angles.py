@@ -13,6 +13,7 @@ from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.operators.laplacian import positive_areas
 from igl_spheremap.sphere.charts import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
+from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.layout import Inverted, Layout, lengths_and_directions
 from igl_spheremap.untangle.placed import as_mapped, between_poles, centred, onto_sphere, to_ball
 from igl_spheremap.untangle.room import make_room, tips_beyond
@@ -24,7 +25,7 @@ def body():
     """A body with limbs beyond float64, and its closed angles, a face of the ball cut out."""
     mesh = check_mesh(*random_body(2, depth=60))
     source = proper_angles(corner_angles(mesh.v, mesh.f))
-    return mesh, source, close_angles(mesh.f, source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
+    return mesh, source, close_angles(VertexBlocks(mesh.f), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
 
 
 def test_angles_close_around_faces_and_vertices(body):
@@ -45,7 +46,7 @@ def test_closed_angles_stay_near_the_meshs_own_and_angles_that_close_stay(body):
     mesh, source, closed = body
     kept = np.arange(len(mesh.f)) != closed.hole
     assert np.degrees(np.abs(closed.angles - source)[kept].mean()) < 8
-    again = close_angles(mesh.f, closed.angles, closed.hole)
+    again = close_angles(VertexBlocks(mesh.f), closed.angles, closed.hole)
     assert np.abs(again.angles - closed.angles)[kept].max() < 1e-7
 
 
@@ -99,7 +100,7 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         area = positive_areas(mesh)
         source = proper_angles(corner_angles(mesh.v, mesh.f))
         hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
-        placed = centred(Layout(mesh.f, close_angles(mesh.f, source, hole).angles, hole), area)
+        placed = centred(Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole), area)
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
         assert np.abs(area @ to_ball(placed.z.astype(np.clongdouble))).max() < 1e-6 * max(1, depth)
 

@@ -14,6 +14,7 @@ from igl_spheremap.io import read_map, write_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles
 from igl_spheremap.untangle.angles import close_angles, proper_angles
+from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.charts import make_atlas
 from igl_spheremap.untangle.layout import Layout
 from igl_spheremap.verify.atlas import certify_atlas
@@ -24,7 +25,7 @@ def body():
     """A body with limbs beyond float64, its closed angles, and their atlas."""
     mesh = check_mesh(*random_body(2, depth=60))
     source = proper_angles(corner_angles(mesh.v, mesh.f))
-    closed = close_angles(mesh.f, source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
+    closed = close_angles(VertexBlocks(mesh.f), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
     layout = Layout(mesh.f, closed.angles, closed.hole)
     return mesh, closed, make_atlas(layout, root=int(mesh.f[closed.hole, 0]))
 
