@@ -42,7 +42,7 @@ def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np
 
 
 def main() -> None:
-    """Run the three, print what they reached, and draw."""
+    """Run the three, after a first map that loads what they import, print what they reached, and draw."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -54,6 +54,8 @@ def main() -> None:
     options = parser.parse_args()
     name = options.mesh.removeprefix("sample:")
     v, f = ism.samples.make(name) if name != options.mesh else ism.read_mesh(name)
+    for method in RUNS.values():
+        ism.spherical_conformal_map(*ism.samples.make("sphere"), method)
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     courses = {label: course(v, f, method) for label, method in RUNS.items()}
     descent, *_, fastest = RUNS

@@ -53,7 +53,7 @@ def dino(path: Path) -> None:
             (fit(mesh.v, turn), f"a surface\n{len(mesh.v):,} vertices"),
             (gauss @ turn.T, f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} folded faces (red)"),
             (result.sphere @ turn.T, f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees"),
-            (lens(result.sphere @ turn.T), f"its head there, magnified\n{lens.power:,.0f} times by a Moebius map"),
+            (lens(result.sphere @ turn.T), f"the head on that map,\nmagnified {lens.power:,.0f} times"),
         )
     ):
         body = stage.place(0, k, Body(f"part {k}", x, mesh.f, lift=k == 1))
