@@ -30,7 +30,7 @@ class Pair:
     def __init__(
         self, moving: SphereMap, fixed: SphereMap, features: tuple[ArrayLike, ArrayLike] | None, widths: list[float]
     ) -> None:
-        self._moving, self._fixed = moving, fixed
+        self._moving = moving
         surfaces = _surface(moving), _surface(fixed)
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
         values = _features(surfaces, features)
