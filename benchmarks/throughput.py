@@ -1,6 +1,6 @@
 """Maps a second of many small meshes: a plain loop, processes, and Dask workers; what a large study costs.
 
-Run as ``python benchmarks/throughput.py [MESHES] [VERTICES]``; writes docs/throughput.md and its picture.
+Run as ``python benchmarks/throughput.py [MESHES] [VERTICES] [ROUNDS]``; writes docs/throughput.md and its picture.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
-os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1")
 
 import numpy as np
 
@@ -23,23 +24,51 @@ from igl_spheremap.populations.executors import connect
 from igl_spheremap.populations.job import Job, Options, map_one
 
 DOCS = Path(__file__).parent.parent / "docs"
-_REPEATS = 3
+LOOP, POOL, DASK = "a plain loop", "processes", "Dask workers"
 CORTICES, CORTEX = 100_000, 160_000
+FIRST = """import sys, time
+times = [time.perf_counter()]
+import igl_spheremap as ism, igl_spheremap.populations.job
+times.append(time.perf_counter())
+for source in sys.argv[1:]:
+    v, f = ism.read_mesh(source)
+    began = time.perf_counter()
+    ism.spherical_conformal_map(v, f)
+    times.append(time.perf_counter() - began)
+print(times[1] - times[0], *times[2:])"""
 
 
-def main(meshes: int = 120, vertices: int = 2562) -> None:
+def main(meshes: int = 40, vertices: int = 2562, rounds: int = 8) -> None:
     """Measure, plot, and write the page."""
     os.chdir(tempfile.mkdtemp())
     sources = make(meshes, vertices)
-    plain(sources[:2])  # the first maps of a process load its solvers
-    rates: dict[str, dict[int, float]] = {"a plain loop": {1: best(lambda: meshes / plain(sources))}}
-    start = min(first_row(sources[:1]) for _ in range(_REPEATS))
-    for count in range(1, (os.cpu_count() or 1) + 1):
-        rates.setdefault("processes", {})[count] = best(lambda count=count: many(sources, processes=count))
-        with Cluster(count) as executor:
-            rates.setdefault("Dask workers", {})[count] = best(lambda workers=executor: many(sources, executor=workers))
+    seconds = cortex()
+    share = {"small": moving(sources[:20]), "cortex": moving(cortices())}
+    print("The rest takes about a minute and wants a quiet machine.", flush=True)
+    rates, starts = measure(sources, rounds)
     draw(rates, vertices)
-    write(rates, start, cortex(), moving(sources[:20]), moving(cortices()), meshes, vertices)
+    write(rates, starts, share, seconds, meshes, vertices, rounds)
+
+
+def measure(sources, rounds: int):
+    """Maps a second and starts in seconds, in rounds: what slows the machine for a while slows all that is compared."""
+    rates: dict[tuple[str, int], list[float]] = {}
+    starts: dict[str, list[float]] = {}
+    counts = range(1, (os.cpu_count() or 1) + 1)
+    plain(sources[:2])  # the first maps of a process load its solvers
+    with ExitStack() as stack:
+        clusters = {count: stack.enter_context(Cluster(count)) for count in counts}
+        for k in range(rounds):
+            loop = plain(sources)
+            rates.setdefault((LOOP, 1), []).append(len(sources) / loop)
+            for count in counts:
+                rates.setdefault((POOL, count), []).append(many(sources, starts, processes=count))
+            for count in counts:
+                rates.setdefault((DASK, count), []).append(many(sources, {}, executor=clusters[count]))
+            took = subprocess.run([sys.executable, "-c", FIRST, *sources[k : k + 3]], capture_output=True, check=True)
+            for name, seconds in zip(("import", "first", "second"), map(float, took.stdout.split()), strict=False):
+                starts.setdefault(name, []).append(seconds)
+    return rates, {name: min(seconds) for name, seconds in starts.items()}
 
 
 def make(meshes: int, vertices: int) -> list[str]:
@@ -56,11 +85,6 @@ def renumbered(v, f, by: int):
     return np.roll(v, by, axis=0), (f + by) % len(v)
 
 
-def best(rate) -> float:
-    """The largest of a few, since other programs may run, too."""
-    return max(rate() for _ in range(_REPEATS))
-
-
 def plain(sources) -> float:
     """Seconds to read, map and write, and nothing else."""
     began = time.perf_counter()
@@ -69,20 +93,14 @@ def plain(sources) -> float:
     return time.perf_counter() - began
 
 
-def many(sources, **workers) -> float:
-    """Maps a second of a population, from its first row on."""
-    times: list[float] = []
+def many(sources, starts, **workers) -> float:
+    """Maps a second of a population, from its first row on; until then is its start."""
+    times = [time.perf_counter()]
     rows = ism.map_many(sources, "{stem}_sphere.ply", resume=False, listener=lambda row: times.append(
         time.perf_counter()), **workers)
     assert all(row.status == "certified" for row in rows)
-    return (len(times) - 1) / (times[-1] - times[0])
-
-
-def first_row(sources) -> float:
-    """Seconds until a process has started and one mesh is mapped."""
-    began = time.perf_counter()
-    ism.map_many(sources, "{stem}_sphere.ply", resume=False, processes=1)
-    return time.perf_counter() - began
+    starts.setdefault("row", []).append(times[1] - times[0])
+    return (len(times) - 2) / (times[-1] - times[1])
 
 
 class Cluster:
@@ -92,15 +110,14 @@ class Cluster:
         self.workers = workers
 
     def __enter__(self):
-        command = [sys.executable, "-m", "distributed.cli.dask_{}", "--scheduler-file", "cluster.json",
-                   "--no-dashboard"]
+        name = f"cluster{self.workers}.json"
+        command = [sys.executable, "-m", "distributed.cli.dask_{}", "--scheduler-file", name, "--no-dashboard"]
         extra = [["scheduler", "--port", "0"], *([["worker", "--nthreads", "1"]] * self.workers)]
-        Path("cluster.json").unlink(missing_ok=True)
         self.processes = [subprocess.Popen([word.format(kind) for word in command] + options,
                                            stderr=subprocess.DEVNULL) for kind, *options in extra]
-        while not Path("cluster.json").exists():
+        while not Path(name).exists():
             time.sleep(0.1)
-        self.executor = connect("cluster.json", 60)
+        self.executor = connect(name, 60)
         self.executor._client.wait_for_workers(self.workers)
         return self.executor
 
@@ -114,9 +131,10 @@ class Cluster:
 def draw(rates, vertices: int) -> None:
     """Maps a second against workers."""
     figure, ((ax,),) = new_figure(1, 1, f"maps a second, {vertices:,} vertices", (4.5, 3.2))
-    for name, points in rates.items():
+    for name in (LOOP, POOL, DASK):
+        points = {count: max(values) for (who, count), values in rates.items() if who == name}
         ax.plot(list(points), list(points.values()), marker="o", label=name)
-    ax.set(xlabel="workers", ylim=(0, None), xticks=list(rates["processes"]))
+    ax.set(xlabel="workers", ylim=(0, None), xticks=sorted({count for _, count in rates}))
     ax.legend()
     figure.savefig(DOCS / "images" / "throughput.png", dpi=110)
 
@@ -155,36 +173,47 @@ def cortex() -> float:
     return time.process_time() - began
 
 
-def write(rates, start: float, cortex: float, same: float, same_cortex: float, meshes: int, vertices: int) -> None:
+def write(rates, starts, share, cortex: float, meshes: int, vertices: int, rounds: int) -> None:
     """The page of the docs."""
-    processes, workers = rates["processes"], max(rates["processes"])
-    loop, one, many_ = rates["a plain loop"][1], processes[1], processes[workers]
-    rows = "\n".join(f"| {name} | {count} | {rate:.1f} |" for name, points in rates.items()
-                     for count, rate in points.items())
-    efficiency = many_ / one / workers
+    workers = max(count for _, count in rates)
+    rows = "\n".join(f"| {name} | {count} | {max(values):.1f} | {np.median(values):.1f} |"
+                     for (name, count), values in rates.items())
+    loop, one, all_ = (np.array(rates[key]) for key in ((LOOP, 1), (POOL, 1), (POOL, workers)))
+    longer, faster = loop / one - 1, float(np.median(all_ / one))
+    low, high = 100 * np.percentile(longer, [25, 75])
+    start = starts["row"] / (1000 / loop.max())
+    efficiency = faster / workers
     hours = CORTICES * cortex / efficiency / 3600
     disk = 500 * os.stat("cortex.ply").st_size / cortex / 1e6
     page = f"""# Throughput
 
-Written by `python benchmarks/throughput.py`: {meshes} spheroids of {vertices:,} vertices, the size of a hippocampus, no
-two alike, in PLY files; the best of {_REPEATS} runs. A plain loop reads, maps and writes; a population also measures
-angles, areas and edges, keeps the manifest, and takes digests of inputs and results; it counts from its first row on.
-One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
-{platform.python_version()}, version {ism.__version__.removesuffix(".dev0")}.
+Written by `python benchmarks/throughput.py` with version {ism.__version__}: {meshes} spheroids of {vertices:,}
+vertices, the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
+maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source)))` does; a population also measures
+angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall times. The
+machine's own speed changes from minute to minute, so that all are measured in turn, {rounds} times; ratios are medians
+of the rounds. One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
+{platform.python_version()}.
 
-| who | workers | maps a second |
-|---|---:|---:|
+| who | workers | maps a second, best | median |
+|---|---:|---:|---:|
 {rows}
 
 ![Maps a second against workers](images/throughput.png)
 
-- One process takes {100 * (loop / one - 1):.1f} percent longer for a mesh than the plain loop. It has started and
-  mapped its first mesh after {start:.2f} s: over 1,000 meshes that makes
-  {100 * ((1000 / one + start) / (1000 / loop) - 1):.1f} percent.
-- {workers} processes map {many_ / one:.2f} times as much as one in the same time.
-- Meshes that only move, in a worker that has just mapped the same faces, take {100 * same:.0f} percent of the CPU time
-  of others, cortices of {CORTEX:,} vertices {100 * same_cortex:.0f} percent: the check of the faces, the order of
-  elimination and its analysis are there already (`SphereMapper.move`).
+- **Against the loop**: one process takes {100 * np.median(longer):.1f} percent longer for a mesh than the plain loop
+  (half of the rounds: {low:.1f} to {high:.1f}).
+- **Start**: it has started and mapped its first mesh after {starts["row"]:.2f} s, which is once for a worker; over
+  1,000 meshes that would be {100 * start:.1f} percent. A plain loop, too, imports numpy, scipy, libigl and the package,
+  for {starts["import"]:.2f} s.
+- **First map**: after these imports, the backend's among them, the first map of a process takes
+  {1000 * starts["first"]:.0f} ms, the next one {1000 * starts["second"]:.0f} ms. (A program that imports only
+  `igl_spheremap` does the other imports in its first call, and waits for both.)
+- **More processes**: {workers} processes map {faster:.2f} times as much as one in the same time.
+- **Same connectivity**: meshes that only move, in a worker that has just mapped the same faces, take
+  {100 * share["small"]:.0f} percent of the CPU time of others, cortices of {CORTEX:,} vertices
+  {100 * share["cortex"]:.0f} percent: the check of the faces, the order of elimination and its analysis are there
+  already (`SphereMapper.move`).
 
 ## What a large study costs
 
