@@ -202,6 +202,18 @@ def broken(*_):
     raise BrokenExecutor("gone")
 
 
+def test_the_run_and_its_inputs_are_written_down_before_the_first_job(desk):
+    class Reader(ThreadPoolExecutor):
+        def submit(self, call, job, options):
+            found.append([line.partition('"')[2].partition('"')[0] for line in manifest.read_text().splitlines()])
+            return super().submit(call, job, options)
+
+    found, manifest = [], Path("stem.obj.manifest.jsonl")
+    with Reader(1) as executor:
+        map_many(["100.ply", "200.ply"], "{stem}.obj", executor=executor)
+    assert found[0] == ["run", "input", "input"]
+
+
 def test_at_most_two_jobs_a_worker_are_in_flight(desk):
     sources = [f"{k}.ply" for k in range(50)]  # none of them is there
     with Counting() as executor:

@@ -143,6 +143,34 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
         first.kill()
         first.communicate()
     assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.OK
+    assert "1 were there already" in capsys.readouterr().out
+
+
+def test_rewriting_the_list_shifts_no_result(desk):
+    write_mesh("400.ply", *ism.samples.make("spheroid", n_vertices=400))
+    lists = [["300.ply", "600.ply"], ["600.ply", "300.ply"], ["400.ply", "600.ply", "300.ply"], ["600.ply"]]
+    for k, names in enumerate(lists):
+        Path("list.txt").write_text("\n".join(names))
+        assert main(["batch", "@list.txt", "--out", "{stem}.obj", "--summary", "all.tsv", "-q"]) == Exit.OK
+        rows = read_table("all.tsv")
+        assert [(row.source, row.vertices) for row in rows] == [(name, len(read_mesh(name).v)) for name in names]
+        assert [row.resumed for row in rows] == [k > 0 and name != "400.ply" for name in names]
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="a folder that takes no file, even of root's")
+def test_a_folder_that_cannot_be_written_costs_its_rows(desk):
+    arguments = ["--out", "/proc/{stem}.obj", "--manifest", "all.jsonl", "--summary", "all.tsv", "-q", "--jobs", "1"]
+    assert main(["batch", "300.ply", *arguments]) == Exit.FILE
+    (row,) = read_table("all.tsv")
+    assert (row.status, row.notes.partition(":")[0]) == ("file", "can't write /proc/300.obj")
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="memory is read from /proc")
+def test_a_job_that_takes_more_memory_is_ended(stand_in):
+    arguments = ["--out", "{stem}.obj", "--memory", "1", "--summary", "all.tsv", "-q", "--jobs", "1"]
+    assert main(["batch", "slow.ply", *arguments]) == Exit.FAILED
+    (row,) = read_table("all.tsv")
+    assert (row.status, row.notes) == ("failed", "it took more than 1 MB of memory, the limit")
 
 
 def test_inputs_are_files_globs_and_lists(stand_in):

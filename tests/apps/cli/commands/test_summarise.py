@@ -1,0 +1,35 @@
+"""`igl-spheremap summarise`: quantiles and outliers of a table, or of a manifest."""
+
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.populations.table import FORMATS, Row, write_table
+
+ROWS = [*(Row(f"{k}.ply", f"{k}.obj", mean_angle=k / 100, seconds=k) for k in range(101)),
+        Row("far.ply", "far.obj", mean_angle=50.0), Row("open.ply", "open.obj", status="no mesh", notes="open surface")]
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_quantiles_and_outliers_are_those_of_the_table(suffix, tmp_path, capsys):
+    write_table(tmp_path / f"all{suffix}", ROWS)
+    assert main(["summarise", str(tmp_path / f"all{suffix}")]) == Exit.OK
+    lines = {line.split()[0]: line.split() for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert lines["certified"][1:4] == ["102", "of", "103"]
+    assert lines["mean"][2:] == ["0", "0.2525", "0.505", "0.7575", "0.9999", "50"]
+    assert lines["outliers"][1:4] == ["1", "of", "103"]
+    assert lines["far.ply:"][1:] == ["mean", "angle", "50"]
+
+
+def test_a_manifest_is_summarised_as_the_table_of_its_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for size in (200, 300):
+        ism.write_mesh(f"{size}.ply", *ism.samples.make("spheroid", n_vertices=size))
+    write_table("all.tsv", ism.map_many(["200.ply", "300.ply"], "{stem}.obj", processes=1))
+    texts = []
+    for name in ("all.tsv", "stem.obj.manifest.jsonl"):
+        assert main(["summarise", name]) == Exit.OK
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1]
+    assert "2 of 2 files" in texts[0]
