@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 import igl
 import numpy as np
@@ -206,8 +206,8 @@ def _transposed(array: NDArray[Any]) -> str:
 
 def _positions(v: ArrayLike) -> FloatArray:
     vertices = np.array(check_rows(v, name="vertices"))
-    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
-    if len(bad):
+    if not np.isfinite(vertices).all():
+        bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
         raise MeshError(f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
                         f"{examples(bad)}; correct or remove them")
     return vertices
@@ -223,11 +223,15 @@ def _check_indices(f: IntArray, n: int) -> None:
         hint = "they look 1-based: subtract 1" if one_based else "correct the faces or add the missing vertices"
         raise MeshError(f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {examples(bad)}, e.g. "
                         f"{f[bad[0]].tolist()}; {hint}")
+
+
+def _explain_half_edges(f: IntArray, n: int) -> NoReturn:
     repeated = (f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0])
     if repeated.any():
         bad = np.flatnonzero(repeated)
         raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {examples(bad)}; "
                         f"remove them ({REPAIR} does)")
+    explain_edges(f, n)
 
 
 def _sphere_edges(f: IntArray, n: int) -> HalfEdges:
@@ -247,7 +251,7 @@ def _check_sphere(f: IntArray, n: int) -> HalfEdges:
     _check_indices(f, n)
     m, edges = len(f), half_edges(f, n)
     if edges is None:
-        explain_edges(f, n)
+        _explain_half_edges(f, n)
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         bad = np.flatnonzero(alone)

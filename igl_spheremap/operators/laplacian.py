@@ -104,7 +104,7 @@ def apply(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
 
 def is_usable(L: sp.csr_matrix) -> bool:
     """Whether the entries are finite and of a size that a factorisation bears; slivers can make cotangents neither."""
-    return bool(np.abs(L.data).max() < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
+    return bool(max(L.data.max(), -L.data.min()) < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
 
 
 def _assemble(weight: FloatArray, edges: HalfEdges) -> sp.csr_matrix:

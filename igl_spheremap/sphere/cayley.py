@@ -57,7 +57,8 @@ def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
     t = h - (row_dots(f, h) / ff)[:, None] * f
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
     cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
-    y = ((cosine + s * cosine) * (cosine - s * cosine))[:, None] * f - (tau * cosine**2 * ff)[:, None] * t  # Theorem 1
+    t *= (tau * cosine**2 * ff)[:, None]
+    y = ((cosine + s * cosine) * (cosine - s * cosine))[:, None] * f - t  # Theorem 1
     # A long step magnifies what rounding left of F in T: give each row its length back.
     y *= np.sqrt(ff / row_dots(y, y))[:, None]
     return y

@@ -72,9 +72,9 @@ def is_coarse(mesh: Mesh, x: FloatArray) -> bool:
 def candidate_faces(mesh: Mesh) -> Iterator[int]:
     """Four well-shaped faces of middling size, spread over the mesh: good ones to puncture."""
     m = len(mesh.f)
-    sample = np.unique(np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64))
-    a, b, c = (mesh.v[mesh.f[sample, k]] for k in range(3))
-    lengths = np.sqrt([((b - c) ** 2).sum(1), ((c - a) ** 2).sum(1), ((a - b) ** 2).sum(1)])
+    sample = np.linspace(0, m - 1, num=min(m, _SAMPLE)).astype(np.int64)
+    a, b, c = (np.ascontiguousarray(mesh.v[mesh.f[sample, k]].T) for k in range(3))
+    lengths = np.sqrt([((b - c) ** 2).sum(0), ((c - a) ** 2).sum(0), ((a - b) ** 2).sum(0)])
     s = lengths.sum(axis=0) / 2
     area = np.sqrt(np.maximum(s * (s - lengths[0]) * (s - lengths[1]) * (s - lengths[2]), 0))
     square = (lengths**2).sum(axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -137,8 +138,8 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
         if not len(over):
             return 0
         corners = [x[f[over, k]] for k in range(3)]
-        q_rows = np.broadcast_to(q, corners[0].shape)
-        side = np.stack([determinant_signs(q_rows, corners[k], corners[k - 2]) for k in range(3)])
+        side = determinant_signs(np.tile(q, (3 * len(over), 1)), np.concatenate(corners),
+                                 np.concatenate([corners[k - 2] for k in range(3)])).reshape(3, -1)
         sign = signs[over]
         inside = (side * sign).min(axis=0, initial=1)
         on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
@@ -147,16 +148,16 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
     return 0
 
 
-def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> list[FloatArray]:
+def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
     """Directions to count at: inside some faces of the image, then fixed ones."""
     proper = np.flatnonzero(signs)
     chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
-    inside = [np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen]]
+    yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
     # Golden-angle points: in general position towards any mesh that was not made from them.
     height = (np.arange(24) + 0.5) / 12 - 1
     turn = np.arange(24) * 2.399963229728653 + 0.1
     rim = np.sqrt(1 - height**2)
-    return inside + list(np.column_stack((rim * np.cos(turn), rim * np.sin(turn), height)))
+    yield from np.column_stack((rim * np.cos(turn), rim * np.sin(turn), height))
 
 
 def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
