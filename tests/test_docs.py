@@ -178,7 +178,7 @@ def test_commands_that_are_named_exist(page):
 def test_no_example_writes_over_files_of_freesurfer(page):
     """`lh.sphere` of a subject is its registration sphere; examples are copied into such folders."""
     written = [Path(name).name for name in re.findall(r'write_\w+\("([^"]+)"', page.read_text())]
-    for command in [*commands(page), *(line for one in COMMANDS for line in one.examples.splitlines())]:
+    for command in [*commands(page), *(line for one in COMMANDS for line in one.examples)]:
         words = shlex.split(re.split("[|<>]", command)[0])
         if words[0] == "igl-spheremap" and words[1] not in ("completion", "reproduce"):
             args = build_parser().parse_args(words[1:])

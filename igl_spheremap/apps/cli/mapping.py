@@ -10,6 +10,7 @@ from ...descent.iterate import Iterate, Listener, Status
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.timings import stage
+from ..viewer.timeline import title_of
 from .exits import Exit
 from .interrupt import Interrupt
 from .output import Findings, certificate_figures, row
@@ -54,8 +55,7 @@ def _map(
 ) -> tuple[SphereMap, Exit | None]:
     """The map, and the exit status if a signal ended it early."""
     def log(iterate: Iterate) -> None:
-        name = f"{iterate.stage} {iterate.round}.{iterate.iteration}"
-        args.progress.write(f"{name}  {measures(iterate)}, tau {iterate.tau:.2e}")
+        args.progress.write(f"{title_of(iterate)}: {measures(iterate)}, tau {iterate.tau:.2e}")
 
     args.progress.stage(f"mapping {source.name}")
     with Interrupt() as interrupt:

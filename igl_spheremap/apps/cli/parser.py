@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
 from ..._version import __version__
@@ -35,17 +36,18 @@ def build_parser() -> ArgumentParser:
     parser = _Parser(
         prog="igl-spheremap",
         description="Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings.",
-        epilog=f"{_examples(*(command.examples.splitlines()[0] for command in COMMANDS))}\n{_FILES}\n{HELP}",
+        epilog=f"{_examples(command.examples[0] for command in COMMANDS)}\n{_FILES}\n{HELP}",
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for command in COMMANDS:
+        purpose = command.docstring.partition("\n")[0]
         subparser = subparsers.add_parser(
             command.name,
-            help=command.help,
-            description=f"{command.help[0].upper()}{command.help[1:]}.",
-            epilog=f"{_examples(*command.examples.splitlines())}\n{HELP}",
+            help=purpose[0].lower() + purpose[1:].rstrip("."),
+            description=purpose,
+            epilog=f"{_examples(command.examples)}\n{HELP}",
             formatter_class=RawDescriptionHelpFormatter,
         )
         for names, options in command.arguments:
@@ -54,5 +56,5 @@ def build_parser() -> ArgumentParser:
     return parser
 
 
-def _examples(*lines: str) -> str:
+def _examples(lines: Iterable[str]) -> str:
     return "examples:\n" + "".join(f"  {line}\n" for line in lines)

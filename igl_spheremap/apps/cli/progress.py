@@ -13,9 +13,10 @@ from ...descent.iterate import Iterate, Listener
 from ...mesh.arrays import IntArray
 from ...mesh.timings import LOGGER
 from ...verify.certificate import orientation_signs
+from ..viewer.timeline import title_of
 
 #: Stages of the library that take long on large meshes, by what they do.
-_LONG = {"factorisation": "factorising", "repair": "repairing", "certificate": "certifying"}
+_LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
 _PLAIN = "{desc} [{elapsed}]"
 _ITERATES = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
@@ -61,7 +62,7 @@ class Progress(logging.Handler):
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
 
         def show(iterate: Iterate) -> None:
-            name = f"{iterate.stage} {iterate.round}.{iterate.iteration}"
+            name = title_of(iterate)
             if not self._iterating:
                 self._open(name, _ITERATES, mininterval=_INTERVAL, miniters=1)
                 self._iterating = True

@@ -87,6 +87,8 @@ def title_of(step: Step | Iterate) -> str:
     """
     name = _NAMES.get(step.stage, step.stage)
     name = name[0].upper() + name[1:]
+    if step.stage == "repair" and not step.round:
+        return "Harmonic map"
     if step.stage in ("star map", "repair"):
         return f"{name} {step.round}"
     if step.stage == "gauss map":

@@ -70,7 +70,7 @@ def test_help_lists_the_samples(capsys):
 def test_help_shows_examples_that_parse():
     parser = build_parser()
     for command in COMMANDS:
-        for line in command.examples.splitlines():
+        for line in command.examples:
             words = line.split(" > ")[0].split()
             assert words[0] == "igl-spheremap"
             assert parser.parse_args(words[1:]).command == command.name

@@ -1,4 +1,9 @@
-"""`igl-spheremap batch IN... --out PATTERN`: map many files; run again, it continues."""
+"""Map many files by processes or on a Dask cluster; run it again to continue.
+
+    igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
+    igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
+    igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
+"""
 
 from __future__ import annotations
 

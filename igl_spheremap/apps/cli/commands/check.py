@@ -1,4 +1,9 @@
-"""`igl-spheremap check SOURCE SPHERE`: certify a map from any program."""
+"""Certify a map to the sphere, from any program.
+
+    igl-spheremap check lh.pial lh.sphere.conformal
+    igl-spheremap check bunny.obj their_sphere.ply --json -
+    igl-spheremap check bunny_map.npz
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`igl-spheremap completion SHELL`: print a completion script, made by shtab."""
+"""Print a script that completes command lines in a shell.
+
+    igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""`igl-spheremap export SOURCE SPHERE OUT`: textures, colours and scalar maps of a mapped surface."""
+"""Write a texture, vertex colours or a scalar map of a mapped surface.
+
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+    igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`igl-spheremap grid SURFACE SPHERE OUT`: data or positions on a grid of latitudes and longitudes."""
+"""Sample a mapped surface, or data over it, on latitudes and longitudes.
+
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+    igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
+"""
 
 from __future__ import annotations
 

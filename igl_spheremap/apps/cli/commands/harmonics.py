@@ -1,4 +1,8 @@
-"""`igl-spheremap harmonics SURFACE SPHERE OUT`: coefficients of spherical harmonics."""
+"""Expand a mapped surface, or data over it, in spherical harmonics.
+
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`igl-spheremap info IN`: measure a mesh."""
+"""Measure a mesh: size, triangle quality, and limbs that float64 can't resolve on the sphere.
+
+    igl-spheremap info sample:octopus
+    igl-spheremap info lh.pial --json -
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`igl-spheremap landmarks IN OUT --points FILE`: map harmonically with landmarks moved towards targets."""
+"""Map harmonically with landmarks moved towards targets.
+
+    igl-spheremap landmarks lh.pial lh.sphere.conformal --points landmarks.txt --weight 100
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""`igl-spheremap map IN OUT`: map a mesh to the sphere and write the map."""
+"""Map a closed genus-0 mesh to the unit sphere and certify the map.
+
+    igl-spheremap map sample:dino dino_sphere.obj
+    igl-spheremap map lh.pial lh.sphere.conformal
+    igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
+    igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
+    igl-spheremap map scan.stl sphere.ply --repair --keep-largest
+    igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
+"""
 
 from __future__ import annotations
 

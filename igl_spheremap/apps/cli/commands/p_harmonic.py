@@ -1,4 +1,7 @@
-"""`igl-spheremap p-harmonic IN OUT`: minimise the p-harmonic energy, and write the map."""
+"""Map by the p-harmonic energy, which gives limbs more room for p above 2.
+
+    igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4
+"""
 
 from __future__ import annotations
 

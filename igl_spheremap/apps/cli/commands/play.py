@@ -1,4 +1,10 @@
-"""`igl-spheremap play IN`: watch a run step by step, in a window, as a picture or as a video."""
+"""Watch a map being computed step by step, in a window, as a picture or as a video.
+
+    igl-spheremap play sample:dino
+    igl-spheremap play lh.pial --method auto
+    igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json
+    igl-spheremap play sample:dino --screenshot dino.png
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`igl-spheremap register MOVING SPHERE FIXED FIXED_SPHERE OUT`: lay one mapped surface on another."""
+"""Lay one mapped surface on another so that their features agree.
+
+    igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply
+    igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect --feature sulc=rh.sulc,lh.sulc
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`igl-spheremap repair SOURCE SPHERE OUT`: remove the foldings of a map from any program."""
+"""Remove the foldings of a map, from any program.
+
+    igl-spheremap repair lh.pial their.sphere repaired.sphere
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`igl-spheremap reproduce WHAT`: the paper's tables and figures, computed anew."""
+"""Compute the paper's tables and figures, beside its own numbers.
+
+    igl-spheremap reproduce table2
+    igl-spheremap reproduce all --meshes meshes --out reproduction
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`igl-spheremap resample IN SPHERE OUT`: a surface with the connectivity of a regular sphere, or of another map."""
+"""Remesh a surface with the connectivity of a regular sphere, or of another map.
+
+    igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
+    igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply
+"""
 
 from __future__ import annotations
 

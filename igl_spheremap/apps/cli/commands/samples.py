@@ -1,4 +1,7 @@
-"""`igl-spheremap samples`: list the shapes that the package makes itself."""
+"""List the shapes that the package makes itself.
+
+    igl-spheremap samples
+"""
 
 from __future__ import annotations
 

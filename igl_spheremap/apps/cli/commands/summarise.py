@@ -1,4 +1,7 @@
-"""`igl-spheremap summarise TABLE`: what a population's maps are like, and which stand out."""
+"""Print the quantiles and the outliers of many maps.
+
+    igl-spheremap summarise white.tsv
+"""
 
 from __future__ import annotations
 

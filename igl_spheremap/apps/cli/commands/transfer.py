@@ -1,4 +1,8 @@
-"""`igl-spheremap transfer SOURCE SPHERE OUT --data FILE`: carry data to another mapped surface, or to an icosphere."""
+"""Carry data over a mapped surface to another one, or to an icosphere.
+
+    igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
+    igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""`igl-spheremap view IN`: the surface beside its sphere, in a window or as a picture."""
+"""Show a surface beside its sphere, in a window or as a picture.
+
+    igl-spheremap view sample:dino
+    igl-spheremap view lh.pial lh.sphere.conformal --show angles
+    igl-spheremap view bunny_map.npz --screenshot bunny.png
+"""
 
 from __future__ import annotations
 
