@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,33 +13,24 @@ from .reading import check_complete
 from .records import Format, Metadata, RawMesh
 from .text import counted_indices, numbers, read_rows, write_text
 
-_NAMES = (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF")
+_GAP = rb"(?:\s|#.*\n)"
+#: The format's name, which may be missing, the numbers of vertices and faces, and what follows in the line.
+_HEADER = re.compile(rb"GAP*(?:(?:ST)?C?N?OFFGAP+)?(\d+)GAP+(\d+)(?=[\s#]|\Z).*\n?".replace(b"GAP", _GAP))
 
 
 def read(path: Path) -> RawMesh:
     """The positions and faces of an OFF file."""
     data = path.read_bytes()
-    n, m, body = _header(data)
-    rows = read_rows(data[body:])
-    check_complete(len(rows) >= n + m, f"{len(rows)} lines", f"{n} vertices and {m} faces")
-    return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
-
-
-def _header(data: bytes) -> tuple[int, int, int]:
-    """Numbers of vertices and faces, and where the lines begin that hold them."""
-    words, at = list[bytes](), 0
-    while len(words) < 2 and at < len(data):
-        end = (data.find(b"\n", at) + 1) or len(data)
-        words += data[at:end].partition(b"#")[0].split()
-        at = end
-        if words and words[0] in _NAMES:
-            words = words[1:]
-    if len(words) < 2 or not (words[0].isdigit() and words[1].isdigit()):
+    header = _HEADER.match(data)
+    if header is None:
         raise MeshError(
             "damaged: no OFF header with the numbers of vertices and faces (binary and "
             "four-dimensional OFF are not read); check that the file is what its name says"
         )
-    return int(words[0]), int(words[1]), at
+    n, m = int(header[1]), int(header[2])
+    rows = read_rows(data[header.end() :])
+    check_complete(len(rows) >= n + m, f"{len(rows)} lines", f"{n} vertices and {m} faces")
+    return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

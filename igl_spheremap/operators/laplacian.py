@@ -29,27 +29,15 @@ _LEAST_AREA = 1e-9
 _LEAST_TOTAL = 1e-6
 
 
-def cotangent_laplacian(v: FloatArray, f: IntArray) -> sp.csr_matrix:
-    """The cotangent Laplacian L: ``x . (L x) / 2`` is the Dirichlet energy of a piecewise linear x, eq. (6).
-
-    It is ``-igl.cotmatrix(v, f)``, exactly symmetric, with sorted indices and an explicit diagonal (Pinkall and
-    Polthier 1993, *Computing Discrete Minimal Surfaces and Their Conjugates*). Faces of zero area leave entries that
-    are not finite: see `is_usable`.
-
-    >>> v, f = igl.icosahedron()
-    >>> L = cotangent_laplacian(v, f)
-    >>> L.shape, float(abs(L.sum(axis=1)).max()) < 1e-15
-    ((12, 12), True)
-    """
-    return laplacian(v, f)
-
-
 def laplacian(
     v: FloatArray, f: IntArray, weights: Weights = "cotangent", edges: HalfEdges | None = None
 ) -> sp.csr_matrix:
-    """The Laplacian with the weights of that name: symmetric, with row sums of zero up to rounding.
+    """The Laplacian L with the weights of that name: ``x . (L x) / 2`` is the energy of a piecewise linear x, eq. (6).
 
-    `edges` are those of the faces, where they are known. But for "delaunay", they are the pattern.
+    It is exactly symmetric, with sorted indices and an explicit diagonal. "cotangent" is ``-igl.cotmatrix(v, f)``
+    (Pinkall and Polthier 1993, *Computing Discrete Minimal Surfaces and Their Conjugates*); faces of zero area leave
+    entries that are not finite there: see `is_usable`. `edges` are those of the faces, where they are known; but for
+    "delaunay", they are the pattern.
 
     Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*.
 

@@ -11,7 +11,7 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators import factor as factor_module
 from igl_spheremap.operators.factor import available_backends, factorize
-from igl_spheremap.operators.laplacian import cotangent_laplacian
+from igl_spheremap.operators.laplacian import laplacian
 
 BACKENDS = ("cvxopt", "scikit-sparse", "scipy")
 
@@ -20,7 +20,7 @@ def problem(n_subdivisions, regularisation=1e-9):
     v, f = igl.loop(*igl.icosahedron(), n_subdivisions)
     v = np.ascontiguousarray(v / np.linalg.norm(v, axis=1)[:, None] * [1.0, 1.5, 2.0])
     areas = vertex_areas(v, f)
-    return (cotangent_laplacian(v, f) + regularisation * sp.diags_array(areas / areas.sum())).tocsc()
+    return (laplacian(v, f) + regularisation * sp.diags_array(areas / areas.sum())).tocsc()
 
 
 def right_hand_sides(n, k=3, seed=0):

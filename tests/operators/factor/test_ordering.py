@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from igl_spheremap.operators.factor.aggregation import aggregate
 from igl_spheremap.operators.factor.graph_sphere import graph_sphere
 from igl_spheremap.operators.factor.ordering import bandwidth_order, nested_dissection
-from igl_spheremap.operators.laplacian import cotangent_laplacian
+from igl_spheremap.operators.laplacian import laplacian
 
 
 def ellipsoid(n_subdivisions=4, shuffle=None):
@@ -22,7 +22,7 @@ def ellipsoid(n_subdivisions=4, shuffle=None):
 
 
 def regularised(v, f):
-    return (cotangent_laplacian(v, f) + 1e-9 * sp.eye_array(len(v))).tocsr()
+    return (laplacian(v, f) + 1e-9 * sp.eye_array(len(v))).tocsr()
 
 
 def fill(P, order, rule="NATURAL"):
