@@ -185,14 +185,14 @@ def summary(rows):
     yield "# Figures of balanced maps\n"
     yield (f"Written by `benchmarks/balanced_maps.py` at version {ism.__version__.removesuffix('.dev0')}. The energy "
            "is in [Between angles and areas](balance.md).\n")
-    yield (f"{len(rows)} meshes (samples, {len(shared)} shared meshes, random bodies with limbs) at balance .25, .5, "
-           f".75 and 1: {sum(row['folded'] for row in rows)} folded faces in all iterates, "
+    yield (f"{len(rows)} meshes (samples, {len(shared)} meshes of the [corpus](corpus.md), random bodies with limbs) "
+           f"at balance .25, .5, .75 and 1: {sum(row['folded'] for row in rows)} folded faces in all iterates, "
            f"{len(failed)} failures{': ' + '; '.join(failed) if failed else ''}.")
     yield (f"Areas fall and angles rise over the balances that converged on all meshes "
            f"whose conformal area distortion exceeds .05{', but for ' + ', '.join(order) if order else ''}.\n")
     for balance in ("0.5", "1"):
         cost = median(row["balances"][balance]["cost"] for row in shared)
-        yield f"Median cost at balance {balance} over the shared meshes: {cost:.1f} times the conformal map.\n"
+        yield f"Median cost at balance {balance} over the corpus: {cost:.1f} times the conformal map.\n"
 
 
 def is_monotone(row):

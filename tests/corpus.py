@@ -1,4 +1,4 @@
-"""Where the shared meshes lie, if they do."""
+"""Where the meshes of docs/corpus.md lie, if they do."""
 
 import os
 from pathlib import Path
