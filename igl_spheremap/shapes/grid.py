@@ -13,7 +13,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_rows, plain_array
 from ..sphere.rows import unit_rows
 from .harmonics.transform import gauss_rows, grid_points, longitudes
-from .transfer import transfer
+from .transfer import transfer, weighted
 
 Kind = Literal["equirectangular", "gauss"]
 
@@ -113,11 +113,8 @@ def from_grid(
     if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
         raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
     points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))
-    row, column, weights = _cells(kind, values.shape[0], values.shape[1], points)
-    if labels:
-        nearest = np.arange(len(points)), weights.argmax(axis=1)
-        return np.asarray(values[row[nearest], column[nearest]])
-    return np.einsum("ij,ij...->i...", weights, values[row, column])
+    corners, weights = _cells(kind, values.shape[0], values.shape[1], points)
+    return weighted(values.reshape(-1, *values.shape[2:]), corners, weights, labels)
 
 
 def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatArray]:
@@ -129,10 +126,8 @@ def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatA
     raise ValueError(f"unknown kind of grid {kind!r}: choose equirectangular or gauss")
 
 
-def _cells(
-    kind: str, rows: int, columns: int, x: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Row, column and bilinear weight (k, 4) of the grid points around each point."""
+def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Places (k, 4) in the flat grid of the grid points around each point, and their bilinear weights."""
     theta, phi = _coordinates(kind, rows, columns)
     theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles
     here = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2])
@@ -145,4 +140,4 @@ def _cells(
     beyond = (row < 0) | (row >= rows)  # there the longitude is the opposite one
     column = (column + beyond * (columns // 2)) % columns
     weights = np.stack(((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1)
-    return np.clip(row, 0, rows - 1), column, weights
+    return np.clip(row, 0, rows - 1) * columns + column, weights

@@ -47,10 +47,14 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     n = int(f.max()) + 1
     if len(values) != n:
         raise MeshError(f"{len(values)} values for {n} vertices; give one for each")
-    corners = f[location.face]
+    return weighted(values, f[location.face], location.weights, labels)
+
+
+def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, labels: bool) -> NDArray[Any]:
+    """Of each row of `corners`, the sum of their values with these weights, or that of the largest weight."""
     if labels:
-        return values[corners[np.arange(len(corners)), location.weights.argmax(axis=1)]]
-    return np.einsum("ij,ij...->i...", location.weights, values[corners])
+        return values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
+    return np.einsum("ij,ij...->i...", weights, values[corners])
 
 
 @own_errstate

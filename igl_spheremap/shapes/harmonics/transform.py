@@ -9,7 +9,7 @@ import numpy as np
 
 from ...mesh.arrays import FloatArray
 from ..locate import SphereLocator
-from ..transfer import interpolate
+from ..transfer import transfer
 from .basis import degree_of
 from .legendre import legendre
 
@@ -69,8 +69,8 @@ def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling
     """
     n = math.ceil(oversampling * degree) + 2
     z, w = gauss_rows(n)
-    location = locator.locate(grid_points(z, longitudes(2 * n)).reshape(-1, 3))
-    return analysis(interpolate(values, locator.f, location).reshape(n, 2 * n, -1), z, w, degree)
+    points = grid_points(z, longitudes(2 * n)).reshape(-1, 3)
+    return analysis(transfer(values, locator, points).reshape(n, 2 * n, -1), z, w, degree)
 
 
 def grid_synthesis(c: FloatArray, z: FloatArray, columns: int) -> FloatArray:

@@ -10,7 +10,7 @@ from ...mesh.arrays import FloatArray
 from ...mesh.check import check_mesh, check_values
 from ..harmonics.transform import expand
 from ..locate import SphereLocator
-from ..transfer import interpolate
+from ..transfer import transfer
 from .correlation import Candidate, best_rotations
 from .features import FeatureSurface, check_varies
 from .picture import Picture
@@ -54,7 +54,7 @@ class Pair:
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Of each feature as it was given, over the moving surface's area, when its sphere is x."""
-        fixed = interpolate(self._raw[1], self._locator.f, self._locator.locate(x))
+        fixed = transfer(self._raw[1], self._locator, x)
         centred = fixed - self.weights @ fixed
         return np.asarray(self.weights @ (centred * self._raw[0]) / np.sqrt(self.weights @ centred**2))
 
