@@ -15,7 +15,7 @@ from triangulations import bad_positions, random_triangulation
 
 
 def certified(seed: int) -> bool:
-    """Whether the map of a random mesh is certified; meshes that the gate refuses count."""
+    """Whether the map of a random mesh is certified; meshes that `check_mesh` refuses count."""
     rng = np.random.default_rng(seed)
     f = random_triangulation(rng)
     try:

@@ -90,7 +90,7 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
 
 
 def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a public function deaf to its caller's ``np.errstate``: it ignores overflow, division by zero and the like.
+    """Shield a public function from its caller's ``np.errstate``: it ignores overflow, division by zero and the like.
 
     Functions check their results wherever these matter.
     """

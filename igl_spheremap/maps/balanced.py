@@ -137,7 +137,7 @@ def check_balance(balance: float) -> None:
 def rebalance_checked(
     mesh: Mesh, family: Family, result: SphereMap, balance: float, listener: Listener | None
 ) -> SphereMap:
-    """`rebalance` for a mesh that passed the gate."""
+    """`rebalance` for a checked mesh."""
     began = time.perf_counter()
     conformal = result.conformal or (
         result if result.balance == 0 else spherical_conformal_map(mesh.vertices, mesh.f, listener=listener))

@@ -1,1 +1,1 @@
-"""The gate, and what is measured on a surface."""
+"""The check of a mesh, and what is measured on a surface."""

@@ -1,4 +1,4 @@
-"""The gate: a mesh is checked here once, in numpy, before libigl sees it."""
+"""The check of a mesh: once, in numpy, before libigl gets it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _last: weakref.ref[HalfEdges] | None = None
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A closed, oriented, connected genus-0 triangle mesh that passed the gate.
+    """A closed, oriented, connected genus-0 triangle mesh that `check_mesh` has passed.
 
     Attributes
     ----------

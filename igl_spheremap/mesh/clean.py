@@ -191,7 +191,7 @@ class _Work:
             np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
         )
         if (state[:m] == state[m:]).any():
-            return  # not orientable: the gate refuses it
+            return  # not orientable: `check_mesh` refuses it
         _, label = components(i, j, m)
         seed = np.unique(label, return_index=True)[1]
         reverse = state[:m] != state[seed][label]
@@ -204,7 +204,7 @@ class _Work:
         first, second = self._twins()
         start = self.f.ravel()
         if 2 * len(first) != len(start) or (start[first] == start[second]).any():
-            return  # open or not orientable: the gate refuses it
+            return  # open or not orientable: `check_mesh` refuses it
         onward = [3 * (h // 3) + (h + 1) % 3 for h in (first, second)]
         fans, fan = components(np.r_[first, second], np.r_[onward[1], onward[0]], len(start))
         vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan

@@ -53,7 +53,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
 
 def mesh_gauss_map(mesh: Mesh) -> FloatArray:
-    """`gauss_map` of a mesh that passed the gate."""
+    """`gauss_map` of a checked mesh."""
     normals = igl.per_vertex_normals(mesh.v, mesh.f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
     return fill_directions(normals, mesh.f)
 

@@ -56,7 +56,7 @@ class MeshQuality:
 
 
 def mesh_quality(mesh: Mesh) -> MeshQuality:
-    """Measure a mesh that passed the gate.
+    """Measure a checked mesh.
 
     >>> from igl_spheremap import check_mesh
     >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
@@ -69,7 +69,7 @@ def mesh_quality(mesh: Mesh) -> MeshQuality:
     length = np.linalg.norm(p[i] - p[j], axis=1)[i < j]
     angles = corner_angles(mesh.v, f)
     areas = face_areas(mesh.v, f)
-    # The gate scales lengths by one factor: undo it in the volume.
+    # `check_mesh` scales lengths by one factor: undo it in the volume.
     scale = float(np.ptp(p, axis=0).max() / np.ptp(mesh.v, axis=0).max())
     extent = np.ptp(p, axis=0).tolist()
     smallest, largest = float(angles.min()), float(angles.max())

@@ -78,7 +78,7 @@ class ChartAtlas:
 
 
 def certify_atlas(atlas: ChartAtlas, f: IntArray) -> Certificate:
-    """Certify an atlas of faces that passed the gate, exactly; degree 1 means that the outer triangle closes it."""
+    """Certify an atlas of checked faces, exactly; degree 1 means that the outer triangle closes it."""
     n, k = len(f) // 2 + 2, len(atlas.parent)
     parents = np.arange(k) > atlas.parent
     if (atlas.chart.shape, atlas.z.shape, atlas.origin.shape) != ((n,), (n,), (k,)) or not (

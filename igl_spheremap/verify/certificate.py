@@ -121,7 +121,7 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
 
 @stage("certificate")
 def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
-    """`certify` for float64 rows and faces that passed the gate already."""
+    """`certify` for float64 rows and checked faces."""
     nothing = np.empty(0, dtype=np.int64)
     if not np.isfinite(x).all():
         return Certificate(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)))

@@ -53,12 +53,12 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_angle_differences(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`angle_differences` of a mesh that passed the gate."""
+    """`angle_differences` of a checked mesh."""
     return np.degrees(corner_angles(x, mesh.f) - corner_angles(mesh.v, mesh.f))
 
 
 def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
-    """Mean size of the angle differences, in degrees, of a mesh that passed the gate."""
+    """Mean size of the angle differences, in degrees, of a checked mesh."""
     return mean_difference(corner_angles(mesh.v, mesh.f), x, mesh.f)
 
 
@@ -107,7 +107,7 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`conformal_factor` of a mesh that passed the gate; infinite where only the source's faces have no area."""
+    """`conformal_factor` of a checked mesh; infinite where only the source's faces have no area."""
     n = len(mesh.v)
     image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
     ratio = np.full(n, np.inf)

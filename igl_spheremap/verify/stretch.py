@@ -50,7 +50,7 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_area_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`area_distortion` for a mesh that passed the gate."""
+    """`area_distortion` for a checked mesh."""
     image, source = (face_areas(p, mesh.f) for p in (x, mesh.v))
     return _log_ratio(image / image.sum(), source / source.sum())
 
@@ -91,7 +91,7 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_edge_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`edge_distortion` for a mesh that passed the gate."""
+    """`edge_distortion` for a checked mesh."""
     image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(face_areas(p, mesh.f).sum())
                      for p in (x, mesh.v))
     return _log_ratio(image, source)

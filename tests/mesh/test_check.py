@@ -1,4 +1,4 @@
-"""The gate takes what has a clear meaning, and names every fault."""
+"""The check of a mesh takes what has a clear meaning, and names every fault."""
 
 import igl
 import numpy as np
@@ -31,7 +31,7 @@ def test_input_of_any_layout_means_the_same(v, f):
     assert mesh.f.dtype == np.int64
     assert mesh.v.flags.c_contiguous
     assert np.allclose(mesh.v, ism.check_mesh(V, F).v, atol=2e-3)
-    ism.gauss_map(v, f)  # and libigl takes what the gate makes of it
+    ism.gauss_map(v, f)  # and libigl takes what the check makes of it
 
 
 def test_read_only_input_is_neither_refused_nor_changed():
