@@ -29,8 +29,8 @@ from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, colouring, folded
 from igl_spheremap.apps.viewer.panel import subject_combo
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, draw_legend
-from igl_spheremap.draw.histogram import angle_histogram
 from igl_spheremap.draw.palette import LINES
+from igl_spheremap.draw.plot import angle_histogram
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.mesh.normals import mesh_gauss_map
 from igl_spheremap.verify.distortion import mesh_angle_differences

@@ -11,7 +11,6 @@ from html import escape
 from importlib import metadata
 from pathlib import Path
 
-from ..descent.iterate import Round
 from ..descent.recording import Recording
 from ..draw.markup import page, picture, table
 from ..draw.palette import FOLDED
@@ -19,7 +18,7 @@ from ..draw.plot import plot_run
 from ..draw.scene import MOST_FACES, View, scene
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
-from ..maps.sphere_map import SphereMap, result_rows
+from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.normals import mesh_gauss_map
@@ -29,23 +28,6 @@ from .viewer.pose import fit, pose
 from .viewer.result_view import count_foldings, picture_of
 from .viewer.timeline import title_of
 
-_STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #212630; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
-h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2.2rem }
-table { border-collapse: collapse; margin: 0.5rem 0; display: block; overflow-x: auto }
-th, td { text-align: left; vertical-align: top; padding: 0.25rem 0.9rem 0.25rem 0; border-bottom: 1px solid #e3e7eb }
-th { font-weight: 600; white-space: nowrap }
-img, svg { max-width: 100%; height: auto } figure { margin: 1rem 0 } figcaption { color: #5a636c }
-pre { background: #f3f5f7; padding: 0.7rem 1rem; white-space: pre-wrap }
-.scene { display: flex; flex-wrap: wrap; gap: 1rem } .scene figure { flex: 1 1 15rem; margin: 0 }
-canvas { width: 100%; aspect-ratio: 1; touch-action: none; cursor: grab }
-@media (max-width: 40rem) {
-  body { margin: 0.5rem auto } table { font-size: 0.82rem }
-  th, td { white-space: normal; padding-right: 0.5rem }
-}
-.verdict { padding: 0.7rem 1rem; border-left: 6px solid; font-weight: 600 }
-.free { border-color: #009e73; background: #eef8f4 } .folded { border-color: #d63d00; background: #fdf1ec }
-"""
 _SIZE = (900, 470)
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
@@ -77,7 +59,7 @@ def write_report(
         f"<h1>{escape(source)} on the sphere</h1>",
         f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',
         table(result_rows(result)[1:]),
-        _rounds(result.rounds),
+        "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
         "<h2>Before and after</h2>",
         _scene(result, up),
         "<h2>Pictures</h2>",
@@ -90,28 +72,10 @@ def write_report(
     ]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "report.html"
-    html = page(f"{source} on the sphere", _STYLE, "\n".join(filter(None, body)))
+    html = page(f"{source} on the sphere", "\n".join(filter(None, body)))
     with replacing(path, force=True) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
-
-
-def _rounds(rounds: Sequence[Round]) -> str:
-    if not rounds:
-        return ""
-    header = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
-    rows = [
-        (
-            str(entry.round),
-            entry.start,
-            f"{entry.foldings_before:,} → {entry.foldings_after:,}",
-            f"{entry.iterations:,}",
-            f"{entry.energy:.6f}",
-            f"{entry.mean_angle_difference:.3g}",
-        )
-        for entry in rounds
-    ]
-    return "<h2>Rounds</h2>" + table(rows, header)
 
 
 def _scene(result: SphereMap, up: str) -> str:

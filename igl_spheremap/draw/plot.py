@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray
-from .histogram import angle_histogram
 from .palette import FOLDED, GUIDE, INK, LINES
 
 if TYPE_CHECKING:
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 _SMALL = 8  # points
+_BINS = 81
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
@@ -101,3 +101,16 @@ def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) ->
         f"99% below {np.percentile(size, 99):.3g}, largest {size.max():.3g} degrees",
         fontsize=_SMALL,
     )
+
+
+def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+    """Edges of bins from `-reach` to `reach` degrees, and the share of the differences in each.
+
+    The first and the last bin also hold what is beyond.
+
+    >>> edges, share = angle_histogram(np.array([[0.0, 0.0, 90.0]]), 40.0)
+    >>> edges[[0, -1]].tolist(), share[[40, -1]].round(3).tolist()
+    ([-40.0, 40.0], [0.667, 0.333])
+    """
+    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=_BINS, range=(-reach, reach))
+    return edges, counts / differences.size

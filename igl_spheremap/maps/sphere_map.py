@@ -160,3 +160,15 @@ def result_rows(result: SphereMap) -> list[tuple[str, str]]:
         ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),
     ]
     return rows + [("note", note) for note in result.notes]
+
+
+ROUNDS = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
+
+
+def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
+    """Figures of each round as texts, under the header `ROUNDS`."""
+    return [
+        (str(each.round), each.start, f"{each.foldings_before:,} -> {each.foldings_after:,}", f"{each.iterations:,}",
+         f"{each.energy:.6f}", f"{each.mean_angle_difference:.3g}")
+        for each in result.rounds
+    ]

@@ -23,18 +23,6 @@ from .table import Row
 
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 40
-_STYLE = f"""
-body {{ font: 15px/1.45 system-ui, sans-serif; color: #212630; margin: 1.5rem auto; max-width: 82rem; padding: 0 1rem }}
-h1 {{ font-size: 1.5rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
-th, td {{ text-align: left; padding: .2rem .9rem .2rem 0; border-bottom: 1px solid #e3e7eb; vertical-align: top }}
-.plots, .sheet {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem }}
-.card {{ color: inherit; text-decoration: none; border: 1px solid #e3e7eb; padding: .5rem; overflow-wrap: anywhere;
-  content-visibility: auto; contain-intrinsic-size: auto 14rem }}
-.card img {{ width: 100%; aspect-ratio: 2; object-fit: cover; object-position: left }}
-.card.bad {{ border-color: #d63d00; background: #fdf1ec }} .whole {{ max-width: 100%; width: {4 * SIZE}px }}
-svg {{ width: 100%; height: auto }} rect {{ fill: #0073b2 }} figure {{ margin: 0 }}
-figcaption, small {{ color: #5a636c }}
-"""
 _COLOURS = (f"Colours: the logarithm of image area over source area, purple at {-REACH:g}, white at 0, green at "
             f"{REACH:g}. Folded faces are vermilion.")
 
@@ -86,7 +74,7 @@ def _card(row: Row, name: str, has_picture: bool) -> str:
 
 def _subject(row: Row, name: str, has_picture: bool) -> str:
     """The page of one map."""
-    picture = f'<p><img class="whole" alt="" src="{name}.png"></p><p>{_COLOURS}</p>' if has_picture else ""
+    picture = f'<p><img alt="" src="{name}.png" width="{4 * SIZE}"></p><p>{_COLOURS}</p>' if has_picture else ""
     figures = table((field.name.replace("_", " "), str(getattr(row, field.name))) for field in fields(Row))
     look = f"igl-spheremap view {row.source} {row.target}"
     return (f"<h1>{escape(row.source)}</h1>{picture}{figures}<pre>{escape(look)}</pre>"
@@ -113,5 +101,5 @@ def _histogram(label: str, values: FloatArray) -> str:
 
 def _write(path: Path, title: str, body: str) -> Path:
     with replacing(path, force=True) as partial:
-        partial.write_text(page(title, _STYLE, body), encoding="utf-8", errors="backslashreplace")
+        partial.write_text(page(title, body), encoding="utf-8", errors="backslashreplace")
     return path

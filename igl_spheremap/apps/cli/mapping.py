@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from ...descent.iterate import Iterate, Listener, Status
 from ...io import SphereCheck, write_map
-from ...maps.sphere_map import SphereMap
+from ...maps.sphere_map import ROUNDS, SphereMap, round_rows
 from ...mesh.timings import stage
 from ..viewer.timeline import title_of
 from .exits import Exit
@@ -120,14 +120,8 @@ def _rounds(result: SphereMap) -> list[str]:
     """The foldings before and after each round, as a table."""
     if not result.rounds:
         return []
-    lines = ["", f"  {'round':<24}{'foldings':>18}{'iterations':>12}{'energy':>12}{'mean angle':>12}"]
-    for entry in result.rounds:
-        foldings = f"{entry.foldings_before} -> {entry.foldings_after}"
-        lines.append(
-            f"  {entry.round:>2} {entry.start[:20]:<21}{foldings:>18}{entry.iterations:>12}"
-            f"{entry.energy:>12.6f}{entry.mean_angle_difference:>12.3f}"
-        )
-    return [*lines, ""]
+    shape = "  {:<6}{:<20.18}{:>16}{:>12}{:>12}{:>12}"
+    return ["", *(shape.format(*cells) for cells in (ROUNDS, *round_rows(result))), ""]
 
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
