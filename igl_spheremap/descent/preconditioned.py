@@ -60,7 +60,8 @@ class PreconditionedCayley:
         yield Iterate("sobolev", 0, 0, x, energy, np.inf)
         for k in count(1):
             density = row_dots(x, H)  # lambda of eq. (9): twice the image area around each vertex
-            g = H - density[:, None] * x  # eq. (9)
+            g = H  # in its memory
+            g -= density[:, None] * x  # eq. (9)
             e = _boost(x, g, density)
             g += density[:, None] * (along(x, e)[:, None] * x - e)
             D = problem.metric.solve(g)
