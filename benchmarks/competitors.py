@@ -13,7 +13,7 @@ import scipy.sparse as sp
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.factor import factorize
-from igl_spheremap.operators.laplacian import cotangent_laplacian
+from igl_spheremap.operators.laplacian import laplacian
 
 Array = np.ndarray
 Competitor = Callable[[Array, Array], Array | ism.SphereMap]
@@ -56,7 +56,7 @@ def _without_refusals(conformal: object) -> Iterator[None]:
 
 def mean_curvature_flow(v: Array, f: Array) -> Array:
     """Conformalised mean curvature flow (Kazhdan, Solomon, Ben-Chen 2012), with the fastest factorisation there is."""
-    L, x = cotangent_laplacian(v, f), v / np.sqrt(igl.doublearea(v, f).sum() / 2)
+    L, x = laplacian(v, f), v / np.sqrt(igl.doublearea(v, f).sum() / 2)
     for _ in range(_FLOW_STEPS):
         A = vertex_areas(x, f)  # the mass follows the surface, the stiffness stays
         x = factorize(sp.diags_array(A, format="csr") + _FLOW_TIME * L).solve(A[:, None] * x)
@@ -71,7 +71,7 @@ def mean_curvature_flow(v: Array, f: Array) -> Array:
 def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
     """What the map factorises."""
     mesh = ism.check_mesh(v, f)
-    return cotangent_laplacian(mesh.v, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.v, mesh.f), format="csr")
+    return laplacian(mesh.v, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.v, mesh.f), format="csr")
 
 
 #: In the order of the tables.
