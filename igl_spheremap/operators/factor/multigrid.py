@@ -61,8 +61,9 @@ def build(P: sp.csc_matrix) -> Factor:
         return x.reshape(b.shape)
 
     def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
-        scaled = np.ascontiguousarray(root[:, None] * b)
-        return root[:, None] * _conjugate_gradients(finest, cycle, scaled, accuracy)
+        x = _conjugate_gradients(finest, cycle, np.ascontiguousarray(root[:, None] * b), accuracy)
+        x *= root[:, None]
+        return x
 
     return Factor("multigrid", P.T, reordered(order, apply), nnz=nnz, refined=reordered(order, refined))
 
@@ -124,8 +125,11 @@ def _cycle(levels: list[_Level], coarsest: Solver, b: np.ndarray) -> np.ndarray:
 
 
 def _conjugate_gradients(A: sp.csr_matrix, precondition: Solver, b: np.ndarray, accuracy: float) -> np.ndarray:
-    """Solve A x = b column by column, until each residual has fallen to `accuracy` in the preconditioner's norm."""
-    r, x = b.copy(), np.zeros_like(b)
+    """Solve A x = b column by column, until each residual has fallen to `accuracy` in the preconditioner's norm.
+
+    The residual takes the memory of `b`: there are millions of rows.
+    """
+    r, x = b, np.zeros_like(b)
     d = z = precondition(r)
     rz = first = np.einsum("ij,ij->j", r, z)
     for _ in range(_MAX_STEPS):
@@ -133,11 +137,14 @@ def _conjugate_gradients(A: sp.csr_matrix, precondition: Solver, b: np.ndarray, 
             break
         Ad = A @ d
         alpha = _ratio(rz, np.einsum("ij,ij->j", d, Ad))
-        x += alpha * d
-        r -= alpha * Ad
+        Ad *= alpha
+        r -= Ad
+        x += np.multiply(d, alpha, out=Ad)
+        del Ad
         z = precondition(r)
         before, rz = rz, np.einsum("ij,ij->j", r, z)
-        d = z + _ratio(rz, before) * d
+        d *= _ratio(rz, before)
+        d += z
     return x
 
 
