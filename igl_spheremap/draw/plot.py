@@ -6,18 +6,15 @@ import io
 import itertools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..descent.iterate import Step
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray
 from .palette import FOLDED, GUIDE, INK, LINES
-
-if TYPE_CHECKING:
-    from ..descent.iterate import Step
-
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")

@@ -15,7 +15,6 @@ from ...start.star_map import weighted_eigen_projection
 from ...verify.certificate import orientation_signs
 from ...verify.distortion import angle_differences, conformal_factor
 from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
-from .measures import mean_angle
 from .paper import TABLE_1
 from .runs import Outcome, Runs
 from .surfaces import Surface
@@ -115,7 +114,7 @@ def figure_10(runs: Runs) -> Any:
         show_source(line[0], surface, title=f"{name}: {surface.source}")
         for panel, method in ((1, "Gu-Yau"), (3, "Algorithm 2")):
             outcome = runs.get(surface, method)
-            verdict = f"{method}: {outcome.foldings} foldings, mean {mean_angle(surface, outcome):.2f} degrees"
+            verdict = f"{method}: {outcome.foldings} foldings, mean {outcome.mean_angle(surface):.2f} degrees"
             show_map(line[panel], surface, outcome.sphere, title=verdict)
             _angles(line[panel + 1], surface, outcome)
     return figure

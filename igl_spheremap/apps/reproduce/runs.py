@@ -19,6 +19,7 @@ from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
+from ...verify.distortion import angle_differences
 from .surfaces import Surface, load_surface
 
 #: What is run, by the name that tables give it.
@@ -30,6 +31,8 @@ METHODS: dict[str, Method] = {
     "fast": Auto(),
 }
 
+#: Share by which an energy may miss the common one and still count as having reached it.
+_REACHED = 1e-6
 #: Stages of iterates that only start a minimisation, whose own first iterate follows.
 _STARTS = ("gauss map", "star map")
 
@@ -57,6 +60,17 @@ class Outcome:
     clock: FloatArray = field(default_factory=_nothing)
     maps: FloatArray = field(default_factory=_nothing)
     sphere: FloatArray = field(default_factory=_nothing)
+
+    def mean_angle(self, surface: Surface) -> float:
+        """Mean size of the angle differences of the result in degrees; NaN if there is no map."""
+        if self.foldings < 0:
+            return float("nan")
+        return float(np.abs(angle_differences(surface.v, surface.f, self.sphere)).mean())
+
+    def reach(self, energy: float) -> tuple[int, float]:
+        """Iterations and CPU seconds down to an energy."""
+        k = int(np.argmax(self.energies <= energy))
+        return k, float(self.clock[k])
 
 
 class Runs:
@@ -150,3 +164,20 @@ def _save(path: Path, outcome: Outcome) -> None:
 def _load(path: Path) -> Outcome:
     with np.load(path) as stored:
         return Outcome(**json.loads(str(stored["facts"])), **{key: stored[key] for key in _ARRAYS})
+
+
+def to_common_energy(first: Outcome, second: Outcome) -> tuple[tuple[int, float], tuple[int, float]] | None:
+    """Iterations and CPU seconds of both runs down to the lowest energy that both reach; None if one has no map.
+
+    Their own stopping rules end them at different places: only this compares work for work.
+
+    >>> def course(*energies):
+    ...     e = np.array(energies, dtype=float)
+    ...     return Outcome("", 0.0, energies=e, clock=np.arange(len(e)) / 10)
+    >>> to_common_energy(course(9, 5, 4, 3), course(9, 8, 7, 6, 5, 4.5))
+    ((2, 0.2), (5, 0.5))
+    """
+    if not len(first.energies) or not len(second.energies):
+        return None
+    target = max(first.energies.min(), second.energies.min()) * (1 + _REACHED)
+    return first.reach(target), second.reach(target)

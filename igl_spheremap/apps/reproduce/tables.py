@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from .measures import mean_angle, to_common_energy
 from .paper import TABLE_1, TABLE_2, TABLE_3, PaperRow
-from .runs import Outcome, Runs
+from .runs import Outcome, Runs, to_common_energy
 from .surfaces import Surface
 
 _NOTE = """\
@@ -38,7 +37,7 @@ class Line:
 
     def angle(self, outcome: Outcome) -> str:
         """Mean size of the angle differences."""
-        return f"{mean_angle(self.surface, outcome):.2f}"
+        return f"{outcome.mean_angle(self.surface):.2f}"
 
 
 #: A title, and what stands under it.

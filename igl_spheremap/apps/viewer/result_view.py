@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
 
 from ...maps.balanced import rebalance
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
@@ -23,10 +23,6 @@ from .lens import Lens, follow
 from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
 from .pose import fit, pose
 from .stage import PANEL, Stage
-
-if TYPE_CHECKING:
-    from ...maps.sphere_map import SphereMap
-
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
 _EDGES = 15_000

@@ -8,7 +8,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.reproduce import ITEMS, canvas, measures, runs, surfaces
+from igl_spheremap.apps.reproduce import ITEMS, canvas, runs, surfaces
 from igl_spheremap.apps.reproduce.items import reproduce
 from igl_spheremap.apps.reproduce.paper import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, Surface, load_surface
@@ -117,7 +117,7 @@ def test_a_method_that_fails_leaves_its_message(small, tmp_path, monkeypatch):
 def test_common_energy_is_reached_by_both_and_not_before():
     surface = Surface("S", *ism.samples.make("spheroid", n_vertices=300), "sample", "")
     ours, theirs = (runs.run(surface, runs.METHODS[name]) for name in ("Algorithm 1", "Gu-Yau"))
-    (a, _), (b, _) = measures.to_common_energy(ours, theirs)
+    (a, _), (b, _) = runs.to_common_energy(ours, theirs)
     target = max(ours.energies.min(), theirs.energies.min()) * (1 + 1e-6)
     for k, energies in ((a, ours.energies), (b, theirs.energies)):
         assert energies[k] <= target

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from dataclasses import dataclass
+from functools import partial
 
 from ....mesh.arrays import FloatArray, IntArray
 from ...viewer.app import open_for, run_app
@@ -18,7 +18,7 @@ from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
 from ..chosen import chosen_method
 from ..output import Findings
-from ..source import load_source, read_source
+from ..source import Source, load_source, read_source
 from ..streams import check_outputs
 
 
@@ -29,7 +29,7 @@ def run(args: Namespace) -> None:
     open_for(args, "igl_spheremap")
     source = load_source(args)
     args.progress.stage(f"mapping {source.name}")
-    load = _Load(source.name, source.v, source.f)
+    load = partial(_load, source)
     up = args.up or guess_up(source.name)
     pictures = bool(args.screenshot or args.video)
     kind = Player if pictures else PlayerWindow
@@ -41,16 +41,7 @@ def run(args: Namespace) -> None:
         found.report(args)
 
 
-@dataclass(frozen=True, eq=False)
-class _Load:
+def _load(given: Source, name: str) -> tuple[FloatArray, IntArray]:
     """Vertices and faces by name, in any process; those of the command line are read already."""
-
-    name: str
-    v: FloatArray
-    f: IntArray
-
-    def __call__(self, name: str) -> tuple[FloatArray, IntArray]:
-        if name == self.name:
-            return self.v, self.f
-        source = read_source(name)
-        return source.v, source.f
+    source = given if name == given.name else read_source(name)
+    return source.v, source.f
