@@ -25,9 +25,10 @@ def check_video(path: Path) -> None:
         check_writable(path, force=True)
     elif path.exists() and not path.is_dir():
         raise FileError(f"{path}: a video is a .gif or .mp4 file, or a folder")
-    import_optional("PIL.Image", "a video", "io")
     if path.suffix.lower() == ".mp4":
         import_optional("imageio_ffmpeg", "an MP4 video", "video")
+    else:
+        import_optional("PIL.Image", "a video", "io")
 
 
 @contextmanager

@@ -1,5 +1,7 @@
 """Videos: as many pictures as were written, each as long as asked, folded faces red after compression."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -62,3 +64,11 @@ def test_a_video_is_a_file_of_a_known_kind_or_a_folder(tmp_path):
     (tmp_path / "run.avi").touch()
     with pytest.raises(FileError, match="a video is a"):
         check_video(tmp_path / "run.avi")
+
+
+def test_an_mp4_needs_the_extra_video_alone(tmp_path, monkeypatch):
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setitem(sys.modules, "PIL.Image", None)
+    _write(tmp_path / "run.mp4")
+    with pytest.raises(FileError, match="pillow"):
+        check_video(tmp_path / "run.gif")
