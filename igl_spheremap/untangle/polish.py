@@ -25,7 +25,13 @@ _LEAST_GAIN = 0.004
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: Damping of the first step: of maps that most of the body already fits, where only the Moebius group has to be held.
 UNDAMPED = 1e-8
-#: Vertices on whose stars the gain of a sweep is tried.
+#: Mean differences in degrees below this are rounding.
+_EXACT = 1e-6
+#: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep, times the
+#: square of median over mean, would gain less than this share. Differences that are alike everywhere are those that
+#: steps of the whole map lower and sweeps don't; where single ones are large, neither does.
+_GOOD, _WORTH_STEPS = 1.2, 0.006
+#: Vertices on whose stars that is measured.
 _SAMPLE = 500
 
 
@@ -56,26 +62,30 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
     mean, last = newton.difference(x), 0.0
     while newton.factorisations:
         before = mean
-        x, mean = newton.step(x, max(_STEP_SMOOTHING * np.radians(mean), 1e-9))
-        gain = 1 - mean / before
+        x, mean = newton.step(x, _STEP_SMOOTHING * np.radians(max(mean, _EXACT)))
+        gain = 1 - mean / max(before, _EXACT)
         falls = (last or 2 * gain) - gain
-        if gain**2 < least_gain * falls or gain <= 0:
+        if gain <= 0 or gain**2 < least_gain * falls:
             break
         last = gain
     return descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
 
 
-def gain_of_a_sweep(mesh: Mesh, x: FloatArray) -> float:
-    """Share by which one sweep would lower the angle differences, from a sample of stars: half of what steps gain."""
+def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
+    """True if the angle differences of a map without foldings are large, and steps would lower them: by a sample."""
     movable = np.zeros(len(x), dtype=bool)
     movable[:: max(1, len(x) // _SAMPLE)] = True
     around = mesh.f[movable[mesh.f].any(axis=1)]
     source = corner_angles(mesh.v, around)
-    before = mean_difference(source, x, around)
-    y = descend(x, around, _smoothed(AngleLoss(source.T), before), movable, sweeps=1)
-    return 1 - mean_difference(source, y, around) / max(before, 1e-12)
+    difference = np.degrees(np.abs(corner_angles(x, around) - source))
+    mean = float(difference.mean())
+    if mean <= _GOOD:
+        return False
+    y = descend(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
+    gain = 1 - mean_difference(source, y, around) / mean
+    return bool(gain * (np.median(difference) / mean) ** 2 > _WORTH_STEPS)
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
     """The loss for a map whose mean difference is so many degrees."""
-    return replace(loss, smoothing=max(_SMOOTHING * np.radians(mean), 1e-9))
+    return replace(loss, smoothing=_SMOOTHING * np.radians(max(mean, _EXACT)))

@@ -36,21 +36,16 @@ from .charts import make_atlas
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
 from .placed import Placed, onto_sphere
-from .polish import UNDAMPED, gain_of_a_sweep, match_angles
+from .polish import UNDAMPED, is_worth_steps, match_angles
 from .room import floors, make_room
 from .unrolling import between_tips, unroll
 
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
 _SMALL = 1000
-#: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep would gain less
-#: than this share: Newton steps gain three times that, for four times the cost of the map.
-_GOOD, _WORTH_STEPS = 1.2, 0.02
-#: Faces on which that is measured: enough for 3 percent of the mean.
-_SAMPLE = 1500
 #: Factorisations of Newton steps at the most. Where nothing was folded one, and one more each time that so many
 #: vertices, which is what costs as much as all that does not depend on size, hold the mesh: sweeps and steps then cost
 #: three maps at the most.
-_FACTORISATIONS, _OVERHEAD = 8, 3000
+_FACTORISATIONS, _OVERHEAD = 12, 3000
 #: Share of the mean angle difference that a sweep, or all further steps, must gain.
 _LEAST_GAIN = 0.025
 
@@ -66,7 +61,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
     line, x = _Line(mesh, operators, listener), first.x
     assert first.certificate is not None
     free = first.certificate.folding_free
-    worth_steps = free and _sampled_mean(mesh, x) > _GOOD and gain_of_a_sweep(mesh, x) > _WORTH_STEPS
+    worth_steps = free and is_worth_steps(mesh, x)
     if free and not (worth_steps or atlas):
         line.notify(x, first.energy, 0)
         return first
@@ -84,12 +79,6 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
         line.poles()
     found = line.result(first)
     return replace(found, atlas=line.atlas()) if atlas else found
-
-
-def _sampled_mean(mesh: Mesh, x: FloatArray) -> float:
-    """Mean angle difference in degrees, of some thousand faces."""
-    f = mesh.f[:: max(1, len(mesh.f) // _SAMPLE)]
-    return mean_difference(corner_angles(mesh.v, f), x, f)
 
 
 class _Line:
