@@ -28,9 +28,9 @@ UNDAMPED = 1e-8
 #: Mean differences in degrees below this are rounding.
 _EXACT = 1e-6
 #: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep, times the
-#: square of median over mean, would gain less than this share. Differences that are alike everywhere are those that
-#: steps of the whole map lower and sweeps don't; where single ones are large, neither does.
-_GOOD, _WORTH_STEPS = 1.2, 0.006
+#: square of median over mean or the third number, would gain less than the second. Differences that are alike
+#: everywhere are those that steps of the whole map lower and sweeps don't.
+_GOOD, _WORTH_STEPS, _ALIKE = 1.2, 0.006, 0.3
 #: Vertices on whose stars that is measured.
 _SAMPLE = 500
 
@@ -83,7 +83,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
         return False
     y = descend(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(gain * (np.median(difference) / mean) ** 2 > _WORTH_STEPS)
+    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH_STEPS)
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
