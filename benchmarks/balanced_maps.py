@@ -5,8 +5,8 @@
     python benchmarks/balanced_maps.py report RESULTS.jsonl docs/balance_figures.md docs/images/balance_front.png
 
 `run` maps every sample, every mesh below FOLDER and random bodies with limbs at five balances, adds a line of JSON a
-mesh, and leaves out what RESULTS already has. `field` needs lapy and u-unwrap3d for their rows. Times are CPU seconds
-of one thread.
+mesh, and leaves out what RESULTS already has. `field` needs lapy, u-unwrap3d, and Octave with SDEM for their rows.
+Times are CPU seconds of one thread.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import argparse
 import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -27,10 +28,13 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 import numpy as np  # noqa: E402
+from scipy.io import loadmat, savemat  # noqa: E402
 
 import igl_spheremap as ism  # noqa: E402
 
 BALANCES = (0.25, 0.5, 0.75, 1.0)
+#: What a program in a process of its own may take.
+SECONDS = 300
 COLUMNS = ("area", "area 99 %", "angles", "cost", "steps")
 
 
@@ -115,7 +119,7 @@ def field(results, paths):
             except ImportError as error:
                 print(name, error, file=sys.stderr)
                 continue
-            except (ValueError, RuntimeError) as error:
+            except (ValueError, RuntimeError, subprocess.SubprocessError) as error:
                 found = {"failure": str(error)[:80]}
             else:
                 seconds = seconds or time.process_time() - began
@@ -163,10 +167,25 @@ def unwrap3d_flow(v, f, x):
             return found["x"], float(found["seconds"])
 
 
+def density_equalizing(v, f, x):
+    """SDEM from the conformal map, at its defaults, in Octave; SDEM_FOLDER names the folder of its code."""
+    if "SDEM_FOLDER" not in os.environ or shutil.which("octave-cli") is None:
+        raise ImportError("Octave is not installed, or SDEM_FOLDER does not name the folder of SDEM.m")
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder) / "in.mat", Path(folder) / "out.mat"
+        savemat(source, {"v": v, "f": f + 1.0, "x": x})
+        script = Path(__file__).with_name("sdem.m")
+        subprocess.run(["octave-cli", "--path", os.environ["SDEM_FOLDER"], script, source, target], check=True,
+                       capture_output=True, timeout=SECONDS)
+        found = loadmat(target)
+        return found["map"], float(found["seconds"].item())
+
+
 #: Meshes whose curves have colours.
 NAMED = ("sample:brain", "choi_hippocampus", "sample:dino", "sample:octopus", "sample:spring")
 PEERS = {"balance 0.5": by_balance(0.5), "balance 1": by_balance(1.0), "LaPy, conformal": lapy_conformal,
-         "LaPy, spectral": lapy_spectral, "u-unwrap3D, area flow": unwrap3d_flow}
+         "LaPy, spectral": lapy_spectral, "u-unwrap3D, area flow": unwrap3d_flow,
+         "density-equalizing (SDEM)": density_equalizing}
 
 
 def report(results, target, image):

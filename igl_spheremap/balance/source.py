@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import igl
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
@@ -38,18 +39,12 @@ class Source:
 def lay_flat(v: FloatArray, f: IntArray) -> Source:
     """Lay every face flat by its edge lengths, mollified so that no area is zero."""
     lengths = np.asarray(mollified_edge_lengths(v, f))
-    area = _heron(lengths)
+    area = np.asarray(igl.doublearea(l=lengths, nan_replacement=0.0)) / 2
     scale = np.sqrt(4 * np.pi / area.sum())
-    a, b, c = (lengths * scale).T  # opposite corners 0, 1 and 2
+    c = lengths[:, 2] * scale  # between corners 0 and 1
     area = area * scale**2
-    cot = np.stack((b * b + c * c - a * a, c * c + a * a - b * b, a * a + b * b - c * c)) / (4 * area)
+    cot = 2 * np.asarray(igl.cotmatrix_entries(l=lengths)).T
     # Corner 0 lies at the origin, corner 1 at (c, 0), corner 2 at (c, 2 area) cut by the cotangent of corner 0.
     second = 1j * c / (2 * area)
     first = (1 - 1j * cot[0]) / c
     return Source(f, len(v), area, cot, np.stack((-(first + second), first, second)))
-
-
-def _heron(lengths: FloatArray) -> FloatArray:
-    """Areas by Kahan's stable form of Heron's formula."""
-    c, b, a = np.sort(lengths, axis=1).T
-    return 0.25 * np.sqrt((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c)))

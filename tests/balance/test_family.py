@@ -82,7 +82,7 @@ def test_balance_1_puts_a_spheroid_at_its_latitudes_by_area():
     assert np.abs(x[:, 2] - np.interp(t, edges, height)).max() < 0.01  # the floor that .03 of angles leave
 
 
-@pytest.mark.parametrize("balance", [0.25, 1.0])
+@pytest.mark.parametrize("balance", [0.25, 0.5, 0.75, 1.0])
 def test_the_round_sphere_stays_as_it_is(balance):
     x, f = ism.samples.sphere(642)
     assert np.abs(converged(check_mesh(x, f), x, balance) - x).max() < 2e-3
