@@ -116,7 +116,8 @@ def test_python_blocks_run(page, desk, capsys):
         if missing():
             pytest.skip(missing())
         code = NO_WINDOW + "\n".join(block.text for block in found)
-        assert subprocess.run([sys.executable, "-c", code], cwd=desk, env=environment(desk), timeout=60).returncode == 0
+        ended = subprocess.run([sys.executable, "-c", code], cwd=desk, env=environment(desk), timeout=300)
+        assert ended.returncode == 0
         return
     namespace = {"__name__": "__main__"}
     for block in found:
@@ -154,7 +155,7 @@ def needs(words):
 
 def in_a_shell(command, folder):
     """The exit status of a line with pipes or loops."""
-    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment(folder), timeout=60).returncode
+    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment(folder), timeout=300).returncode
 
 
 def environment(folder):
