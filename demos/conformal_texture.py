@@ -26,7 +26,7 @@ from igl_spheremap.apps.cli.source import Source
 from igl_spheremap.apps.viewer.app import App
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.colouring import colouring
-from igl_spheremap.apps.viewer.panel import begin_panel, end_panel, paragraph
+from igl_spheremap.apps.viewer.panel import panel, paragraph
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, packed
 from igl_spheremap.draw.palette import FOLDED, INK
@@ -133,16 +133,15 @@ class ConformalTexture(App):
         x, y = self.handle()
         canvas.AddCircleFilled((x, y), _HANDLE, packed((1.0, 1.0, 1.0)))
         canvas.AddCircle((x, y), _HANDLE, packed(INK), 0, 2.0)
-        begin_panel("Conformal texture", self.stage.panel)
-        self.sliders()
-        imgui.Separator()
-        paragraph(
-            "Drag the white handle: what is under it grows. Drag elsewhere to turn both, scroll to zoom, "
-            "click a vertex to see where it goes."
-        )
-        imgui.Separator()
-        self.numbers()
-        end_panel()
+        with panel("Conformal texture", self.stage.panel):
+            self.sliders()
+            imgui.Separator()
+            paragraph(
+                "Drag the white handle: what is under it grows. Drag elsewhere to turn both, scroll to zoom, "
+                "click a vertex to see where it goes."
+            )
+            imgui.Separator()
+            self.numbers()
 
     def sliders(self) -> None:
         """Pattern, and the Moebius map in numbers."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..mesh.arrays import FloatArray, IntArray
 
 #: Where the light comes from, in the frame of the view.
-_LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
+LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 #: What counts as up in files: z or y.
 _UP = np.array([0.0, 1.0, 1.0])
 #: A vertical axis that is closer to the ground than this is not taken for one.
@@ -34,7 +34,7 @@ def view_of(v: FloatArray) -> FloatArray:
 def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> FloatArray:
     """Brightness (m,) of the faces between `ambient`, where the light grazes, and 1."""
     normals = igl.per_face_normals(v @ view, f, np.zeros(3))
-    return np.asarray(ambient + (1 - ambient) * np.abs(normals @ _LIGHT))
+    return np.asarray(ambient + (1 - ambient) * np.abs(normals @ LIGHT))
 
 
 def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArray[np.uint8]:

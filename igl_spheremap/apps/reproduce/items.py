@@ -9,7 +9,6 @@ from ...descent.iterate import Listener
 from ...errors import FileError, import_optional
 from ...io.replacing import replacing
 from ...mesh.arrays import IntArray
-from . import ITEMS
 from .figures import FIGURES
 from .runs import Runs
 from .tables import TABLES
@@ -30,9 +29,6 @@ def reproduce(
     counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
     `report` takes a line on each run, `listen` makes a listener for a run on a mesh with these faces.
     """
-    unknown = sorted(set(names) - set(ITEMS))
-    if unknown:
-        raise ValueError(f"nothing is called {', '.join(unknown)}: choose of {', '.join(ITEMS)}")
     if set(names) & set(FIGURES):
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from .choices import SUBJECTS
 from .lazy import imgui, implot, ps
 
 _ZOOM = 30.0
 
 
-def begin_panel(title: str, width: float) -> None:
-    """Begin a panel over the whole height of the right edge, with a title and a width in pixels."""
+@contextmanager
+def panel(title: str, width: float) -> Iterator[None]:
+    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
     imgui.StyleColorsLight()  # polyscope dresses every context anew in its own colours
     implot.StyleColorsLight()
     _, h = ps.get_window_size()
@@ -23,10 +27,7 @@ def begin_panel(title: str, width: float) -> None:
         | imgui.ImGuiWindowFlags_NoSavedSettings,
     )
     imgui.PushItemWidth(0.55 * width)
-
-
-def end_panel() -> None:
-    """End the panel."""
+    yield
     imgui.PopItemWidth()
     imgui.End()
 

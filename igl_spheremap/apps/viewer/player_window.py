@@ -13,7 +13,7 @@ from ... import samples
 from ...maps.options import METHODS, Method
 from .curves import energy_plot, folding_plot
 from .lazy import imgui
-from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
+from .panel import panel, paragraph, subject_combo, zoom_slider
 from .player import Player
 from .run import Source
 from .stage import PANEL
@@ -58,13 +58,12 @@ class PlayerWindow(Player):
 
     def panel(self) -> None:
         super().panel()
-        begin_panel("Player", self.stage.panel)
-        self._run_widgets()
-        if self.run.slides:
-            for widgets in (self._play_widgets, self._stop_combo, self._view_widgets):
-                widgets()
-            self._plots()
-        end_panel()
+        with panel("Player", self.stage.panel):
+            self._run_widgets()
+            if self.run.slides:
+                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets):
+                    widgets()
+                self._plots()
 
     def _plots(self) -> None:
         at = self.run.slides[self.after].index

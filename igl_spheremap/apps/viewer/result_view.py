@@ -20,7 +20,7 @@ from .colouring import colouring, folded_faces
 from .inset import Inset
 from .lazy import imgui, ps
 from .lens import Lens, follow
-from .panel import begin_panel, end_panel, paragraph, subject_combo, zoom_slider
+from .panel import panel, paragraph, subject_combo, zoom_slider
 from .pose import fit, pose
 from .stage import PANEL, Stage
 
@@ -102,21 +102,20 @@ class ResultView(App):
         self.inset.annotate()
         if not self._with_panel:
             return
-        begin_panel("Map", self.stage.panel)
-        if self._result is not None and self._result.certificate.folding_free:
-            _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
-            if imgui.IsItemDeactivatedAfterEdit():
-                self.rebalance(min(max(self._balance, 0.0), 1.0))
-        subject, zoom = subject_combo(self.subject), zoom_slider(self.zoom)
-        if (subject, zoom) != (self.subject, self.zoom):
-            self.zoom = zoom
-            self.show_subject(subject)
-        paragraph(self._facts)
-        imgui.Separator()
-        if self._result is not None:
-            paragraph("Balance: 0 keeps angles, 1 keeps areas.")
-        paragraph("Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset.")
-        end_panel()
+        with panel("Map", self.stage.panel):
+            if self._result is not None and self._result.certificate.folding_free:
+                _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
+                if imgui.IsItemDeactivatedAfterEdit():
+                    self.rebalance(min(max(self._balance, 0.0), 1.0))
+            subject, zoom = subject_combo(self.subject), zoom_slider(self.zoom)
+            if (subject, zoom) != (self.subject, self.zoom):
+                self.zoom = zoom
+                self.show_subject(subject)
+            paragraph(self._facts)
+            imgui.Separator()
+            if self._result is not None:
+                paragraph("Balance: 0 keeps angles, 1 keeps areas.")
+            paragraph("Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset.")
 
 
 def edge_width(mesh: Mesh, subject: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...draw.raster import LIGHT
 from ...mesh.arrays import FloatArray
 
 
@@ -17,9 +18,7 @@ def matcaps() -> list[FloatArray]:
     size = np.maximum(np.hypot(x, y), 1)
     x, y = x / size, y / size
     z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
-    light = np.array([-0.35, 0.45, 0.82])
-    light /= np.linalg.norm(light)
-    shade = linear(np.minimum(1, 0.62 + 0.42 * np.maximum(0, x * light[0] + y * light[1] + z * light[2])))
+    shade = linear(np.minimum(1, 0.62 + 0.42 * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT)))
     return [shade[..., None] * np.eye(4, 3)[k] for k in range(4)]
 
 

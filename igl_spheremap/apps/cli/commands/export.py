@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
 
 from ....draw.palette import colours
 from ....errors import import_optional
@@ -42,16 +41,16 @@ def run(args: Namespace) -> None:
     image = checker_image() if args.image is None else read_picture(args.image)
     pair = load_pair(args)
     source = pair.source
-    figures: dict[str, Any] = {"source": source.name, "sphere": pair.name, "target": target, "show": args.show}
+    found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show)
     args.progress.stage(f"writing {target}")
     if args.show in _TEXTURES:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
         atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
         write_textured(target, source.v, source.f, atlas, image, force=args.force)
-        figures |= {"vertices": int(atlas.vertex.max()) + 1, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-        kind = "cut along the seam" if cut else "the mesh as it is"
-        outcome = f"{figures['vertices']} vertices, {len(atlas.f)} faces, {kind}"
+        vertices, kind = int(atlas.vertex.max()) + 1, "cut along the seam" if cut else "the mesh as it is"
+        found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
+        outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
     else:
         values = vertex_maps(source.v, source.f, pair.unit)[args.show]
         if target.lower().endswith(".ply"):
@@ -59,8 +58,7 @@ def run(args: Namespace) -> None:
             write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:
             write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
-        figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
+        found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
-    found = Findings(**figures)
     found.add("written", f"{target}: {args.show}, {outcome}")
     found.report(args)
