@@ -249,8 +249,8 @@ def field_table(peers):
     if not peers:
         return
     yield "\n## Other programs\n"
-    yield ("u-unwrap3D starts from this package's conformal map, whose time is not counted; balances count it. 50 "
-           "steps of its flow, at its defaults.\n")
+    yield ("u-unwrap3D and SDEM start from this package's conformal map, whose time is not counted; balances count it. "
+           "50 steps of u-unwrap3D's flow, and SDEM in Octave (Lyu, Lui, Choi 2024), at their defaults.\n")
     yield "| mesh | map by | mean abs log area ratio | angles, degrees | folded faces | CPU s |"
     yield "|---|---|---|---|---|---|"
     for row in peers:
