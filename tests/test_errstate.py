@@ -30,7 +30,7 @@ FILES = {"read_coefficients", "read_mesh", "write_coefficients", "write_mesh", "
     lambda: ism.repair_foldings(X, F, FOLDED).sphere,
     lambda: ism.SphereLocator(X, F).locate(WILD[:40]).weights,
     lambda: ism.texture_atlas(WILD, F).uv,
-    lambda: ism.samples.make("octopus", n_vertices=1500)[0],
+    lambda: ism.samples.make("bird", n_vertices=900)[0],
     lambda: ism.samples.make("spheroid", n_vertices=500, aspect=30)[0],
 ], ids=lambda call: inspect.getsource(call).split(":")[1].split("(")[0].strip())
 def test_results_do_not_depend_on_the_callers_errstate(call):
