@@ -169,7 +169,7 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
     assert figures["polished"]["settings"] == {"polish": "angles"}
     assert figures["polished"]["angle_differences"]["mean"] < figures["plain"]["angle_differences"]["mean"]
     capsys.readouterr()
-    spring = ["map", "sample:spring:n_vertices=6000,turns=5", str(tmp_path / "s.npz"), "-f"]
+    spring = ["map", "sample:spring:n_vertices=2500,turns=5", str(tmp_path / "s.npz"), "-f"]
     assert main(spring) == 0
     assert "stretched to" in capsys.readouterr().out
     assert main([*spring, "--gauge", "poles"]) == 0
