@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from igl_spheremap import Mesh
-from igl_spheremap.apps.viewer import style
 from igl_spheremap.apps.viewer.body import Body
+from igl_spheremap.apps.viewer.window import linear
 from igl_spheremap.mesh.arrays import FloatArray, IntArray
 from igl_spheremap.sphere.charts import INFINITE, to_chart
 from igl_spheremap.verify.distortion import mesh_conformal_factor
@@ -61,7 +61,7 @@ def show_squares(body: Body, corners: FloatArray) -> None:
         defined_on="corners",
         viz_style="checker",
         checker_size=1.0,
-        checker_colors=tuple(tuple(style.linear(np.array(colour))) for colour in COLOURS),
+        checker_colors=tuple(tuple(linear(np.array(colour))) for colour in COLOURS),
         enabled=True,
     )
     body.version += 1

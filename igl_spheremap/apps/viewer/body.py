@@ -9,11 +9,10 @@ import numpy as np
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import row_crosses, row_dets, row_dots
-from . import style
 from .lazy import ps
-from .window import MATERIAL
+from .window import MATERIAL, linear
 
-Legend = palette.Ramp | tuple[str, palette.Colour] | None
+Legend = palette.Ramp | tuple[str, palette.Colour]
 
 #: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
 _LIFT = 1.012
@@ -41,7 +40,7 @@ class Body:
         self.raised = True
         self.x = x
         self.caption = ""
-        self.legend: Legend = None
+        self.legend: Legend | None = None
         self.visible = True
         self.version = 0
         self.mesh = _register(name, x, _outward(x, f), MATERIAL)
@@ -61,9 +60,9 @@ class Body:
         """Colour the faces, (m, 3), those whose indices are in `folded` in their own colour."""
         folded = np.empty(0, dtype=np.int64) if folded is None else folded
         if colours is not self._colours:
-            self._colours, self._linear = colours, style.linear(colours)
+            self._colours, self._linear = colours, linear(colours)
         shown = self._linear.copy()
-        shown[folded] = style.linear(np.array(palette.FOLDED))
+        shown[folded] = linear(np.array(palette.FOLDED))
         self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
         if self.lift:
             self._bring_to_front(folded)
@@ -132,7 +131,7 @@ class Body:
 
 def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:
     mesh = ps.register_surface_mesh(name, x, f, material=material)
-    mesh.set_edge_color(tuple(style.linear(np.array(palette.EDGES))))
+    mesh.set_edge_color(tuple(linear(np.array(palette.EDGES))))
     return mesh
 
 

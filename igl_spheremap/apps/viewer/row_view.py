@@ -34,7 +34,7 @@ class Part:
 class RowView(App):
     """Parts in a row, which turn together; the legend stands below the first."""
 
-    def __init__(self, parts: Sequence[Part], legend: Legend = None) -> None:
+    def __init__(self, parts: Sequence[Part], legend: Legend | None = None) -> None:
         self.stage = Stage(1, len(parts), panel=0)
         for k, part in enumerate(parts):
             body = self.stage.place(0, k, Body(f"part {k}", part.x, part.f, lift=part.folded is not None))

@@ -215,8 +215,6 @@ def text(canvas: Any, x: float, y: float, line: str) -> None:
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
     """Draw a colour map with its label and the values at its ends, or one colour with its meaning, within a width."""
-    if legend is None:
-        return
     if not isinstance(legend, palette.Ramp):
         label, colour = legend
         lines = wrapped(label, width - 24)

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...draw import palette
+from ...draw.raster import LIGHT
 from ...errors import DisplayError, FileError
 from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
-from . import style
 from .choices import SIZE
 from .lazy import PACKAGES, ps
 
@@ -93,7 +93,7 @@ def _dress(offscreen: bool) -> None:
     """Background, light and a camera that sees everything from the front without perspective."""
     with tempfile.TemporaryDirectory() as folder:
         files = []
-        for name, image in zip("rgbk", style.matcaps(), strict=True):
+        for name, image in zip("rgbk", matcaps(), strict=True):
             path = Path(folder) / f"{name}.ppm"
             path.write_bytes(b"P6\n256 256\n255\n" + np.rint(255 * image).astype(np.uint8).tobytes())
             files.append(str(path))
@@ -108,6 +108,25 @@ def _dress(offscreen: bool) -> None:
     ps.set_view_projection_mode("orthographic")
     ps.set_vertical_fov_degrees(_FIELD_OF_VIEW)
     ps.set_max_fps(MAX_FPS)
+
+
+def matcaps() -> list[FloatArray]:
+    """Images (256, 256, 3) of a lit ball in red, green, blue and black, which make a blendable material of polyscope.
+
+    The light comes from the viewer's upper left. A colour c is seen as c times the shade: polyscope's own
+    materials would wash it out, and then no legend fits.
+    """
+    y, x = np.mgrid[1 - 1 / 256 : -1 : -1 / 128, -1 + 1 / 256 : 1 : 1 / 128]
+    size = np.maximum(np.hypot(x, y), 1)
+    x, y = x / size, y / size
+    z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
+    shade = linear(np.minimum(1, 0.62 + 0.42 * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT)))
+    return [shade[..., None] * np.eye(4, 3)[k] for k in range(4)]
+
+
+def linear(colours: FloatArray) -> FloatArray:
+    """Colours that polyscope, which applies a gamma of 2.2 at the end, shows as the given ones."""
+    return colours**2.2
 
 
 def to_world(x: float, y: float, depth: float = 0.0) -> FloatArray:

@@ -9,7 +9,7 @@ from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.viewer import style, window
+from igl_spheremap.apps.viewer import window
 from igl_spheremap.apps.viewer.choices import SUBJECTS, UPS
 from igl_spheremap.apps.viewer.colouring import colouring, log_factor, relief
 from igl_spheremap.apps.viewer.pose import fit, pose
@@ -50,9 +50,9 @@ def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes
     # Vienot, Brettel, Mollon 1999, deuteranopia, on linear RGB
     blind = np.array([[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]])
     others = np.vstack((palette.SURFACE, palette.sequential("", 0, 1).stops, palette.diverging("", 1).stops))
-    folded = style.linear(np.array(palette.FOLDED))
+    folded = window.linear(np.array(palette.FOLDED))
     for see in (np.eye(3), blind):
-        apart = np.linalg.norm((style.linear(others) - folded) @ see.T, axis=1)
+        apart = np.linalg.norm((window.linear(others) - folded) @ see.T, axis=1)
         assert apart.min() > 0.1
 
 

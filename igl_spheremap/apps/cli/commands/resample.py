@@ -14,7 +14,7 @@ from ....shapes.transfer import interpolate
 from ..output import Findings, mesh_size
 from ..pair import load_pair
 from ..streams import check_outputs, target_format, write_target
-from ..target_sphere import read_target_sphere
+from ..vertex_data import read_target_sphere
 
 
 def run(args: Namespace) -> None:

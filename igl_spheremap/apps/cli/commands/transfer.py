@@ -14,8 +14,7 @@ from ....shapes.transfer import interpolate
 from ..output import Findings
 from ..pair import load_pair
 from ..streams import check_outputs
-from ..target_sphere import read_target_sphere
-from ..vertex_data import read_maps
+from ..vertex_data import read_maps, read_target_sphere
 
 
 def run(args: Namespace) -> None:
