@@ -139,6 +139,7 @@ def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]
     if mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f):
         mapper.move(v)
     else:
+        mapper = None  # two factors at a time would take twice the memory
         mapper = SphereMapper(v, f, options.method)
     result = mapper.map()
     _OF_THREAD.mapper = mapper
