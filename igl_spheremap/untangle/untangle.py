@@ -42,10 +42,10 @@ from .unrolling import between_tips, unroll
 
 #: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
 _SMALL = 1000
-#: Factorisations of Newton steps at the most. Where nothing was folded one, and one more each time that so many
-#: vertices, which is what costs as much as all that does not depend on size, hold the mesh: sweeps and steps then cost
-#: three maps at the most.
-_FACTORISATIONS, _OVERHEAD = 12, 3000
+#: Factorisations of Newton steps at the most, which only bodies of 60 nepers and more use up. Where nothing was folded
+#: one, and one more each time that so many vertices, whose cost is that of all that does not depend on size, hold the
+#: mesh: all then costs about four maps.
+_FACTORISATIONS, _OVERHEAD = 20, 3000
 #: Share of the mean angle difference that a sweep, or all further steps, must gain.
 _LEAST_GAIN = 0.025
 
