@@ -35,7 +35,8 @@ def distance(x, y):
 def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method):
     """Against the exact map in the source-area gauge: a wrong gauge shows here at once."""
     errors = []
-    for level in (2, 3, 4):
+    # Coarser meshes get steps on their angles by default, which take them nearer to the exact map than this order.
+    for level in (3, 4, 5) if method == "auto" else (2, 3, 4):
         p, f = icosphere(level)
         v = surface.embed(p)
         record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(tolerance=1e-6, plateau=0.0)
@@ -61,13 +62,17 @@ def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
     assert distance(x @ turn, y) < (1e-6 if method == "auto" else 1e-2)
 
 
-def test_renumbering_the_input_renumbers_the_sphere():
-    rng = np.random.default_rng(1)
-    order = rng.permutation(len(V))
-    faces = np.argsort(order)[F][rng.permutation(len(F))]
-    x = ism.spherical_conformal_map(V, F, tolerance=1e-9).sphere
-    y = ism.spherical_conformal_map(V[order], faces, tolerance=1e-9).sphere
-    assert distance(x[order], y) < 1e-4
+@pytest.mark.parametrize(("name", "bound"), [
+    ("spheroid", 1e-8),
+    ("dino", 1e-3),  # its angles are poor: sweeps over the vertices lower them, in the order of the numbers
+])
+def test_renumbering_the_input_renumbers_the_sphere(name, bound):
+    rng, (v, f) = np.random.default_rng(1), ism.samples.make(name, n_vertices=1500)
+    order = rng.permutation(len(v))
+    faces = np.argsort(order)[f][rng.permutation(len(f))]
+    x = ism.spherical_conformal_map(v, f, tolerance=1e-9).sphere
+    y = ism.spherical_conformal_map(v[order], faces, tolerance=1e-9).sphere
+    assert distance(x[order], y) < bound
 
 
 @pytest.mark.parametrize("method", METHODS)
