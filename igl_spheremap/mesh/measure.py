@@ -22,10 +22,6 @@ def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: I
     return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
 
 
-#: Below this angle in radians the law of cosines, which libigl uses, has lost half of its digits.
-_THIN = 1e-4
-
-
 def _unit_scale(d: FloatArray) -> FloatArray:
     """Rows divided by their largest entry, so that products neither over- nor underflow."""
     size = np.abs(d).max(axis=1, keepdims=True)
@@ -39,9 +35,9 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     array([[60., 60., 60.]])
     """
     angles = np.asarray(igl.internal_angles(v, f))
-    if angles.min(initial=np.inf) > _THIN:  # false for NaN
+    if np.isfinite(angles.sum()):
         return angles
-    redo = np.flatnonzero(~(angles.min(axis=1) > _THIN))
+    redo = np.flatnonzero(~np.isfinite(angles).all(axis=1))  # sides of length 0, or products beyond float64
     for k in range(3):
         a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
         u, w = _unit_scale(b - a), _unit_scale(c - a)
