@@ -112,7 +112,7 @@ class AngleNewton:
         y = embed_locally(nudge(x, self.blocks.f), self.blocks.f)
         movable = dilate(self.blocks.f, (y != x).any(axis=1), RELAXED_RINGS)
         around = movable[self.blocks.f].any(axis=1)
-        return descend(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable)
+        return descend(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=2)
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""

@@ -40,7 +40,8 @@ from .polish import UNDAMPED, is_worth_steps, match_angles
 from .room import floors, make_room
 from .unrolling import between_tips, unroll
 
-#: Up to so many vertices the map itself is embedded, too: coarse meshes suffer at the hole that angles need.
+#: Up to so many vertices the map itself is embedded, too, since coarse meshes suffer at the hole that angles need; and
+#: steps and sweeps, which cost little there, are run three times, each from the end of the last.
 _SMALL = 1000
 #: Factorisations of Newton steps at the most, which only bodies of 60 nepers and more use up. Where nothing was folded
 #: one, and one more each time that so many vertices, whose cost is that of all that does not depend on size, hold the
@@ -73,7 +74,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
         if line.best is None or (not few and len(mesh.v) <= _SMALL):
             line.accept("embedding", repair_locally(mesh, x))
     if worth_steps or not free:
-        for _ in range(2 if len(mesh.v) <= _SMALL else 1):
+        for _ in range(3 if len(mesh.v) <= _SMALL else 1):
             line.newton(min(_FACTORISATIONS, 1 + _OVERHEAD // len(mesh.v)) if free else _FACTORISATIONS)
     if poles:
         line.poles()

@@ -38,7 +38,7 @@ def test_each_method_is_known_by_name_and_shown_to_completion():
     for name, record in METHODS.items():
         assert record.name == name
         assert getattr(ism, record.__name__) is record
-        assert all(f"    {option.name} : " in record.__doc__ for option in fields(record))
+        assert all(f"\n{option.name} : " in inspect.getdoc(record) for option in fields(record))
 
 
 @pytest.mark.parametrize("name", METHODS)

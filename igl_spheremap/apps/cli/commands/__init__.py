@@ -157,8 +157,8 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
                  "scheduler file"),
         argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
                  "targets"),
-        argument("--resume", None, "keep what the manifest holds of the same file, options and version; "
-                 "default: on", action=BooleanOptionalAction, default=True),
+        (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
+                         "action": BooleanOptionalAction, "default": True}),
         switch("--retry-failed", help="run again what failed"),
         argument("--timeout", "SECONDS", "end a job after so long", type=POSITIVE),
         argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
