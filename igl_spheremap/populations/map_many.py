@@ -128,14 +128,12 @@ def map_many(
 
     if report is not None:
         import_optional("PIL", "a report", "io")
-    run = {"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds"), "by": here()}
-    with (Manifest(manifest or manifest_of(out), run) as log,
+    with (Manifest(manifest or manifest_of(out), _run(options)) as log,
           workers_of(executor, processes, timeout, memory) as workers):
-        jobs = _begin(log, names, targets, options)
-        kept = _earlier_rows(log, jobs, retry_failed or force) if resume else []
-        done_before = {row.target for row in kept}
-        todo.extend(job for job in jobs if job.target not in done_before)
-        for row in kept:
+        jobs = _jobs(log, names, targets, options)
+        kept = _earlier_rows(log, jobs, retry_failed or force) if resume else {}
+        todo.extend(job for job in jobs if job.target not in kept)
+        for row in kept.values():
             take(row)
         for job, (row, output) in results(workers, todo, options, retries, log.flush):
             log.add(job.key, row, output)
@@ -146,7 +144,12 @@ def map_many(
     return done
 
 
-def _begin(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
+def _run(options: Options) -> dict[str, str]:
+    """A run as the manifest records it."""
+    return {"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds"), "by": here()}
+
+
+def _jobs(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
     """The jobs; their inputs are recorded in the manifest."""
     with ThreadPoolExecutor() as readers:
         files = list(readers.map(lambda name: fingerprint(name, log.inputs.get(name)), names))
@@ -156,8 +159,8 @@ def _begin(log: Manifest, names: Sequence[str], targets: Sequence[str], options:
             for name, target, file in zip(names, targets, files, strict=True)]
 
 
-def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> list[Row]:
-    """Rows of earlier runs for these jobs, in their order."""
+def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> dict[str, Row]:
+    """Rows of earlier runs for these jobs by target, in their order."""
     known = ((job, log.result(job.key, job.target)) for job in jobs)
-    return [replace(row, source=job.source, target=job.target, resumed=True) for job, row in known
-            if row is not None and (row.status in _MAPPED or not mapped_only)]
+    return {job.target: replace(row, source=job.source, target=job.target, resumed=True) for job, row in known
+            if row is not None and (row.status in _MAPPED or not mapped_only)}
