@@ -49,7 +49,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
-    """A curvature file's map, by the end of the file's name."""
+    """A curvature file's scalar map, named by the file's suffix."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     with path.open("rb") as file:
         if file.read(3) == _QUADS:  # as files of quads begin
