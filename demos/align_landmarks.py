@@ -26,10 +26,11 @@ from numpy.typing import NDArray
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.app import open_for, run_app
-from igl_spheremap.apps.viewer.colouring import folded_faces, places
+from igl_spheremap.apps.viewer.colouring import places
 from igl_spheremap.apps.viewer.lens import follow
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.row_view import Part, RowView
+from igl_spheremap.verify.signs import folded_faces
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 #: Radii of the dots of landmarks and targets; the former are drawn nearer to the viewer, to be seen inside.
@@ -103,7 +104,7 @@ class Alignment:
         marks = {"landmarks": (surface[self.landmarks], BLACK, _SMALL)}
         caption = f"{len(self.landmarks)} landmarks\n{len(surface):,} vertices"
         parts = [Part(caption, surface, self.mesh.f, colours, dots=marks)]
-        folded = {name: folded_faces(self.mesh, result.sphere) for name, result in self.maps.items()}
+        folded = {name: np.flatnonzero(folded_faces(result.sphere, self.mesh.f)) for name, result in self.maps.items()}
         worst = max(folded, key=lambda name: len(folded[name]))
         turn = follow(self.maps[worst].sphere @ turn.T, self.mesh.f, folded[worst]).axes() @ turn  # foldings in front
         for name, result in self.maps.items():

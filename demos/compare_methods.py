@@ -25,7 +25,7 @@ from igl_spheremap.apps.cli.source import Source
 from igl_spheremap.apps.viewer.app import App
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.choices import SUBJECTS
-from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, colouring, folded_faces
+from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, colouring
 from igl_spheremap.apps.viewer.panel import subject_combo
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, draw_legend
@@ -34,6 +34,7 @@ from igl_spheremap.draw.plot import angle_histogram
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.mesh.normals import mesh_gauss_map
 from igl_spheremap.verify.distortion import mesh_angle_differences
+from igl_spheremap.verify.signs import folded_faces
 
 HEAD, FOOT = 54, 150
 #: Degrees at the end of the colours and of the histograms: the same for all methods, to be compared.
@@ -57,7 +58,7 @@ class Contender:
         """Measure a map."""
         differences = mesh_angle_differences(mesh, x)
         edges, share = angle_histogram(differences, REACH)
-        return cls(name, x, len(folded_faces(mesh, x)), float(np.abs(differences).mean()), edges, share)
+        return cls(name, x, int(folded_faces(x, mesh.f).sum()), float(np.abs(differences).mean()), edges, share)
 
 
 def contenders(mesh: ism.Mesh, methods: list[str]) -> list[Contender]:

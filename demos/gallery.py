@@ -21,7 +21,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.apps.viewer.body import Body
-from igl_spheremap.apps.viewer.colouring import colouring, folded_faces, places
+from igl_spheremap.apps.viewer.colouring import colouring, places
 from igl_spheremap.apps.viewer.lens import follow, look_at
 from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.row_view import registration_view
@@ -29,6 +29,7 @@ from igl_spheremap.apps.viewer.stage import Stage
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
+from igl_spheremap.verify.signs import folded_faces
 
 #: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
@@ -51,14 +52,14 @@ def dino(path: Path) -> None:
     for k, (x, caption) in enumerate(
         (
             (fit(mesh.v, turn), f"a surface\n{len(mesh.v):,} vertices"),
-            (gauss @ turn.T, f"its Gauss map\n{len(folded_faces(mesh, gauss)):,} folded faces (red)"),
+            (gauss @ turn.T, f"its Gauss map\n{folded_faces(gauss, mesh.f).sum():,} folded faces (red)"),
             (result.sphere @ turn.T, f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees"),
             (lens(result.sphere @ turn.T), f"the head on that map,\nmagnified {lens.power:,.0f} times"),
         )
     ):
         body = stage.place(0, k, Body(f"part {k}", x, mesh.f, lift=k == 1))
         body.raised = False
-        body.paint(places(mesh), folded_faces(mesh, gauss) if k == 1 else None)
+        body.paint(places(mesh), np.flatnonzero(folded_faces(gauss, mesh.f)) if k == 1 else None)
         show_squares(body, checks)
         body.caption = caption
     _save(stage, path)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import unit_rows
-from ..verify.certificate import orientation_signs
+from ..verify.signs import folded_faces
 from .energy import Energy
 
 #: A face is refused where its energy exceeds this many times its old one and this many times the mean.
@@ -42,4 +42,4 @@ def certified_step(energy: Energy, x: FloatArray, move: FloatArray,
 
 def _refused(y: FloatArray, f: IntArray, after: FloatArray, limit: FloatArray) -> BoolArray:
     """Faces that are folded, by exact arithmetic, or grow beyond their limit."""
-    return ~(after < limit) | (orientation_signs(y, f) <= 0)
+    return ~(after < limit) | folded_faces(y, f)

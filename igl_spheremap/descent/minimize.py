@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 from ..mesh.check import Mesh
-from ..verify.certificate import orientation_signs
 from ..verify.distortion import mean_angle_difference
+from ..verify.signs import folded_faces
 from .iterate import Iterate, Listener, Round, Status
 from .problem import Problem
 
@@ -26,14 +26,14 @@ class Minimum:
     def centred(self, problem: Problem) -> Minimum:
         """In the gauge of the result, unless rounding there folds a face of a map without foldings."""
         x = problem.centred(self.last.x)
-        folded, were_folded = ((orientation_signs(y, problem.f) <= 0).any() for y in (x, self.last.x))
+        folded, were_folded = (folded_faces(y, problem.f).any() for y in (x, self.last.x))
         if folded and not were_folded:
             return self
         return replace(self, last=replace(self.last, x=x, energy=problem.energy.evaluate(x)[0]))
 
     def as_round(self, mesh: Mesh, start: Iterate, seconds: float) -> Round:
         """The record of a minimisation from `start`, with the foldings before and after."""
-        before, after = (int((orientation_signs(x, mesh.f) <= 0).sum()) for x in (start.x, self.last.x))
+        before, after = (int(folded_faces(x, mesh.f).sum()) for x in (start.x, self.last.x))
         mean = mean_angle_difference(mesh, self.last.x)
         return Round(start.round, start.stage, before, after, self.last.iteration, self.last.energy, mean,
                      self.status, seconds)

@@ -13,7 +13,7 @@ from ..operators.laplacian import positive_areas
 from ..sphere.cayley import cayley_step
 from ..sphere.moebius import center
 from ..sphere.rows import along, weighted_moment, weighted_sum
-from ..verify.certificate import orientation_signs
+from ..verify.signs import folded_faces
 from .energies import Energy
 from .energies.harmonic import HarmonicEnergy
 from .energies.p_harmonic import PHarmonicEnergy
@@ -77,7 +77,7 @@ class Problem:
 
     def is_injective(self, x: FloatArray) -> bool:
         """True if no face of the map is flipped or degenerate."""
-        return bool((orientation_signs(x, self.f) > 0).all())
+        return not folded_faces(x, self.f).any()
 
 
 def harmonic_problem(mesh: Mesh) -> Problem:

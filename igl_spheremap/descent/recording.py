@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import IntArray
-from ..verify.certificate import orientation_signs
+from ..verify.signs import folded_faces
 from .iterate import Iterate, Listener, Step
 
 #: Bytes of positions that a recording holds by default.
@@ -72,7 +72,7 @@ class Recording(History):
 
     def __call__(self, iterate: Iterate) -> None:
         """Keep the iterate."""
-        foldings = int((orientation_signs(iterate.x, self._f) <= 0).sum())
+        foldings = int(folded_faces(iterate.x, self._f).sum())
         with self._lock:
             frame = Frame(len(self.steps), iterate, foldings)
             super().__call__(iterate)

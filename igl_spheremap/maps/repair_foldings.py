@@ -18,8 +18,9 @@ from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..untangle.polish import polish_map
-from ..verify.certificate import certify_checked, orientation_signs
+from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
+from ..verify.signs import folded_faces
 from .options import Polish
 from .run import run
 from .sphere_map import SphereMap
@@ -87,7 +88,7 @@ def repair_foldings(
         y = _checked_map(x, mesh)
 
         def record(stage: str, x: FloatArray) -> None:
-            foldings = float((orientation_signs(x, mesh.f) <= 0).sum())
+            foldings = float(folded_faces(x, mesh.f).sum())
             notify(Iterate(stage, 0, next(places), x.copy(), float("nan"), foldings))
 
         before = certify_checked(y, mesh.f)

@@ -12,7 +12,7 @@ from ..draw.raster import raster, shading, view_of
 from ..io import read_mesh, read_sphere, write_picture
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh
-from ..verify.signs import orientation_signs
+from ..verify.signs import folded_faces
 from ..verify.stretch import mesh_area_distortion
 from .job import Options, place
 from .table import Row
@@ -40,7 +40,7 @@ def draw_row(row: Row, path: str, options: Options) -> bool:
     x, _ = read_sphere(target)
     mesh, view = check_mesh(v, f), view_of(v)
     colours = diverging("", REACH).colours(mesh_area_distortion(mesh, x))
-    folded = orientation_signs(x, mesh.f) <= 0
+    folded = folded_faces(x, mesh.f)
     tiles = []
     for turn in (view, view * _BEHIND):
         for y in (v, x):

@@ -16,7 +16,8 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_dets, row_dots
-from ..verify.certificate import certify_checked, orientation_signs
+from ..verify.certificate import certify_checked
+from ..verify.signs import folded_faces
 from .kernel import Stars, stars_of
 
 #: Rounds unit rows to positions that vertices may take.
@@ -62,7 +63,7 @@ class Complex:
         self.alive = np.ones(len(f), dtype=bool)
         self.present = np.zeros(len(x), dtype=bool)
         self.present[f.ravel()] = True
-        self.bad = orientation_signs(x, f) <= 0
+        self.bad = folded_faces(x, f)
 
     def is_bijective(self) -> bool:
         """Whether the present complex covers the sphere once and without folding."""
@@ -79,7 +80,7 @@ class Complex:
         self.alive[stars.faces[gone]] = self.bad[stars.faces[gone]] = False
         kept = stars.faces[~gone]
         self.f[kept] = np.stack((target, stars.a, stars.b), axis=1)[~gone]
-        self.bad[kept] = orientation_signs(self.x, self.f[kept]) <= 0
+        self.bad[kept] = folded_faces(self.x, self.f[kept])
         self.present[stars.vertices] = False
 
     def restore(self, batch: Batch) -> None:

@@ -20,7 +20,8 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import unit_rows
-from ..verify.certificate import certify_checked, orientation_signs
+from ..verify.certificate import certify_checked
+from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
@@ -89,7 +90,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
 
     `grid` rounds unit rows to the positions that are allowed. `x` itself where it can't be had locally.
     """
-    bad = orientation_signs(x, f) <= 0
+    bad = folded_faces(x, f)
     if not bad.any() or bad.sum() > len(f) / 2:
         return x
     forced = np.zeros(len(x), dtype=bool)

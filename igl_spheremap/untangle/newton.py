@@ -18,8 +18,8 @@ from ..mesh.arrays import FloatArray
 from ..mesh.measure import log_edges
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import unit_rows, weighted_sum
-from ..verify.certificate import orientation_signs
 from ..verify.distortion import mean_difference
+from ..verify.signs import folded_faces
 from .blocks import VertexBlocks
 from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS
@@ -78,11 +78,11 @@ class AngleNewton:
                 y = unit_rows(x + self._move(x, axes, H, g))
             except FactorisationFailed:
                 break
-            folded = orientation_signs(y, f) <= 0
+            folded = folded_faces(y, f)
             taken = folded.sum() <= FEW * len(f)
             if taken and folded.any():
                 y = self._embedded(y, smoothing)
-                taken = bool((orientation_signs(y, f) > 0).all())
+                taken = not folded_faces(y, f).any()
             after = self.difference(y) if taken else np.inf
             around = np.zeros(len(x), dtype=bool)
             around[f[folded]] = True

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
-from ..verify.certificate import orientation_signs
+from ..verify.signs import folded_faces
 from .embedding import Watch, dilate
 
 #: Twice the area that foldings are given, in units of their longest side squared.
@@ -35,10 +35,10 @@ def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     --------
     >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
     >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
-    >>> orientation_signs(x, f).tolist(), orientation_signs(nudge(x, f), f).tolist()
-    ([1, -1, 1, 1], [1, 1, 1, 1])
+    >>> folded_faces(x, f).tolist(), folded_faces(nudge(x, f), f).any()
+    ([False, True, False, False], np.False_)
     """
-    bad = orientation_signs(x, f) <= 0
+    bad = folded_faces(x, f)
     near = np.zeros(len(x), dtype=bool)
     near[f[bad]] = True
     near = dilate(f, near, _RINGS)
@@ -49,7 +49,7 @@ def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
         y = _projected(y, folded, near)
         if watch is not None:
             watch(y)
-        folded = f[orientation_signs(y, f) <= 0]
+        folded = f[folded_faces(y, f)]
         best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
     return _without_failures(x, best, f)
 
@@ -58,7 +58,7 @@ def _without_failures(x: FloatArray, y: FloatArray, f: IntArray) -> FloatArray:
     """The moves from `x` to `y` but for those connected to foldings that are left."""
     moved = (x != y).any(axis=1)
     failed = np.zeros(len(x), dtype=bool)
-    failed[f[orientation_signs(y, f) <= 0]] = True
+    failed[f[folded_faces(y, f)]] = True
     while True:
         grown = failed | (dilate(f, failed, 1) & moved)
         if grown.sum() == failed.sum():

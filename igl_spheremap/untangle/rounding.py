@@ -12,7 +12,8 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
 from ..sphere.charts import from_chart
 from ..sphere.rows import unit_rows
-from ..verify.certificate import Certificate, certify_checked, orientation_signs
+from ..verify.certificate import Certificate, certify_checked
+from ..verify.signs import orientation_signs
 from .embedding import embed_locally
 from .placed import as_mapped
 from .room import floors, make_room

@@ -10,7 +10,7 @@ from ..mesh.measure import corner_angles, log_edges
 from ..sphere.charts import to_chart
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces
-from ..verify.certificate import orientation_signs
+from ..verify.signs import folded_faces
 from .angles import CLOSED, close_angles, proper_angles
 from .blocks import VertexBlocks
 from .layout import Inverted, Layout
@@ -28,7 +28,7 @@ _LOST = 0.25
 def unroll(mesh: Mesh, x: FloatArray, area: FloatArray, blocks: VertexBlocks) -> Placed | None:
     """The body laid out in the plane by closed angles, a face of its middle at infinity; None if they do not close."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
-    lost = bool((orientation_signs(x, mesh.f) <= 0).mean() > _LOST)
+    lost = bool(folded_faces(x, mesh.f).mean() > _LOST)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     closed = close_angles(blocks, source if lost else _targets(mesh.f, source, x, hole), hole)
     if closed.residual > CLOSED:
@@ -65,5 +65,5 @@ def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> Float
     z = to_chart(x, pole)
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
     known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > _SMALL)
-    usable = known & (orientation_signs(x, f) > 0) & (plane > 0).all(axis=1)
+    usable = known & ~folded_faces(x, f) & (plane > 0).all(axis=1)
     return proper_angles(source + np.where(usable[:, None], plane - ball, 0))

@@ -37,6 +37,11 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     return signs
 
 
+def folded_faces(x: FloatArray, f: IntArray) -> BoolArray:
+    """Whether the image of each face is flipped or degenerate."""
+    return orientation_signs(x, f) <= 0
+
+
 def _det(a: Any, b: Any, c: Any) -> Any:
     (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = a, b, c
     return a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)

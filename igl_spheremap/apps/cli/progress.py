@@ -12,7 +12,7 @@ from tqdm import tqdm
 from ...descent.iterate import Iterate, Listener
 from ...mesh.arrays import IntArray
 from ...mesh.timings import LOGGER
-from ...verify.certificate import orientation_signs
+from ...verify.signs import folded_faces
 from ..viewer.timeline import title_of
 
 #: Stages of the library that take long on large meshes, by what they do.
@@ -69,7 +69,7 @@ class Progress(logging.Handler):
             assert self._bar is not None
             self._bar.set_description_str(name, refresh=False)
             if self._bar.update():
-                foldings = int((orientation_signs(iterate.x, f) <= 0).sum())
+                foldings = int(folded_faces(iterate.x, f).sum())
                 self._bar.set_postfix_str(f"{measures(iterate)}, foldings {foldings}")
 
         return show

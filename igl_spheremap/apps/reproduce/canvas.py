@@ -10,7 +10,7 @@ from ...draw.palette import FOLDED, INK, SURFACE, diverging
 from ...draw.raster import shading, view_of
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
-from ...verify.certificate import orientation_signs
+from ...verify.signs import folded_faces
 from ..viewer.lens import clusters, follow
 from .surfaces import Surface
 
@@ -96,7 +96,7 @@ def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
 
 
 def _folded(surface: Surface, x: FloatArray) -> IntArray:
-    return np.flatnonzero(orientation_signs(x, surface.f) <= 0)
+    return np.flatnonzero(folded_faces(x, surface.f))
 
 
 def _marked(surface: Surface, folded: IntArray) -> FloatArray:

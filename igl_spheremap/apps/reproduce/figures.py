@@ -12,8 +12,8 @@ from ...draw.palette import GUIDE, LINES
 from ...draw.plot import new_figure, plot_angles
 from ...mesh.arrays import FloatArray
 from ...start.star_map import weighted_eigen_projection
-from ...verify.certificate import orientation_signs
 from ...verify.distortion import angle_differences, conformal_factor
+from ...verify.signs import folded_faces
 from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
 from .paper import TABLE_1
 from .runs import Outcome, Runs
@@ -97,7 +97,7 @@ def figure_9(runs: Runs) -> Any:
 
 def _removal(line: Any, surface: Surface, x: FloatArray, step: int) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
-    folded = int((orientation_signs(x, surface.f) <= 0).sum())
+    folded = int(folded_faces(x, surface.f).sum())
     show_source(line[0], surface, x, title=f"{f'removal {step}' if step else surface.source}: {folded} foldings")
     show_map(line[1], surface, x, title=f"map: {folded} foldings")
     show_function(line[2], surface, _u(surface, x), title="u")

@@ -14,8 +14,8 @@ from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...shapes.registration.features import FeatureSurface
 from ...start.star_map import finite_conformal_factor
-from ...verify.certificate import orientation_signs
 from ...verify.distortion import mesh_angle_differences
+from ...verify.signs import folded_faces
 from ...verify.stretch import mesh_area_distortion
 from .body import Body, Legend
 
@@ -41,11 +41,6 @@ class Colouring:
         for body in bodies:
             body.paint(self.colours, self.folded)
             body.legend = self.legend if body is bodies[0] else None
-
-
-def folded_faces(mesh: Mesh, x: FloatArray) -> IntArray:
-    """Indices of the faces whose image is flipped or degenerate."""
-    return np.flatnonzero(orientation_signs(np.ascontiguousarray(x), mesh.f) <= 0)
 
 
 def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -81,7 +76,7 @@ def colouring(
     `reach` is the value at the end of the colours, chosen from the map by default; `folded` saves the time to
     find the folded faces.
     """
-    folded = folded_faces(mesh, x) if folded is None else folded
+    folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
     if subject == "foldings":
         return Colouring(places(mesh), folded, FOLDED_LEGEND)
     if subject == "conformal factor":

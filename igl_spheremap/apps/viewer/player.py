@@ -14,7 +14,7 @@ from .body import Body
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
 from .inset import Inset
-from .lens import Lens, clusters, look_at
+from .lens import Lens, follow
 from .pose import fit, pose
 from .result_view import count_foldings, edge_width
 from .run import Run, Source
@@ -106,10 +106,9 @@ class Player(App):
             return
         self._shown = state
         aim = next((slide for slide in state[:2] if slide.foldings), state[0])
-        faces = self.mesh.f[aim.folded[clusters(self.mesh.f[aim.folded])[0]]] if aim.foldings else None
         for slide, body, word in zip(state[:2], self.images, ("Before", "After"), strict=True):
             x = slide.x @ self.turn.T
-            lens = Lens() if faces is None else look_at(x, faces)
+            lens = follow(x, self.mesh.f, aim.folded)
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
             body.raised = lens.power > 1

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+import numpy as np
+
 from ...maps.balanced import rebalance
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
@@ -11,12 +13,13 @@ from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
 from ...verify.distortion import mesh_angle_differences
 from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
+from ...verify.signs import folded_faces
 from ...verify.stretch import mesh_area_distortion
 from . import window
 from .app import App, draw_app, show_app
 from .body import Body
 from .choices import SIZE, SUBJECTS
-from .colouring import colouring, folded_faces
+from .colouring import colouring
 from .inset import Inset
 from .lazy import imgui, ps
 from .lens import Lens, follow
@@ -60,7 +63,7 @@ class ResultView(App):
 
     def _show_map(self, x: FloatArray, caption: str, lens: Lens | None = None) -> None:
         self.x, self._map_caption = x, caption
-        self._folded = folded_faces(self.mesh, x)
+        self._folded = np.flatnonzero(folded_faces(x, self.mesh.f))
         self._lens = lens or follow(x @ self._turn.T, self.mesh.f, self._folded)
         angles, areas = mesh_angle_differences(self.mesh, x), mesh_area_distortion(self.mesh, x)
         self._facts = (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...descent.iterate import Iterate, Step
 from ...mesh.arrays import FloatArray, IntArray
-from ...verify.certificate import orientation_signs
+from ...verify.signs import folded_faces
 
 #: The start of the paper's algorithms; shown first in every run, for comparison.
 GAUSS_MAP = Step("gauss map", 0, 0, float("nan"), float("nan"), 0.0)
@@ -30,7 +30,7 @@ class Slide:
 
     @classmethod
     def of(cls, index: int, step: Step, x: FloatArray, f: IntArray, title: str = "") -> Slide:
-        folded = orientation_signs(x, f) <= 0
+        folded = folded_faces(x, f)
         return cls(index, step, title or title_of(step), x, int(folded.sum()), np.packbits(folded))
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.moebius import moebius
-from ...verify.certificate import orientation_signs
+from ...verify.signs import folded_faces
 from .correlation import rotation_about
 from .picture import Picture
 
@@ -44,7 +44,7 @@ def fit_moebius(
             y = _moved(x, step)
             new_values, new_gradients = fixed(y)
             gain = cost - misfit(weights, features - new_values)
-            if gain > 0 and (orientation_signs(y, f) > 0).all():
+            if gain > 0 and not folded_faces(y, f).any():
                 break
             damping *= 4
             if damping > 1e6:
