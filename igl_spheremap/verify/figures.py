@@ -10,10 +10,13 @@ from ..mesh.arrays import FloatArray
 def log_figures(ratios: FloatArray) -> dict[str, float]:
     """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, those of zero areas left out.
 
+    NaN if all are left out.
+
     >>> log_figures(np.array([0.5, -1.5, np.inf]))["mean"]
     1.0
     """
-    size = np.abs(ratios[np.isfinite(ratios)])
+    finite = ratios[np.isfinite(ratios)]
+    size = np.abs(finite) if len(finite) else np.full(1, np.nan)
     return {"mean": float(size.mean()), "p99": float(np.percentile(size, 99)), "max": float(size.max())}
 
 
