@@ -32,10 +32,11 @@ def test_one_vertex_that_would_fold_is_held_and_all_others_stay():
 def test_no_random_step_folds_a_face():
     energy, x = sphere_energy(spread=0.5)
     before = energy.by_face(x)
-    for size in (0.01, 0.1, 1.0, 10.0):
-        move = size * np.random.default_rng(3).normal(size=x.shape)
-        found = certified_step(energy, x, move, before)
-        assert found is None or (orientation_signs(found[0], energy.source.f) > 0).all()
+    found = [certified_step(energy, x, size * np.random.default_rng(3).normal(size=x.shape), before)
+             for size in (0.01, 0.1, 1.0, 10.0)]
+    accepted = [step[0] for step in found if step is not None]
+    assert len(accepted) >= 2
+    assert all((orientation_signs(y, energy.source.f) > 0).all() for y in accepted)
 
 
 def test_every_iterate_towards_random_areas_is_a_bijection_of_less_energy():

@@ -51,15 +51,15 @@ def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
     assert energies == sorted(energies)
 
 
-def test_foldings_of_strong_landmarks_are_reported_and_confinement_removes_them():
+def test_foldings_of_strong_landmarks_are_reported_and_keep_injective_avoids_them():
     x = ism.spherical_conformal_map(V, F).sphere
     y = targets(x, 0.5, seed=3)
     loose = ism.landmark_map(V, F, CHOSEN, y, 1000.0, keep_injective=False)
     assert loose.rounds[0].foldings_after == loose.certificate.foldings > 0
-    confined = ism.landmark_map(V, F, CHOSEN, y, 1000.0)
-    assert confined.certificate.folding_free
+    injective = ism.landmark_map(V, F, CHOSEN, y, 1000.0)
+    assert injective.certificate.folding_free
     start = np.linalg.norm(match_landmarks(x, check_landmarks(len(X), CHOSEN, y, 1.0))[CHOSEN] - y, axis=1)
-    assert np.linalg.norm(confined.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
+    assert np.linalg.norm(injective.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
 
 
 def test_a_turned_problem_has_a_turned_answer():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.operators import operators as metric_module
+from igl_spheremap.operators import operators as operators_module
 from igl_spheremap.operators.factor import available_backends
 
 V, F = ism.samples.make("dino", n_vertices=1500)
@@ -32,8 +32,8 @@ def test_a_map_leaves_nothing_behind_for_the_next(mapper):
 
 def test_factorises_once(monkeypatch):
     v, f = ism.samples.make("spheroid", n_vertices=800)
-    calls, factorize = [], metric_module.factorize
-    monkeypatch.setattr(metric_module, "factorize", lambda *args: calls.append(1) or factorize(*args))
+    calls, factorize = [], operators_module.factorize
+    monkeypatch.setattr(operators_module, "factorize", lambda *args: calls.append(1) or factorize(*args))
     mapper = ism.SphereMapper(v, f)
     for scale in (1.0, 2.0, 3.0):
         assert mapper.map(weights=np.exp(scale * v[:, 0])).certificate.folding_free

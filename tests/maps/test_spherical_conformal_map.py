@@ -91,8 +91,7 @@ def test_results_are_in_the_stated_gauge(method):
 def test_two_runs_agree_bit_for_bit(method):
     one, two = (ism.spherical_conformal_map(*BODIES[method], method) for _ in range(2))
     assert np.array_equal(one.sphere, two.sphere)
-    assert one.history == two.history or all(
-        a[:4] == b[:4] for a, b in zip(one.history, two.history, strict=True))
+    assert [step[:4] for step in one.history] == [step[:4] for step in two.history]  # all but residuals, some NaN
 
 
 @pytest.mark.parametrize("method", METHODS)

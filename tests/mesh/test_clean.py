@@ -166,7 +166,7 @@ def test_weld_against_a_slow_one():
     assert np.array_equal(v[index], points)
 
 
-MENDABLE = (
+REPAIRABLE = (
     "degenerate_index_face",
     "dup_face",
     "dup_face_flipped",
@@ -191,7 +191,7 @@ def test_the_invalid_meshes(path):
     if path is None:
         pytest.skip("no meshes")
     mesh = read_mesh(path, triangulate=True)
-    if path.stem not in MENDABLE:
+    if path.stem not in REPAIRABLE:
         with pytest.raises(MeshError):
             repair_mesh(mesh.v, mesh.f, keep_largest=True)
         return

@@ -32,10 +32,7 @@ def test_the_tutte_map_comes_first_and_is_recorded():
 
 
 def test_the_tutte_energy_weighs_all_edges_alike():
-    """On an icosahedron both energies have the same weights, but for a factor."""
-    x, f = icosphere(0)
-    first = ism.spherical_conformal_map(x * [1, 1, 2], f, ism.GuYau(max_iterations=3000))
-    assert first.rounds[0].energy > 0
+    """It is half the sum of the squared edge lengths."""
     seen = []
     ism.spherical_conformal_map(V, F, ism.GuYau(max_iterations=1), listener=seen.append)
     tutte = next(it for it in seen if it.stage == "tutte")

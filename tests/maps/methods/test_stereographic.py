@@ -24,15 +24,9 @@ def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
     x = unit_rows(X + 0.015 * np.random.default_rng(3).normal(size=X.shape))
     assert ism.certify(x, F).folding_free
     result = through(x, F, "conformal-equivalence")
-    assert (
-        np.abs(result.angle_differences()).max()
-        < 1e-5
-        + np.abs(
-            ism.angle_differences(x, F, center(x, positive_areas(ism.check_mesh(x, F))))
-        ).max()
-    )
-    ours, theirs = cross_ratios(result.sphere), cross_ratios(x)
-    assert np.allclose(ours, theirs, rtol=1e-6)
+    centred = center(x, positive_areas(ism.check_mesh(x, F)))
+    assert np.abs(result.angle_differences()).max() < np.abs(ism.angle_differences(x, F, centred)).max() + 1e-5
+    assert np.allclose(cross_ratios(result.sphere), cross_ratios(x), rtol=1e-6)
 
 
 def cross_ratios(x):
@@ -99,7 +93,6 @@ def test_faces_that_break_are_named_and_the_rest_is_mapped():
     v = V + 0.08 * np.random.default_rng(1).normal(size=V.shape)
     result = through(v, F, "conformal-equivalence")
     assert any("break the triangle inequality" in note for note in result.notes)
-    print(np.median(np.abs(result.angle_differences())), result.certificate, result.notes)
     assert np.median(np.abs(result.angle_differences())) < 15
 
 
