@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from .energy import Energy, cross
+from ..sphere.rows import column_crosses
+from .energy import Energy
 
 #: Faces at a time: what they need stays in the processor's cache, which halves the time of a large mesh.
 _CHUNK = 16384
@@ -96,7 +97,7 @@ def _stretches(hats: ComplexArray, area: FloatArray, p: FloatArray,
     height = np.einsum("cim,cm->im", side, outward)
     u = side[:, 2] - height[2] * outward
     u /= np.sqrt(np.einsum("cm,cm->m", u, u))
-    w = cross(outward, u)
+    w = column_crosses(outward, u)
 
     def seen(vectors: FloatArray) -> ComplexArray:
         """Coordinates in the plane of projection."""

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
+from ..sphere.rows import column_crosses
 from .source import Source
 
 
@@ -76,15 +77,10 @@ def project(source: Source, x: FloatArray, faces: IntArray | slice = slice(None)
     length = np.sqrt(np.einsum("cm,cm->m", outward, outward))
     outward /= np.where(length > 0, length, 1.0)
     square = np.einsum("cim,cim->im", side, side) - np.einsum("cim,cm->im", side, outward) ** 2
-    image = 0.5 * np.einsum("cm,cm->m", cross(side[:, 2], -side[:, 1]), outward)
+    image = 0.5 * np.einsum("cm,cm->m", column_crosses(side[:, 2], -side[:, 1]), outward)
     return image, 0.25 * np.einsum("im,im->m", source.cot[:, faces], square)
 
 
 def log_areas(source: Source, x: FloatArray) -> FloatArray:
     """Logarithm p of image area over source area by face, of a map free of foldings."""
     return np.asarray(np.log(np.maximum(project(source, x)[0], np.finfo(float).tiny) / source.area))
-
-
-def cross(u: FloatArray, w: FloatArray) -> FloatArray:
-    """Cross products along the first axis."""
-    return np.stack((u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]))

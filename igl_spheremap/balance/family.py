@@ -22,9 +22,9 @@ _MOST_WEIGHT = 0.97
 #: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
 #: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (docs/balance.md).
 POWER = 0.9
-#: A map is opened first where barriers make the energy this many times that of the squares of logarithms.
+#: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs.
 _FAR = 1.05
-#: While it opens, areas count no more than angles; and it need not be exact, since the next stage starts afresh.
+#: In that stage areas count no more than angles, and a rough minimum is enough.
 _OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.05
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005
@@ -37,8 +37,8 @@ _SMOOTHINGS = 2
 class Family:
     """All balances of one mesh; what they share is made at the first use."""
 
-    def __init__(self, mesh: Mesh, backend: str = "auto") -> None:
-        self._mesh, self._backend = mesh, backend
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
 
     @cached_property
     def source(self) -> Source:
@@ -48,7 +48,7 @@ class Family:
     @cached_property
     def system(self) -> NewtonSystem:
         """Newton's equations on the mesh, analysed."""
-        return NewtonSystem(self.source.f, self.source.n, self._backend)
+        return NewtonSystem(self.source.f, self.source.n)
 
     def energy(self, conformal: FloatArray, balance: float) -> Energy:
         """The energy of a balance, docs/balance.md (3) and (10), for a conformal map without foldings."""

@@ -16,7 +16,9 @@ from .problem import Problem
 #: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.
 _OFF_CENTRE = 1e-2
 _OFF_CENTRE_INJECTIVE = 1e-9
-#: Bounds of a step in units of the first one: BB quotients can be anything where the curvature vanishes.
+#: First step tried at the start, in units of the source's area; the paper suggests 1.
+_FIRST_TAU = 1.0
+#: Bounds of later steps: the quotients of eq. (12) can be anything where the curvature vanishes.
 _TAU_BOUNDS = (1e-12, 1e12)
 
 
@@ -39,8 +41,6 @@ class CayleyBB:
     xi: float = 0.85
     #: Which quotient is the first step tried; "alternating" takes tau_1 at odd iterations and tau_2 at even ones.
     bb: BarzilaiBorwein = "alternating"
-    #: First step tried at the start, in units of the source's area; the paper suggests 1.
-    tau_0: float = 1.0
     #: Whether steps that fold are refused if the start has no foldings.
     keep_injective: bool = False
 
@@ -52,7 +52,7 @@ class CayleyBB:
         x = problem.centred(x)
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        tau, taken, k = self.tau_0, 0.0, 0
+        tau, taken, k = _FIRST_TAU, 0.0, 0
         injective = self.keep_injective and problem.is_injective(x)
         off_centre = _OFF_CENTRE_INJECTIVE if injective else _OFF_CENTRE
         while True:
@@ -78,4 +78,4 @@ class CayleyBB:
             tau = problem.inner(D, D) / DW  # eq. (12), tau_{k,1}
         else:
             tau = DW / problem.inner(W, W)  # eq. (12), tau_{k,2}
-        return float(np.clip(tau, self.tau_0 * _TAU_BOUNDS[0], self.tau_0 * _TAU_BOUNDS[1]))
+        return float(np.clip(tau, *_TAU_BOUNDS))

@@ -1,4 +1,4 @@
-"""Maps of one surface from any start, with any weights, by one factorisation of its Laplacian."""
+"""Maps of one surface from any start, with any vertex weights, by one factorisation of its Laplacian."""
 
 from __future__ import annotations
 
@@ -49,10 +49,6 @@ class SphereMapper:
         If `v, f` is no closed, oriented, connected genus-0 mesh.
     ValueError
         If the backend is unknown or not installed.
-
-    Notes
-    -----
-    A map that folds may be solved again with intrinsic Delaunay weights, which are factorised then.
 
     Examples
     --------
@@ -144,7 +140,6 @@ class SphereMapper:
         history = History(listener)
         found = map_factorised(self.mesh, operators, self.method, history, x)
         return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
-
 
     @own_errstate
     def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:

@@ -48,7 +48,7 @@ class Auto(Method):
         Largest harmonic energy above the minimum at which the steps end, in units of the gap between energy and flat
         image area, which is the mesh's own discretisation error.
     max_iterations : int
-        Maximum number of steps for each harmonic map; the repair may compute a second one.
+        Maximum number of steps to the harmonic map.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"centred", "poles"}
@@ -108,7 +108,7 @@ class Lai2014(Method):
         Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
         iterations and tau_2 at even ones.
     weights : {"cotangent", "delaunay"}
-        Of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (6), of which some are
+        Of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some are
         negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not.
 
     Raises

@@ -63,8 +63,8 @@ class SphereMap:
     conformal : SphereMap, optional
         The conformal map that a balanced one started from.
     stretch : float
-        By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was. Angles are
-        off there.
+        Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
+        there is none.
     timings : dict
         Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
         "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.

@@ -21,7 +21,8 @@ from .timings import stage
 _EPS = np.finfo(float).eps
 #: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
 _FLAT = 512 * _EPS
-#: Of the last mesh: its faces come again where its map is certified as it is written, and in meshes that only move.
+#: Those of the last mesh that was checked: the same faces come again when its map is certified, and when only its
+#: positions change.
 _last: weakref.ref[HalfEdges] | None = None
 
 

@@ -120,7 +120,7 @@ def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 class _Work:
-    """A mesh under repair, with its index maps; each method repairs one kind of fault and notes it in `actions`."""
+    """A mesh under repair, with its index maps; each method repairs one kind of fault and lists it in `actions`."""
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
         self.v, self.f = v, f
@@ -150,7 +150,7 @@ class _Work:
         self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
 
     def drop_copies(self) -> None:
-        """Of faces with the same corners the first is kept, where an edge has too many faces."""
+        """Where an edge has more than two faces, keep the first of those with the same corners."""
         keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
         _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
         crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)

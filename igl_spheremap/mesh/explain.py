@@ -24,7 +24,7 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
     return int(number), label
 
 
-def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> None:
+def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> NoReturn:
     """Raise for pinched vertices, else for handles."""
     # A fan is a class of half-edges with one tail; half-edge h goes on to the next one of its twin.
     m = len(f)
@@ -65,7 +65,7 @@ def explain_edges(f: IntArray, n: int) -> NoReturn:
     clash = start[first] == start[second]
     bad = ends[inverse[first[clash]]]
     faces = np.column_stack((first // 3, second // 3))[clash]
-    # Each face has two states; states are linked as each edge asks. A face linked to its own other state can't be set.
+    # Each face has two states, k and k + m, linked as each edge asks: not orientable if one face's two are connected.
     m = len(f)
     i, j = first // 3, second // 3
     _, label = components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)

@@ -95,4 +95,4 @@ def _non_delaunay(f: IntArray, angles: FloatArray, n: int) -> int:
     start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
     order = np.argsort(np.minimum(start, stop) * n + np.maximum(start, stop), kind="stable")
     opposite = angles.ravel()[order]
-    return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())
+    return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())  # the sum is pi in rectangles, to rounding

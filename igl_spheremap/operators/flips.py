@@ -24,7 +24,7 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
     """
     lengths, f = lengths.copy(), f.copy()
-    twin = _twins(f)
+    twin = twins(f)
     changed = np.arange(len(f))
     flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_AT_LEAST
     for _ in range(_ROUNDS):
@@ -37,8 +37,8 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
     return lengths, f
 
 
-def _twins(f: IntArray) -> IntArray:
-    """Of each half-edge, numbered by 3 * face + opposite corner, the other half."""
+def twins(f: IntArray) -> IntArray:
+    """Number of the half-edge that runs the other way, for each; numbers are 3 * face + opposite corner."""
     start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
     n = int(f.max()) + 1
     there, back = np.argsort(start * n + stop), np.argsort(stop * n + start)
@@ -53,7 +53,7 @@ def _next(h: IntArray, k: int = 1) -> IntArray:
 
 
 def _flippable(lengths: FloatArray, twin: IntArray, faces: IntArray) -> IntArray:
-    """Half-edges of those faces that ought to be flipped, of which no two share a face."""
+    """Half-edges of those faces that violate the Delaunay condition, of which no two share a face."""
     h = (3 * faces[:, None] + np.arange(3)).ravel()
     h = np.unique(np.minimum(h, twin[h]))
     g = twin[h]

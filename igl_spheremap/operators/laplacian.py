@@ -14,18 +14,18 @@ from ..mesh.edges import HalfEdges, half_edges
 from ..mesh.measure import vertex_areas
 from .flips import delaunay_triangulation
 
-#: "cotangent" are the mesh's own weights, eq. (6). "mollified" takes them from `mollified_edge_lengths`, which changes
-#: nothing but slivers and faces of zero area. "delaunay" flips edges of the mollified mesh, intrinsically, until no
-#: weight is negative; the pattern differs from the mesh's. "uniform" gives each edge the weight 1.
+#: "cotangent" are the mesh's own weights, eq. (13). "mollified" takes them from `mollified_edge_lengths`, which differ
+#: only on meshes with slivers or faces of zero area. "delaunay" flips edges of the mollified mesh, intrinsically, until
+#: no weight is negative; the pattern differs from the mesh's. "uniform" gives each edge the weight 1.
 Weights = Literal["cotangent", "mollified", "delaunay", "uniform"]
 
 #: Slack in the triangle inequality that mollification enforces, relative to the mean edge length.
-MOLLIFY_FACTOR = 1e-5
+_SLACK = 1e-5
 #: A half cotangent above this stems from an angle under 5e-9, where rounding decides its size.
 LARGEST_USABLE_WEIGHT = 1e8
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
 _LEAST_AREA = 1e-9
-#: The source has unit area, but where its area is rounding: vertices on a line count alike.
+#: A total below this is rounding, as of vertices on a line (other sources have unit area): then all count alike.
 _LEAST_TOTAL = 1e-6
 
 
@@ -36,8 +36,8 @@ def laplacian(
 
     It is exactly symmetric, with sorted indices and an explicit diagonal. "cotangent" is ``-igl.cotmatrix(v, f)``
     (Pinkall and Polthier 1993, *Computing Discrete Minimal Surfaces and Their Conjugates*); faces of zero area leave
-    entries that are not finite there: see `is_usable`. `edges` are those of the faces, where they are known; but for
-    "delaunay", they are the pattern.
+    entries that are not finite there: see `is_usable`. `edges`, computed if not given, are the matrix's pattern, except
+    for "delaunay", whose flips change it.
 
     Sharp and Crane 2020, *A Laplacian for Nonmanifold Triangle Meshes*.
 
@@ -49,7 +49,7 @@ def laplacian(
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
-        weight = igl.cotmatrix_entries(v, f)
+        weight = igl.cotmatrix_entries(v, f)  # eq. (13)
     elif weights == "mollified":
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     elif weights == "uniform":
@@ -61,10 +61,10 @@ def laplacian(
     return _assemble(weight, edges)
 
 
-def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_FACTOR) -> FloatArray:
+def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
     """(m, 3) lengths of the edges opposite the corners, all increased alike until each triangle inequality has slack.
 
-    The slack is `factor` times the mean edge length; where every face has it already the lengths stay as they are.
+    The slack is 1e-5 of the mean edge length; where every face has it already the lengths stay as they are.
     Sharp and Crane 2020, section 4.5.
 
     >>> v, f = igl.icosahedron()
@@ -73,7 +73,7 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray, factor: float = MOLLIFY_F
     """
     lengths = igl.edge_lengths(v, f)
     slack = (lengths.sum(axis=1) - 2.0 * lengths.max(axis=1)).min()
-    return lengths + max(0.0, factor * lengths.mean() - slack)
+    return lengths + max(0.0, _SLACK * lengths.mean() - slack)
 
 
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
@@ -91,7 +91,7 @@ def apply(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
 
 
 def is_usable(L: sp.csr_matrix) -> bool:
-    """Whether the entries are finite and of a size that a factorisation bears; slivers can make cotangents neither."""
+    """True if the entries are finite and below 1e8 in size, as those of slivers may not be."""
     return bool(max(L.data.max(), -L.data.min()) < LARGEST_USABLE_WEIGHT)  # a NaN compares as False
 
 
@@ -108,7 +108,7 @@ def _assemble(weight: FloatArray, edges: HalfEdges) -> sp.csr_matrix:
 
 
 def summed_laplacian(weight: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
-    """The same on any triangles, with a rim, loops (which carry no energy) or several edges between two vertices."""
+    """The Laplacian of any triangles: with a boundary, loops (which have no energy) or multiple edges."""
     opposite = np.roll(f, -1, axis=1).ravel(), np.roll(f, -2, axis=1).ravel()
     W = sp.csr_matrix((weight.ravel(), opposite), shape=(n, n))
     W = W + W.T

@@ -29,19 +29,17 @@ class Operators:
 
 
 @stage("Laplacian")
-def build_operators(
-    mesh: Mesh, backend: str = "auto", weights: Weights = "cotangent", like: Operators | None = None
-) -> Operators:
-    """Assemble and factorise the Laplacian with those weights, or the next more robust ones that can be factorised.
+def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = None) -> Operators:
+    """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 
-    Those of the same faces at other positions, `like` these, are lost: their order and memory are used again.
+    The operators `like` these, of the same faces at other positions, are lost: their order and memory are used again.
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
     A = positive_areas(mesh)
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
-    for choice in order[order.index(weights):]:
+    for choice in order:
         L = laplacian(mesh.v, mesh.f, choice, mesh.edges)
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")

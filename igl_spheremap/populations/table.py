@@ -52,7 +52,7 @@ class Row:
     mean_edge, p99_edge, max_edge : float
         The same of the logarithms of image length over source length.
     stretch : float
-        By how much limbs beyond float64 were lengthened; 1 if none was.
+        Limbs too deep for float64 are mapped as if up to so many times shorter; 1 if there is none.
     seconds : float
         Wall time of reading, mapping and writing.
     memory : float

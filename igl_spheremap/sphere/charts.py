@@ -24,7 +24,7 @@ def to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
     e1, e2 = (np.broadcast_to(axis, x.shape) for axis in tangent_axes(pole))
     across = row_dots(d, e1) + 1j * row_dots(d, e2)
     across[far & (across == 0)] = 4 / INFINITE
-    rest = 1 - row_dots(d, d) / 4  # the squared cosine of half the angle from the pole, far off its sine
+    rest = 1 - row_dots(d, d) / 4  # squared cosine of half the angle from the pole; where far, its squared sine
     return np.asarray(np.where(far, 4 * rest, across) / np.where(far, across.conj(), rest))
 
 

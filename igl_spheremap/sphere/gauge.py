@@ -11,7 +11,7 @@ from ..mesh.timings import stage
 from .moebius import center
 from .rows import unit_rows, weighted_moment, weighted_sum
 
-#: Weight of the direction from the middle of the body beside that of the normal. It decides where normals leave the
+#: Weight of the position from the barycentre beside that of the normal. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
 _TIE_BREAK = 1e-3
 
@@ -33,7 +33,7 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:
-    """The vectors that a map in the gauge is turned to: normals, and a little of the direction from the middle."""
+    """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
     normals = mesh_gauss_map(mesh)
     outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
     if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out

@@ -12,6 +12,8 @@ from .rows import row_dots, weighted_moment, weighted_sum
 _EPS = np.finfo(float).eps
 #: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.
 _RIM = 1 - 512 * _EPS
+#: Length of the weighted mean at which weights count as balanced, and Newton steps at the most: 12 were the most seen.
+_BALANCED, _STEPS = 1e-12, 50
 #: Newton steps shorter than this are rounding; as a shift it keeps the Hessian regular.
 _ROUNDING = 1e-14
 
@@ -32,17 +34,16 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     y = x - c
     y *= ((1 - cc) / row_dots(y, y))[:, None]
     y -= c
-    # The rounding of a strong boost leaves the sphere by some units in the last place: put it back.
+    # Where c is near the rim, rounding leaves the sphere by some units in the last place: normalise.
     y /= np.sqrt(row_dots(y, y))[:, None]
     return y
 
 
-def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> FloatArray:
+def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
     """Point of the ball whose Moebius map to the centre balances non-negative weights at unit rows.
 
     It is unique (Douady and Earle 1986; Baden, Crane, Kazhdan 2018, *Moebius Registration*) unless half of the weight
-    or more is at one point: then there is none, and the search ends near the rim. It ends at a weighted mean of length
-    `tolerance`.
+    or more is at one point: then there is none, and the search ends near the rim.
 
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> moved = moebius(x, [0.1, 0.2, 0.3])
@@ -50,16 +51,16 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray, tolerance: float = 
     >>> bool(np.abs(moebius(moved, c).mean(axis=0)).max() < 1e-9)
     True
     """
-    return _balance(x, weights, tolerance)[0]
+    return _balance(x, weights)[0]
 
 
-def _balance(x: FloatArray, weights: FloatArray, tolerance: float = 1e-12) -> tuple[FloatArray, FloatArray]:
+def _balance(x: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The conformal barycentre, and the map that it centres."""
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
-    for _ in range(50):
+    for _ in range(_STEPS):
         size = float(np.linalg.norm(mean))
-        if size <= tolerance:
+        if size <= _BALANCED:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
         hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)

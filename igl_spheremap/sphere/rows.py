@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import FloatArray
 
-#: By so much the squared length of a unit row may differ from 1 after its division and a rotation.
+#: The squared length of a unit row may differ from 1 by this after its division and a rotation.
 _ROUNDING = 8 * np.finfo(float).eps
 #: Squares below the smallest normal number, beside this, are rounding.
 _SMALLEST_SQUARE = np.finfo(float).tiny / np.finfo(float).eps
@@ -30,6 +30,11 @@ def row_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross product of each row of `a` with that of `b`; np.cross takes several times as long."""
     return np.stack((a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1], a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
                      a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), axis=1)
+
+
+def column_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products of vectors whose coordinates run along the first axis."""
+    return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
 def row_dets(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Corner angles that close up in the plane, nearest to given ones: no positions, so no scale that could end.
+"""Corner angles that close up in the plane, nearest to given ones: without positions nothing can underflow.
 
 One face, the hole, is cut out. Angles close if each face sums to pi, each inner vertex to 2 pi, and the ratios of sines
 around each inner vertex multiply to 1: then lengths and directions exist, at any depth of any limb. Gauss-Newton on
@@ -20,9 +20,9 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from .blocks import VertexBlocks
 
-#: Steps that aim at the given angles; those after them only close, and converge quadratically.
+#: Steps towards the given angles; those after them only close the conditions, and converge quadratically.
 _AIMING = 2
-#: Steps at the most: twice what a mesh takes that closes at all.
+#: Steps at the most: twice what meshes take whose angles close at all.
 _STEPS = 16
 #: Angles close if no sum and no logarithm of a product is off by more than this.
 CLOSED = 1e-8
@@ -30,13 +30,13 @@ CLOSED = 1e-8
 _LONGEST = 1.2
 #: Share of the diagonal that is added to a step's matrix.
 _DAMPING = 1e-12
-#: Given angles are at least so large, in radians: slivers need an angle that can shrink.
+#: Given angles are raised to this many radians: the angles of slivers must be able to shrink.
 _LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedAngles:
-    """Angles in the plane, (m, 3) with a meaningless row for the hole, and by how much they fail to close."""
+    """Angles in the plane, (m, 3), of which the hole's mean nothing, and by how much they fail to close."""
 
     angles: FloatArray
     hole: int
@@ -86,8 +86,11 @@ class _Wheels:
         sums = self.blocks.load(rows.reshape(6, -1))
         return np.where(self.free[:, None], [2 * np.pi, 0] - sums, 0)
 
-    def step(self, a: FloatArray, wish: FloatArray, compliance: FloatArray, missing: FloatArray) -> FloatArray:
-        """The change nearest to a wish, in units of the compliances, that closes all conditions to first order."""
+    def step(self, a: FloatArray, wanted: FloatArray, compliance: FloatArray, missing: FloatArray) -> FloatArray:
+        """The change nearest to the wanted one that closes all conditions to first order.
+
+        The square of each angle's deviation is weighted by one over its compliance.
+        """
         cotangent, m = 1 / np.tan(a), a.shape[1]
         J = np.zeros((3, 6, m))  # angle; condition of a corner: sum, then product; face
         for i in range(3):
@@ -97,10 +100,10 @@ class _Wheels:
         share = compliance / compliance.sum(axis=0)
         # Moves within a face keep its sum: the compliance, less what all three angles share of it.
         PJ = compliance[:, None] * (J - np.einsum("am,aim->im", share, J))
-        wish = wish - share * wish.sum(axis=0)
-        lack = missing - self.blocks.load((J * wish[:, None]).sum(axis=0))
+        wanted = wanted - share * wanted.sum(axis=0)
+        lack = missing - self.blocks.load((J * wanted[:, None]).sum(axis=0))
         H = self.blocks.gram(PJ, J)
         fixed = np.repeat(np.where(self.free, 0.0, 1.0), 2)
         multipliers = self.blocks.factorize(H, _DAMPING, fixed).solve(lack.ravel()).reshape(self.n, 2)
         at = multipliers[self.blocks.f]  # face, corner, condition
-        return wish + np.einsum("aim,mi->am", PJ, at.reshape(m, 6))
+        return wanted + np.einsum("aim,mi->am", PJ, at.reshape(m, 6))

@@ -22,15 +22,15 @@ class Candidate:
     status: Status
     #: Foldings before and after each round, where there were rounds.
     rounds: tuple[Round, ...] = ()
-    #: Of `x`, which is in its final gauge then and may not be moved any more.
+    #: Of `x`; if given, `x` is in its final gauge and must not be moved any more.
     certificate: Certificate | None = None
     #: As of `SphereMap`.
     gauge: str = "centred"
-    #: By how much limbs beyond the reach of float64 were lengthened, as a ratio of lengths; 1 if none was.
+    #: As of `SphereMap`.
     stretch: float = 1.0
     #: The factorisation that was used, if one was.
     backend: str = ""
-    #: What was done beyond the ordinary.
+    #: Remarks on the run.
     notes: tuple[str, ...] = ()
     #: As of `SphereMap`.
     atlas: ChartAtlas | None = None

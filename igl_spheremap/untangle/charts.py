@@ -1,4 +1,4 @@
-"""Charts for a layout: where edges are small beside coordinates, positions are given relative to the deepest tip."""
+"""Charts for a layout: where edges are small compared with coordinates, positions are relative to the deepest tip."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from scipy.sparse.csgraph import connected_components
 from ..verify.atlas import ChartAtlas, certify_atlas
 from .layout import Layout
 
-#: Nepers by which edges may be shorter than coordinates are large: nine of float64's sixteen digits are left.
+#: Largest log(coordinate / edge) within a chart: edges keep nine of float64's sixteen digits.
 _DEEP = 14.0
 
 
 def make_atlas(layout: Layout, root: int) -> ChartAtlas:
-    """The layout about one vertex, in as many charts as its limbs need, and its certificate."""
+    """The layout about one vertex, with further charts for deep limbs, and its certificate."""
     f, n = layout.f, layout.n
     graph = sp.csr_matrix((np.ones(f.size), (f.ravel(), np.roll(f, -1, axis=1).ravel())), shape=(n, n))
     unit = float(np.median(layout.log_edge))

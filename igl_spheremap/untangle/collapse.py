@@ -23,7 +23,7 @@ from .kernel import Stars, stars_of
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
 
-#: Vertices of a valence above this, and above 3/2 of the least one present, wait for their neighbours to go.
+#: Vertices of a valence above this and above 3/2 of the least present are removed later, when neighbours are gone.
 _LOW_VALENCE = 8
 #: Fan faces tried for a vertex, valence times number of targets: a hub costs no more than its valence.
 _FANS_TRIED = 512
@@ -46,7 +46,7 @@ class Batch:
 
 
 class Complex:
-    """A triangulated sphere, or a part of one, under collapses and their undoing.
+    """A triangulated sphere, or a part of one, with half-edge collapses that can be undone.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Complex:
         self.bad = folded_faces(x, f)
 
     def is_bijective(self) -> bool:
-        """Whether the present complex covers the sphere once and without folding."""
+        """True if the present complex covers the sphere once and without folding."""
         return certify_checked(self.x, self.f[self.alive]).folding_free
 
     def faces(self) -> IntArray:
@@ -84,7 +84,7 @@ class Complex:
         self.present[stars.vertices] = False
 
     def restore(self, batch: Batch) -> None:
-        """Put a batch of vertices back; the positions are the caller's business."""
+        """Put a batch of vertices back; the caller sets their positions."""
         stars = batch.stars
         self.f[stars.faces] = np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1)
         self.alive[stars.faces] = True
@@ -178,7 +178,7 @@ def independent(stars: Stars, n: int) -> IntArray:
 
 
 def _spread(owner: IntArray, valence: IntArray) -> BoolArray:
-    """Which of the contractible neighbours are tried as targets: all, but at high valence only some."""
+    """Which of the contractible neighbours are tried as targets: all, or at high valence every k-th."""
     stride = -(-valence**2 // _FANS_TRIED)
     first = np.searchsorted(owner, np.arange(len(valence)))
     return (np.arange(len(owner)) - first[owner]) % stride[owner] == 0

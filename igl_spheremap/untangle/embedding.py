@@ -59,8 +59,8 @@ Watch = Callable[[FloatArray], None]
 def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     """Undo every folding of a map to the sphere, moving only vertices around foldings where that suffices.
 
-    Should float64 be too coarse even for the whole sphere rebuilt, which was never seen, `x` itself. `watch` is called
-    with the map each time that a batch of vertices was put back.
+    Returns `x` itself if float64 is too coarse even for the whole sphere rebuilt, which was never seen. `watch` is
+    called with the map each time that a batch of vertices was put back.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
         return y
     everywhere = np.ones(len(x), dtype=bool)
     with suppress(_TooCoarse):
-        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # so that no bad position has a say in what collapses where
+        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # no bad position is to decide what collapses where
         _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, watch)
         return y
     return x
@@ -88,7 +88,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
                   watch: Watch | None = None) -> FloatArray:
     """Undo foldings by progressive embedding within ever larger regions around them; the degree may be wrong.
 
-    `grid` rounds unit rows to the positions that are allowed. `x` itself where it can't be had locally.
+    `grid` rounds unit rows to the positions that are allowed. Returns `x` itself if no region suffices.
     """
     bad = folded_faces(x, f)
     if not bad.any() or bad.sum() > len(f) / 2:
@@ -126,7 +126,7 @@ def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArr
                   watch: Watch | None, keep_positions: bool = False) -> FloatArray:
     """Remove and rebuild the forced vertices, and around bad faces as little as possible.
 
-    What is put back goes to where it was, or as near as it may, if it is `keep_positions`; else it shares out the room.
+    With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
     """
     around = forced.copy()
     around[f[bad]] = True
@@ -198,7 +198,7 @@ def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
 
 def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, watch: Watch | None,
               home: FloatArray | None) -> None:
-    """Undo the collapses, newest first, to `home` where it is given; else relaxing as the complex grows."""
+    """Undo the collapses, newest first: towards the positions `home` if given, else relaxing as the complex grows."""
     for batch in reversed(batches):
         mesh.x[batch.stars.vertices] = mesh.x[batch.target]
     relaxed_at = int((mesh.present & movable).sum())
@@ -229,29 +229,26 @@ def _insert(mesh: Complex, batch: Batch, movable: BoolArray, home: FloatArray | 
     raise _TooCoarse(stars.vertices)
 
 
-def relax_areas(mesh: Complex, movable: BoolArray, sweeps: int = 1) -> None:
-    """Move vertices, a colour class at a time, to the analytic centres of their kernels.
+def relax_areas(mesh: Complex, movable: BoolArray) -> None:
+    """Move each vertex once, a colour class at a time, to the analytic centre of its kernel.
 
-    That is coordinate ascent on the sum of log(face area), so that room is shared out. A move is kept only if
+    That is coordinate ascent on the sum of log(face area), which evens out the areas. A move is kept only if
     all faces around are positively oriented, exactly.
     """
-    ids = mesh.faces()
-    f, x = mesh.f[ids], mesh.x
-    for _ in range(sweeps):
-        stars = stars_of(f, movable & mesh.present)
-        waiting = np.ones(len(stars.vertices), dtype=bool)
-        while waiting.any():
-            rows = np.flatnonzero(waiting)
-            chosen = rows[independent(stars.take(rows), len(x))]
-            waiting[chosen] = False
-            move = stars.take(chosen)
-            old = x[move.vertices]
-            x[move.vertices] = mesh.grid(analytic_centres(x, move))
-            rejected = ~proper(x, move)
-            x[move.vertices[rejected]] = old[rejected]
+    x, stars = mesh.x, stars_of(mesh.f[mesh.faces()], movable & mesh.present)
+    waiting = np.ones(len(stars.vertices), dtype=bool)
+    while waiting.any():
+        rows = np.flatnonzero(waiting)
+        chosen = rows[independent(stars.take(rows), len(x))]
+        waiting[chosen] = False
+        move = stars.take(chosen)
+        old = x[move.vertices]
+        x[move.vertices] = mesh.grid(analytic_centres(x, move))
+        rejected = ~proper(x, move)
+        x[move.vertices[rejected]] = old[rejected]
 
 
 def proper(x: FloatArray, stars: Stars) -> BoolArray:
-    """Whether all faces of each star are positively oriented, exactly."""
+    """True for the stars whose faces are all positively oriented, exactly."""
     signs = orientation_signs(x, np.stack((stars.vertices[stars.owner], stars.a, stars.b), axis=1))
     return np.asarray(np.minimum.reduceat(signs, stars.start) > 0)

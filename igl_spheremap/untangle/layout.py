@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
+from ..operators.flips import twins
 
 
 class Layout:
@@ -93,7 +94,7 @@ def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[
     m = len(f)
     sines = np.log(np.sin(angles))
     turn = np.column_stack((np.zeros(m), np.pi - angles[:, 2], 2 * np.pi - angles[:, 2] - angles[:, 0]))
-    twin = _twins(f)
+    twin = twins(f)
     scale, rotation = np.full(m, np.nan), np.zeros(m)
     front = twin[3 * hole:3 * hole + 1] // 3
     done = np.zeros(m, dtype=bool)
@@ -108,12 +109,3 @@ def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[
         rotation[front] = rotation[half // 3] + turn.flat[half] + np.pi - turn.flat[other]
         done[front] = True
     return scale[:, None] + sines, rotation[:, None] + turn
-
-
-def _twins(f: IntArray) -> IntArray:
-    """The half-edge that runs the other way, for half-edges opposite to the flattened corners."""
-    n = f.max() + 1
-    forth = f[:, [1, 2, 0]].ravel() * n + f[:, [2, 0, 1]].ravel()
-    back = f[:, [2, 0, 1]].ravel() * n + f[:, [1, 2, 0]].ravel()
-    order = np.argsort(forth)
-    return order[np.searchsorted(forth[order], back)]

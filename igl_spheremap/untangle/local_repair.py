@@ -20,14 +20,14 @@ from .relax import AngleLoss, descend
 FEW = 0.01
 #: Rings around what embedding moved that are relaxed with it.
 RELAXED_RINGS = 2
-#: A centroid this far from the origin is worth the repair of what the rounding of a Moebius map folds.
+#: If the centroid is farther than this from the origin, the map is centred even where rounding then folds faces.
 _OFF_CENTRE = 1e-3
-#: A repair costs too much if the mean angle difference grows by more than this factor.
+#: A repair is rejected if the mean angle difference grows by more than this factor.
 WORSE = 1.05
 
 
 def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
-    """True if foldings are so few that they are undone where they are."""
+    """True if the foldings are to be undone locally: at most one percent of the faces, and degree 1."""
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
@@ -44,10 +44,10 @@ def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> Flo
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """Put a certified map back into the package's gauge, from which the repair moves it; certified again.
+    """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
-    `x` itself where the Moebius map folds it and its centroid is as good as at the origin, and where huge faces would
-    lose their angles by it.
+    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
+    the angles of huge faces.
     """
     y = fix_gauge(mesh, x, A)
     free = certify_checked(y, mesh.f).folding_free
@@ -62,5 +62,5 @@ def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
-    """True if the centroid of the source's area is off the origin by more than a repair is worth."""
+    """True if the centroid of the source's area is more than 1e-3 from the origin."""
     return float(np.linalg.norm(weighted_sum(A, x))) > _OFF_CENTRE

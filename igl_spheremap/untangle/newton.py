@@ -1,9 +1,9 @@
 """Damped Gauss-Newton steps of a whole map on its angle differences (Levenberg and Marquardt).
 
-What vertex by vertex takes thousands of sweeps to cross a limb, one sparse solve does at once. Sizes count, not
-squares: iteratively reweighted, so that a few bad faces do not rule the rest. Each vertex has a damping of its own,
-which grows around what a step folds: few vertices need short steps. The Moebius group, which changes flat angles but a
-little, is held: the centroid of the source's area stays where it was.
+Relaxation vertex by vertex takes thousands of sweeps to move the end of a limb; one sparse solve moves it at once. The
+loss is the sum of sizes, not of squares (iteratively reweighted), so that single bad faces do not dominate. Each vertex
+has its own damping, which grows around what a step folds: most vertices may take long steps. Moebius maps, which change
+flat angles only a little, are excluded: the centroid of the source's area goes to a given point.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.measure import log_edges
 from ..sphere.charts import tangent_axes
-from ..sphere.rows import unit_rows, weighted_sum
+from ..sphere.rows import column_crosses, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .blocks import VertexBlocks
@@ -28,8 +28,8 @@ from .relax import AngleLoss, descend
 
 #: Damping with which most steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
-#: The damping grows by these factors around what a step folds, and everywhere where no map came of it; it falls by the
-#: third after a step that was taken at once. It ends where vertices move by less than a tenth of what they would.
+#: Factors of the damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
+#: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
 
 
@@ -46,10 +46,10 @@ class AngleNewton:
     A : (n,) float64 array
         Vertex areas, of sum 1.
     centroid : (3,) float64 array
-        Where their centroid is to be.
+        Centroid that their images are to have.
     damping : (n,) float64 array
-        Share of the Hessian's diagonal that is added at each vertex: as vertices move in units of their edges, it
-        bounds how far they go.
+        Share of the Hessian's diagonal that is added at each vertex. Moves are in units of the vertex's edges, so it
+        bounds them.
     factorisations : int
         How many more may be made.
     """
@@ -62,7 +62,7 @@ class AngleNewton:
     factorisations: int
 
     def step(self, x: FloatArray, smoothing: float) -> tuple[FloatArray, float]:
-        """A map free of foldings with a smaller mean difference, in degrees; `x` itself where no damping leads to one.
+        """A map free of foldings with a smaller mean difference, and that mean in degrees; `x` itself if none is found.
 
         Differences below `smoothing`, in radians, count by their squares.
         """
@@ -122,12 +122,12 @@ class AngleNewton:
         """Angle differences (3, m), and their derivatives (3, 6, m) as the corners move along their axes."""
         p = x.T[:, self.blocks.f.T]  # coordinate, corner, face
         side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
-        normal = _cross(side[:, 0], side[:, 1])
+        normal = column_crosses(side[:, 0], side[:, 1])
         double_area = np.sqrt((normal * normal).sum(axis=0))
         normal /= np.where(double_area > 0, double_area, 1.0)
         angles = np.arctan2(double_area, -(side[:, [1, 2, 0]] * side[:, [2, 0, 1]]).sum(axis=0))
         square = (side * side).sum(axis=0)
-        turn = _cross(normal[:, None], side) / np.where(square > 0, square, 1.0)
+        turn = column_crosses(normal[:, None], side) / np.where(square > 0, square, 1.0)
         along = np.ascontiguousarray(axes.transpose(1, 2, 0))[:, :, self.blocks.f.T]  # axis, coordinate, corner, face
         J = np.empty((3, 3, 2, len(self.blocks.f)))
         for i in range(3):
@@ -137,8 +137,3 @@ class AngleNewton:
                 J[i, k, a] = -(turn[:, j] * along[a, :, k]).sum(axis=0)
                 J[i, i, a] = ((turn[:, j] + turn[:, k]) * along[a, :, i]).sum(axis=0)
         return angles - self.source, J.reshape(3, 6, -1)
-
-
-def _cross(u: FloatArray, w: FloatArray) -> FloatArray:
-    """Cross products along the first axis."""
-    return np.stack((u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]))

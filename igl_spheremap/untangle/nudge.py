@@ -1,8 +1,8 @@
-"""Slivers unfolded by moves no longer than they are thin, before anything is taken apart.
+"""Slivers unfolded by moves about as short as they are thin, before any vertex is removed.
 
-A thin face folds when a vertex crosses its long side by next to nothing. Each folding asks its corners for the
-shortest move that would give it a little area, and what several foldings ask of a vertex is averaged: projections onto
-half-spaces, which end in their intersection where there is room.
+A thin face folds when a vertex crosses its long side by a tiny distance. For each folding the shortest move of its
+corners is computed that gives it a small positive area; where several foldings move a vertex, their moves are averaged.
+These are projections onto half-spaces; the iteration ends in their intersection if it is not empty.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
 from ..verify.signs import folded_faces
 from .embedding import Watch, dilate
 
-#: Twice the area that foldings are given, in units of their longest side squared.
+#: Twice the area that a folding is to get, in units of its longest side squared.
 _THICKNESS = 1e-3
-#: Moves are this much longer than the shortest ones that would do alone.
+#: Moves are longer than the shortest sufficient ones by this factor.
 _OVER_RELAXATION = 1.3
-#: Iterations without progress.
+#: Iterations without progress after which it ends.
 _PATIENCE = 25
-#: Rings around foldings that may move.
+#: Rings of vertices around foldings that may move.
 _RINGS = 3
 
 
@@ -77,10 +77,10 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     slope = [row_crosses(outward, s) for s in side]  # of twice the area, as each corner moves
     lack = _THICKNESS * square.max(axis=0) - row_dets(outward, side[1], side[2])
     length = lack / np.maximum(square.sum(axis=0), 1e-300)
-    move, asked = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
+    move, count = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
     for k in range(3):
         np.add.at(move, folded[:, k], length[:, None] * slope[k])
-    some = np.flatnonzero((asked > 0) & movable)
+    moved = np.flatnonzero((count > 0) & movable)
     y = x.copy()
-    y[some] = unit_rows(x[some] + _OVER_RELAXATION * move[some] / asked[some, None])
+    y[moved] = unit_rows(x[moved] + _OVER_RELAXATION * move[moved] / count[moved, None])
     return y

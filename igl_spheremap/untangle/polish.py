@@ -1,4 +1,4 @@
-"""Lowering the angle differences, or the MIPS energy, of a whole map, keeping every sign."""
+"""Lower the angle differences, or the MIPS energy, of a whole map without changing the sign of any face."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from .relax import AngleLoss, MipsLoss, Polish, descend
 _FACTORISATIONS, _SWEEPS = 20, 10
 #: Newton steps end when one lowers the mean by less than this share.
 _LEAST_GAIN = 0.004
-#: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which a stiffer loss locks.
+#: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: Damping of the first step: of maps that most of the body already fits, where only the Moebius group has to be held.
+#: Damping of the first step where most angles of the map fit already: almost none.
 UNDAMPED = 1e-8
 #: Mean differences in degrees below this are rounding.
 _EXACT = 1e-6
-#: A map without foldings is left alone below this mean angle difference, in degrees, and where a sweep, times the
-#: square of median over mean or the third number, would gain less than the second. Differences that are alike
-#: everywhere are those that steps of the whole map lower and sweeps don't.
+#: A map without foldings is left alone if its mean angle difference is below the first, in degrees, or if the gain of a
+#: sweep times (median / mean of the differences)^2, or times the third if that is larger, is below the second. Steps
+#: lower differences that are alike everywhere (median near the mean), which sweeps do not.
 _GOOD, _WORTH_STEPS, _ALIKE = 1.2, 0.006, 0.3
 #: Vertices on whose stars that is measured.
 _SAMPLE = 500
@@ -53,9 +53,9 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
                  factorisations: int, least_gain: float) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
-    The centroid of the source's area goes to `centroid`. Steps end after so many factorisations, or where all that
-    follow would lower the mean by less than the share `least_gain`, their gains falling by one factor (Aitken); sweeps,
-    which help where limbs are too fine for steps, when one lowers it by less.
+    The centroid of the source's area goes to `centroid`. Steps end after so many factorisations, or when all further
+    ones together would lower the mean by less than the share `least_gain`, if gains go on falling by the same factor
+    (Aitken). Sweeps, which help where limbs are too fine for steps, end when one lowers it by less than that share.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), factorisations)
@@ -72,7 +72,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
-    """True if the angle differences of a map without foldings are large, and steps would lower them: by a sample."""
+    """True if the angle differences of a map without foldings are large and steps would lower them, by a sample."""
     movable = np.zeros(len(x), dtype=bool)
     movable[:: max(1, len(x) // _SAMPLE)] = True
     around = mesh.f[movable[mesh.f].any(axis=1)]

@@ -30,8 +30,8 @@ class Float32Map:
     positions : (n, 3) float32 array
         On a sphere of the radius that was asked for.
     certificate : Certificate
-        Of these very numbers, directions from the origin. Where it is not free of foldings, float32 lost the
-        map.
+        Of these very numbers, as directions from the origin. If it is not free of foldings, float32 can't hold
+        the map.
     moved : (k,) int64 array
         Vertices that are not simply rounded.
     """
@@ -44,7 +44,7 @@ class Float32Map:
 def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float32Map:
     """Round a map without foldings to float32 on a sphere of some radius, and repair what rounding folds, on that grid.
 
-    What can't be repaired is left rounded, and the certificate says where.
+    If that fails the rounded map is returned, with a certificate that names its foldings.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float3
 
 
 def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
-    """The map with its limbs shortened, ever more, and as it is."""
+    """The map with its limbs shortened to two depths, then as it is."""
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
     for floor in floors(np.float32):

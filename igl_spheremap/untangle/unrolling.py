@@ -1,4 +1,4 @@
-"""From a map that may be folded to closed angles, laid out: where to cut the hole, and which angles to aim at."""
+"""From a map that may be folded to a layout by closed angles: where to cut the hole, and which angles to aim at."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .layout import Inverted, Layout
 from .placed import Placed, between_poles, centred
 from .profile import plane_angles
 
-#: Faces with the largest images, of which the best shaped one is cut out.
+#: Number of faces, those with the largest images, of which the best shaped one is cut out.
 _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes theirs by less than its rounding does.
 _SMALL = np.log(1e-4)
-#: A map with more of its faces folded says nothing of angles, not even around the hole (needle, dumbbell).
+#: Angles of a map with a larger share of faces folded are not used, not even around the hole (needle, dumbbell).
 _LOST = 0.25
 
 

@@ -11,8 +11,8 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 from ..sphere.rows import scale_rows
 
-#: Computed in floating point, a determinant of numbers of size s at most is off by less than this times s^3, and less
-#: than the smallest normal number.
+#: Computed in floating point, a determinant of numbers up to s in size is off by less than this times s^3 plus the
+#: smallest normal number (docs/guarantee.md).
 _ERROR = 64 * np.finfo(float).eps
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
 #: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.

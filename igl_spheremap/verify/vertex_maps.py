@@ -1,4 +1,4 @@
-"""Scalar maps over the vertices of a mapped surface, and colours for them."""
+"""Scalar maps over the vertices of a mapped surface."""
 
 from __future__ import annotations
 

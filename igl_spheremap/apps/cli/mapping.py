@@ -96,7 +96,7 @@ def _findings(source: Source, args: Namespace, result: SphereMap, written: Spher
     found.ratios("area", result.area_ratios())
     if result.stretch != 1:
         advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
-        found.add("stretch", f"limbs beyond float64 are stretched to {result.stretch:.3g} times their length{advice}")
+        found.add("stretch", f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}")
     found.certificate(result.certificate)
     kind, radius = target_format(args).name, written.radius
     found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")

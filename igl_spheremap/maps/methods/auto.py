@@ -1,4 +1,4 @@
-"""The fast, certified pipeline: one factorisation, a start for free, two or three steps, repair where it folds."""
+"""The default: one factorisation, a start by two solves, two or three steps, and repair where the map folds."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ...verify.certificate import certify_checked
 from ..options import Auto
 
 
-def auto(mesh: Mesh, options: Auto, listener: Listener | None = None) -> Candidate:
+def auto(mesh: Mesh, options: Auto, listener: Listener) -> Candidate:
     """Map a mesh; certified free of foldings, unless a listener stopped it."""
     return map_factorised(mesh, build_operators(mesh, options.backend), options, listener)
 
 
 def map_factorised(
-    mesh: Mesh, operators: Operators, options: Auto, listener: Listener | None = None, start: FloatArray | None = None
+    mesh: Mesh, operators: Operators, options: Auto, listener: Listener, start: FloatArray | None = None
 ) -> Candidate:
     """Map a mesh whose Laplacian is factorised; the areas of its operators are what the gauge balances."""
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
@@ -53,6 +53,7 @@ def map_factorised(
     if options.atlas and found.atlas is None:
         found = replace(found, notes=(*found.notes, "no atlas: the angles did not close"))
     elif found.stretch > 1 and not options.atlas:
-        note = f"limbs lengthened up to {found.stretch:.3g} times, as float64 ends; atlas=True keeps their angles"
+        note = (f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter; "
+                "atlas=True keeps their angles")
         found = replace(found, notes=(*found.notes, note))
     return found

@@ -19,7 +19,7 @@ from ...untangle.candidate import Candidate
 from ..options import GuYau
 
 
-def gu_yau(mesh: Mesh, options: GuYau, listener: Listener | None = None) -> Candidate:
+def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> Candidate:
     """Map a mesh."""
     harmonic = harmonic_problem(mesh)
     rounds: list[Round] = []

@@ -15,9 +15,7 @@ from ...untangle.candidate import Candidate
 from ..options import Lai2014
 
 
-def lai2014(
-    mesh: Mesh, options: Lai2014, listener: Listener | None = None, x0: FloatArray | None = None
-) -> Candidate:
+def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, x0: FloatArray | None = None) -> Candidate:
     """Map a mesh from the Gauss map, or from another start, of unit rows."""
     energy = HarmonicEnergy.of(mesh, options.weights)
     problem = Problem.of(mesh, energy)

@@ -19,7 +19,7 @@ from ...untangle.candidate import Candidate
 from ..options import Stereographic
 
 
-def stereographic(mesh: Mesh, options: Stereographic, listener: Listener | None = None) -> Candidate:
+def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Candidate:
     """Map a mesh; the notes name the face, and the Newton steps."""
     faces = candidate_faces(mesh) if options.puncture is None else iter([_checked_face(mesh, options.puncture)])
     operators = build_operators(mesh, options.backend)
@@ -32,8 +32,7 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener | None 
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
     status = Status.CONVERGED
     try:
-        if listener is not None:
-            listener(Iterate("stereographic", 0, 1, x, energy))
+        listener(Iterate("stereographic", 0, 1, x, energy))
     except StopIteration:
         status = Status.STOPPED
     return Candidate(x, energy, status, backend=operators.factor.backend, notes=(*operators.notes, *notes))
