@@ -68,7 +68,7 @@ def _phase(p: FloatArray) -> tuple[FloatArray, FloatArray]:
     up, turn = 1.0 - (2.0 * k + 1.0) / WAVES, np.pi * (3.0 - np.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - up**2)
     wave = WAVE_NUMBER * np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
-    angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)
+    angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)  # phases spread evenly, by the plastic number
     height = MEANDER * np.sqrt(2.0 / WAVES)
     gradient = [FOLDS, 0.0, 0.0] - height * np.sin(angle) @ wave
     return FOLDS * p[:, 0] + height * np.cos(angle).sum(axis=1), np.linalg.norm(gradient, axis=1)

@@ -9,12 +9,13 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.explain import components
+from .arguments import number
 
 Field = Callable[[FloatArray], FloatArray]
 """Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-COARSE_CUBE = 8  # the octree starts with cubes of so many grid spacings
+COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
 BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 
 
@@ -26,9 +27,7 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
     keep the triangles' shape.
     """
     v, f = _march(field, box, detail)
-    least = len(v) // 3
-    if n_vertices < least:
-        raise ValueError(f"this shape needs n_vertices of at least {least}, not {n_vertices}")
+    number("n_vertices", n_vertices, least=len(v) // 3)
     levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
     scale = detail * np.sqrt(len(v))
     for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; the next one is unlikely to
@@ -45,7 +44,7 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
 
 
 def _relax(field: Field, v: FloatArray, f: IntArray, rounds: int) -> FloatArray:
-    """Slide vertices along the surface to even out the triangles, then settle on the surface."""
+    """Slide vertices along the surface to even out the triangles, then put them onto it."""
     for _ in range(rounds):
         v = _slide(v, f)
         v = v - evaluate(field, v)[:, None] * igl.per_vertex_normals(v, f)

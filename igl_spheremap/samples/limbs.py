@@ -45,7 +45,7 @@ class Limb:
 
 def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Limb:
     """Limb along a spline through knots ``(x, y, z, radius)``."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator  # .2 s, which only limbs are to cost
+    from scipy.interpolate import CubicSpline, PchipInterpolator  # takes .2 s, which only limbs need
 
     k = np.array(knots, dtype=np.float64)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(k[:, :3], axis=0), axis=1))])

@@ -133,7 +133,7 @@ class SurfaceOfRevolution:
     @cached_property
     def _boost(self) -> float:
         """What to add to u, so that the surface's area is balanced on the sphere."""
-        from scipy.optimize import brentq  # .2 s, which only this map is to cost
+        from scipy.optimize import brentq  # takes .2 s, which only this map needs
 
         c, weight = np.polynomial.legendre.leggauss(min(self._excess.degree() + 20, 400))
         area = weight * self._rho(c) ** 2 * np.sqrt(1.0 + (1.0 - c * c) * self._stretch(c))
@@ -143,7 +143,7 @@ class SurfaceOfRevolution:
 
 
 def _chebyshev(function: Callable[[FloatArray], FloatArray]) -> Chebyshev:
-    """Chebyshev series on [-1, 1], of twice the degree until its tail is at rounding level."""
+    """Chebyshev series on [-1, 1]; its degree is doubled until its last coefficients are at rounding level."""
     for degree in (16, 32, 64, 128, 256, 512, 1024):
         series = Chebyshev.interpolate(function, degree)
         size = np.abs(series.coef)

@@ -124,7 +124,7 @@ def test_spring_is_a_tube_about_a_helix():
         ("dino:n_vertices", "key=value, not 'n_vertices'"),
         ("dino:n_vertices=many", "n_vertices takes a number, not 'many'"),
         ("dino:n_vertices=nan", "n_vertices takes a number, not 'nan'"),
-        ("dino:n_vertices=50", "needs n_vertices of at least"),
+        ("dino:n_vertices=50", "n_vertices must be at least"),
         ("sphere:n_vertices=3", "n_vertices must be at least 12, not 3"),
         ("octopus:arm_length=-1", "arm_length must be between 0.5 and 20, not -1"),
         ("", "no sample is called ''"),
