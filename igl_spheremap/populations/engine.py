@@ -13,7 +13,7 @@ from .job import Job, Options, Result
 from .table import Row
 
 _AHEAD = 2  # jobs in flight for each worker: one that runs, and one that is there when it ends
-_INTERVAL = 1.0  # seconds between two looks at what else there is to do
+_INTERVAL = 1.0  # seconds between two calls of `idle`
 
 
 def results(

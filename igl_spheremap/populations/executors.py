@@ -88,10 +88,10 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
         address = json.loads(Path(scheduler).read_text())["address"] if os.path.isfile(scheduler) else scheduler
-        asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client that finds nobody hangs when it is dropped
+        asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client without a scheduler hangs when it is dropped
     except Exception as error:  # what listens there may be anything
         known = str(error) and isinstance(error, OSError | ValueError)
-        reason = one_line(error) if known else f"no sound answer within {seconds:g} s"
+        reason = one_line(error) if known else f"no valid answer within {seconds:g} s"
         raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
                                  "`dask scheduler`") from None
     client = distributed.Client(address, set_as_default=False, timeout=seconds)

@@ -22,6 +22,8 @@ def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | No
     The digest of a `known` one is taken without reading the file if size and time are still the same.
     """
     try:
+        if not os.path.isfile(path):  # opening a pipe may wait forever, a device may have no end
+            return None
         with open(path, "rb") as file:
             stat = os.fstat(file.fileno())
             if known is not None and (known.size, known.mtime_ns) == (stat.st_size, stat.st_mtime_ns):

@@ -147,7 +147,7 @@ def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]
 
 
 def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:
-    """`map_one` in the process of this thread; a job that passes a limit gets a row that says so."""
+    """`map_one` in the process of this thread; a job that passes a limit gets a row with the reason."""
     try:
         return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
     except WorkerDied as died:

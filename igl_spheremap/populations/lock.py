@@ -10,7 +10,7 @@ _BEYOND = 1 << 40  # Windows locks bytes against reading, too: one that no file 
 
 
 def lock(file: IO[bytes]) -> bool:
-    """Lock a file until it is closed; False if another run has it. File systems without locks refuse nobody."""
+    """Lock a file until it is closed; False if another run has it. Where the file system has no locks, True."""
     try:
         if sys.platform == "win32":
             import msvcrt

@@ -18,10 +18,8 @@ from .fingerprint import fingerprint
 from .job import Job, Options, here, key_of
 from .manifest import Manifest
 from .page import write_page
-from .table import Row
+from .table import MAPPED, Row
 from .targets import manifest_of, targets_of
-
-_MAPPED = ("certified", "folded")
 
 
 @own_errstate
@@ -67,15 +65,15 @@ def map_many(
     repair, keep_largest : bool
         Repair the meshes first, see `igl_spheremap.repair_mesh`.
     force : bool
-        Replace files at targets that no run made; without it they are kept, and their rows say so.
+        Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
-        Where inputs, options and results are written down, as JSON lines; by default it lies in the folder that `out`
-        gives to all targets.
+        Where inputs, options and results are recorded, as JSON lines; by default in the folder that `out` gives to all
+        targets.
     resume : bool
         Take a result from the manifest if mesh file, options and version are the same, and the target is still what
         was written.
     retry_failed : bool
-        Run again what is in the manifest as failed, or without a mesh.
+        Run again what is in the manifest without a map; `force` does so, too.
     timeout, memory : float, optional
         Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
     retries : int
@@ -163,4 +161,4 @@ def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> dict
     """Rows of earlier runs for these jobs by target, in their order."""
     known = ((job, log.result(job.key, job.target)) for job in jobs)
     return {job.target: replace(row, source=job.source, target=job.target, resumed=True) for job, row in known
-            if row is not None and (row.status in _MAPPED or not mapped_only)}
+            if row is not None and (row.status in MAPPED or not mapped_only)}

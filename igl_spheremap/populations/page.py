@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shlex
 from collections.abc import Sequence
 from dataclasses import fields
 from html import escape
@@ -19,7 +20,7 @@ from .executors import ProcessPool
 from .job import Options
 from .pictures import REACH, SIZE, draw_row
 from .statistics import FIGURES, worst_first
-from .table import Row
+from .table import MAPPED, Row
 
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 40
@@ -65,7 +66,7 @@ def _draw(rows: Sequence[Row], paths: Sequence[str], options: Options, processes
 
 def _card(row: Row, name: str, has_picture: bool) -> str:
     picture = f'<img loading="lazy" alt="" src="subjects/{name}.png">' if has_picture else ""
-    text = row.notes if row.status not in ("certified", "folded") else (
+    text = row.notes if row.status not in MAPPED else (
         f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas {row.mean_area:.3g}")
     bad = "" if row.status == "certified" else " bad"
     return (f'<a class="card{bad}" href="subjects/{name}.html">{picture}<div>{escape(row.source)}</div>'
@@ -76,8 +77,8 @@ def _subject(row: Row, name: str, has_picture: bool) -> str:
     """The page of one map."""
     picture = f'<p><img alt="" src="{name}.png" width="{4 * SIZE}"></p><p>{_COLOURS}</p>' if has_picture else ""
     figures = table((field.name.replace("_", " "), str(getattr(row, field.name))) for field in fields(Row))
-    look = f"igl-spheremap view {row.source} {row.target}"
-    return (f"<h1>{escape(row.source)}</h1>{picture}{figures}<pre>{escape(look)}</pre>"
+    command = shlex.join(("igl-spheremap", "view", row.source, row.target))
+    return (f"<h1>{escape(row.source)}</h1>{picture}{figures}<pre>{escape(command)}</pre>"
             '<p><a href="../index.html">all maps</a></p>')
 
 

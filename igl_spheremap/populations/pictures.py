@@ -15,7 +15,7 @@ from ..mesh.clean import repair_mesh
 from ..verify.signs import folded_faces
 from ..verify.stretch import mesh_area_distortion
 from .job import Options, place
-from .table import Row
+from .table import MAPPED, Row
 
 SIZE = 180  # pixels of each of the four views
 REACH = 2.0  # logarithm of an area ratio at the ends of the colours
@@ -29,7 +29,7 @@ def draw_row(row: Row, path: str, options: Options) -> bool:
     Purple shrinks, green grows, folded faces are vermilion. False where the files hold no map.
     """
     source, target = place(row.source, options), place(row.target, options)
-    if row.status not in ("certified", "folded"):
+    if row.status not in MAPPED:
         return False
     if Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(target).st_mtime_ns:
         return True

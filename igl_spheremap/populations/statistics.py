@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mesh.arrays import FloatArray
-from .table import Row
+from .table import MAPPED, Row
 
 #: Figures that are the worse the larger they are, with their labels.
 FIGURES = {
@@ -27,9 +27,9 @@ def excess(rows: Sequence[Row]) -> FloatArray:
     >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
     [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]
     """
-    values = np.array([[getattr(row, name) for name in FIGURES] for row in rows], dtype=np.float64)
-    beyond = np.zeros_like(values)
-    for k, column in enumerate(values.T):
+    columns = np.array([[getattr(row, name) for row in rows] for name in FIGURES], dtype=np.float64)
+    beyond = np.zeros((len(rows), len(FIGURES)))
+    for k, column in enumerate(columns):
         finite = column[np.isfinite(column)]
         if len(finite):
             low, high = np.percentile(finite, [25, 75])
@@ -41,5 +41,5 @@ def excess(rows: Sequence[Row]) -> FloatArray:
 def worst_first(rows: Sequence[Row]) -> list[int]:
     """Indices of rows: those without a map, those with foldings, then by the largest excess of a figure."""
     beyond = excess(rows).max(axis=1, initial=-np.inf)
-    bad = [row.status not in ("certified", "folded") for row in rows]
-    return sorted(range(len(rows)), key=lambda k: (not bad[k], -rows[k].foldings, -beyond[k]))
+    mapless = [row.status not in MAPPED for row in rows]
+    return sorted(range(len(rows)), key=lambda k: (not mapless[k], -rows[k].foldings, -beyond[k]))

@@ -17,13 +17,16 @@ from ..io.reading import reading
 from ..io.replacing import replacing
 
 _SEPARATORS = {".tsv": "\t", ".csv": ","}
-#: Ends of names that a table can have.
+#: Suffixes of tables.
 FORMATS = (*_SEPARATORS, ".jsonl")
 _CONVERT: dict[str, Callable[[Any], Any]] = {
-    "bool": lambda value: value in (True, "True"), "int": int, "str": str,
+    "bool": lambda value: str(value).lower() == "true", "int": int, "str": str,
     "float": lambda value: math.nan if value in (None, "") else float(value),
 }  # fmt: skip
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+#: First characters that make a spreadsheet take a cell for a formula, and the quote that is put before them.
+_QUOTED = ("=", "+", "-", "@", "\t", "\r", "'")
+#: Statuses of rows whose target holds a map.
+MAPPED = ("certified", "folded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +135,7 @@ def _text(rows: Sequence[Row], suffix: str) -> str:
 
 def _cell(value: object) -> object:
     """A cell that no spreadsheet takes for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+    return f"'{value}" if isinstance(value, str) and value.startswith(_QUOTED) else value
 
 
 def read_table(path: str | os.PathLike[str]) -> list[Row]:
@@ -158,7 +161,7 @@ def _rows(path: Path) -> Iterator[Row]:
 
 
 def _unquoted(text: str) -> str:
-    return text[1:] if text.startswith("'") and text[1:].startswith(_FORMULA) else text
+    return text[1:] if text.startswith("'") and text[1:].startswith(_QUOTED) else text
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:

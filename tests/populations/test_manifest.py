@@ -1,5 +1,6 @@
 """A manifest holds all that was finished, wherever the run that wrote it was killed."""
 
+import os
 from dataclasses import replace
 
 import pytest
@@ -76,6 +77,7 @@ def test_inputs_are_known_again_without_being_read(tmp_path):
     source.write_text("other")
     assert fingerprint(str(source), first).sha256 not in (first.sha256, "of old")
     assert fingerprint(str(tmp_path)) is None
+    assert fingerprint(os.devnull) is None
     assert fingerprint(str(tmp_path / "none")) is None
 
 

@@ -56,6 +56,12 @@ def test_rows_are_those_of_single_maps(run):
             assert row.max_edge == edges.max()
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without named pipes")
+def test_a_pipe_costs_its_row_only(run):
+    os.mkfifo("pipe.ply")
+    assert [row.status for row in run(["pipe.ply", "300.ply"])] == ["file", "certified"]
+
+
 def test_another_run_maps_nothing_and_reports_the_same(run):
     first = run(SOURCES)
     times = {row.target: os.stat(row.target).st_mtime_ns for row in first if row.status == "certified"}

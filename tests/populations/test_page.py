@@ -64,6 +64,12 @@ def test_the_worst_come_first():
     assert [rows[k].source for k in worst_first(rows)][:3] == ["none", "folded", "bent"]
 
 
+def test_a_population_without_maps_has_a_page(desk):
+    for sources in ([], ["open.ply"]):
+        assert len(map_many(sources, "{stem}.obj", processes=1, report="page")) == len(sources)
+        assert f"0 of {len(sources)} maps are certified" in Path("page/index.html").read_text()
+
+
 def test_names_are_text_and_not_markup(desk):
     os.rename("100.ply", name := "<b>&'.ply")
     with ThreadPoolExecutor(1) as executor:

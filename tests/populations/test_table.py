@@ -10,7 +10,7 @@ import pytest
 from igl_spheremap.errors import FileError
 from igl_spheremap.populations.table import FORMATS, Row, plain, read_table, write_table
 
-NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "a,b", "two\nlines", "plain"]
+NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "'=x", "a,b", "two\nlines", "plain"]
 ROWS = [Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x") for k, name in enumerate(NAMES)]
 
 
@@ -19,6 +19,12 @@ def test_tables_are_read_back_as_they_were_written(suffix, tmp_path):
     rows = [*ROWS, Row("none.ply", "none.obj", status="no mesh", resumed=True)]
     write_table(tmp_path / f"all{suffix}", rows)
     assert [plain(row) for row in read_table(tmp_path / f"all{suffix}")] == [plain(row) for row in rows]
+
+
+def test_tables_that_a_spreadsheet_saved_are_read(tmp_path):
+    write_table(path := tmp_path / "all.csv", [Row("a", "b", resumed=True)])
+    path.write_text(path.read_text().replace("True", "TRUE"))
+    assert read_table(path)[0].resumed
 
 
 def test_no_cell_of_a_table_is_a_formula(tmp_path):

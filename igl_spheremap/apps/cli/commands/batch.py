@@ -21,7 +21,7 @@ from ..exits import Exit
 from ..failures import UsageError
 from ..inputs import expand, subjects
 from ..interrupt import Interrupt
-from .summarise import STATUS, counts, in_words
+from .summarise import STATUS, counts, with_flags_in_notes
 
 
 def run(args: Namespace) -> Exit:
@@ -49,7 +49,7 @@ def run(args: Namespace) -> Exit:
             manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
             memory=args.memory, retries=args.retries, report=args.report, listener=listen,
         )  # fmt: skip
-    rows = in_words(rows)
+    rows = with_flags_in_notes(rows)
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
@@ -63,7 +63,10 @@ def _sources(args: Namespace) -> list[str]:
         raise UsageError("--keep-largest goes with --repair")
     if bool(args.sources) == (args.subjects_dir is not None):
         raise UsageError("give mesh files, or --subjects-dir")
-    return expand(args.sources) if args.sources else subjects(args.subjects_dir, args.surface)
+    sources = expand(args.sources) if args.sources else subjects(args.subjects_dir, args.surface)
+    if not sources:
+        raise UsageError(f"{' '.join(args.sources)} lists no file")
+    return sources
 
 
 def _beside(args: Namespace) -> str:

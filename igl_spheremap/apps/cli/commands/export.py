@@ -23,7 +23,6 @@ from ..pair import load_pair
 from ..streams import check_outputs
 
 _TEXTURES = ("equirectangular", "octahedral")
-_MAPS = ("factor", "angles")
 
 
 def run(args: Namespace) -> None:

@@ -30,7 +30,7 @@ def run(args: Namespace) -> None:
     print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
 
 
-def in_words(rows: Sequence[Row]) -> list[Row]:
+def with_flags_in_notes(rows: Sequence[Row]) -> list[Row]:
     """Rows whose notes name flags in the place of the library's calls."""
     return [replace(row, notes=with_flags(row.notes)) for row in rows]
 

@@ -61,6 +61,7 @@ def test_a_batch_maps_what_can_be_mapped_and_goes_on(desk, capsys):
         (["--subjects-dir", "."], 64),
         (["*.gii", "--out", "{stem}.obj"], 64),
         (["@none.txt", "--out", "{stem}.obj"], 74),
+        ([f"@{os.devnull}", "--out", "{stem}.obj"], 64),
         (["scan.csv", "--out", "sphere.ply", "--summary", "scan.csv"], 64),
         (["300.ply", "--out", "{where}.ply"], 64),
         (["300.ply", "--out", "{folder.nope}/x.ply"], 64),
