@@ -17,7 +17,7 @@ class Exit(IntEnum):
 
     OK = 0, "done; a map is certified folding-free"
     NO_MESH = 2, "the input is no closed, oriented, connected genus-0 triangle mesh"
-    FOLDINGS = 3, "foldings remain (the map is written all the same)"
+    UNCERTIFIED = 3, "not certified: foldings remain, or vertices are off the sphere (a map is written all the same)"
     USAGE = 64, "the command line is wrong"
     UNAVAILABLE = 69, "a scheduler does not answer, or its workers can't be used"
     FAILED = 70, "the computation failed on a sound mesh, or memory ran out"

@@ -23,7 +23,7 @@ class UsageError(Exception):
 _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (UsageError, Exit.USAGE),
     (MeshError, Exit.NO_MESH),
-    (FoldingsRemain, Exit.FOLDINGS),
+    (FoldingsRemain, Exit.UNCERTIFIED),
     (MapError, Exit.FAILED),
     (FileError, Exit.FILE),
     (OSError, Exit.FILE),

@@ -47,7 +47,7 @@ def map_by(
     if interrupted is not None:
         return interrupted
     certified = result.certificate.folding_free and written.certificate.folding_free
-    return Exit.OK if certified else Exit.FOLDINGS
+    return Exit.OK if certified else Exit.UNCERTIFIED
 
 
 def _map(

@@ -37,4 +37,4 @@ def run(args: Namespace) -> Exit:
         found.ratios("edge", edge_distortion(v, f, unit))
     found.certificate(checked.certificate)
     found.report(args)
-    return Exit.OK if checked.certificate.folding_free else Exit.FOLDINGS
+    return Exit.OK if checked.certificate.folding_free else Exit.UNCERTIFIED

@@ -53,7 +53,7 @@ def run(args: Namespace) -> Exit:
     found.report(args)
     if args.show or args.screenshot:
         run_app(registration_view(*maps, result, features), args)
-    return Exit.OK if written.certificate.folding_free else Exit.FOLDINGS
+    return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
 
 
 def _features(words: list[str], moving: Source, fixed: Source) -> tuple[FloatArray, FloatArray]:

@@ -18,7 +18,7 @@ from ..vertex_data import read_target_sphere
 
 
 def run(args: Namespace) -> None:
-    """Locate the new vertices on the map, and interpolate; a map that folds is an error, Exit.FOLDINGS."""
+    """Locate the new vertices on the map, and interpolate; a map that folds is an error, Exit.UNCERTIFIED."""
     check_outputs(args, surface=True)
     points, faces = read_target_sphere(args)
     pair = load_pair(args)

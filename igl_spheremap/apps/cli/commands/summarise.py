@@ -17,7 +17,7 @@ from ..exits import Exit
 from ..failures import with_flags
 from ..output import row as paragraph
 
-STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.FOLDINGS, "failed": Exit.FAILED,
+STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
           "file": Exit.FILE}
 _COSTS = {"seconds": "seconds", "memory": "memory in MB"}
 _QUANTILES = (0, 25, 50, 75, 99, 100)

@@ -29,14 +29,22 @@ def test_check_distinguishes_foldings_from_other_meshes(sphere, tmp_path, capsys
     x, f = read_mesh(sphere)
     write_mesh(tmp_path / "mirror.obj", -x, f)
     assert main(["check", SAMPLE, str(tmp_path / "mirror.obj"), "-q"]) == 3
-    write_mesh(tmp_path / "bumpy.obj", x * np.linspace(1, 1.1, len(x))[:, None], f)
-    assert main(["check", SAMPLE, str(tmp_path / "bumpy.obj"), "-q"]) == 3
     write_mesh(tmp_path / "huge.obj", x * 1e3, f)
     assert main(["check", SAMPLE, str(tmp_path / "huge.obj"), "-q"]) == 0
     x[3] = np.nan
     write_mesh(tmp_path / "nan.obj", x, f)
     assert main(["check", SAMPLE, str(tmp_path / "nan.obj")]) == 3
     assert "1 vertices not finite" in capsys.readouterr().out
+
+
+def test_a_map_off_the_sphere_is_not_certified_until_it_is_repaired(sphere, tmp_path, capsys):
+    x, f = read_mesh(sphere)
+    bumpy, round_ = str(tmp_path / "bumpy.obj"), str(tmp_path / "round.obj")
+    write_mesh(bumpy, x * np.linspace(1, 1.1, len(x))[:, None], f)
+    assert main(["check", SAMPLE, bumpy]) == 3
+    assert f"no face folds, but: {len(x)} vertices off the unit sphere" in " ".join(capsys.readouterr().out.split())
+    assert main(["repair", SAMPLE, bumpy, round_]) == 0
+    assert main(["check", SAMPLE, round_]) == 0
 
 
 @pytest.mark.parametrize(
