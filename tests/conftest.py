@@ -1,5 +1,6 @@
-"""The corpus of meshes, where there is one, and Ctrl-C as on a terminal."""
+"""The corpus of meshes, where there is one, what only POSIX systems have, and Ctrl-C as on a terminal."""
 
+import os
 import signal
 
 import pytest
@@ -12,11 +13,12 @@ def pytest_configure():
 
 
 def pytest_collection_modifyitems(items):
-    """Skip what needs the corpus where there is none."""
-    if not CORPUS.is_dir():
-        for item in items:
-            if "corpus" in item.keywords:
-                item.add_marker(pytest.mark.skip(reason="no corpus of meshes here"))
+    """Skip what needs the corpus, or a POSIX system, where there is none."""
+    here = {"corpus": CORPUS.is_dir(), "posix": os.name == "posix"}
+    for item in items:
+        for name, found in here.items():
+            if name in item.keywords and not found:
+                item.add_marker(pytest.mark.skip(reason=f"no {name} here"))
 
 
 @pytest.fixture(scope="session")

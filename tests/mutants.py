@@ -10,8 +10,6 @@ import base64
 import gzip
 import io
 import re
-import resource
-import signal
 import struct
 import sys
 import tempfile
@@ -157,6 +155,9 @@ def judge(reader, path):
 
 
 def main():
+    import resource  # Windows has neither this nor signal.alarm
+    import signal
+
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("count", type=int, nargs="?", default=5000, help="mutants of each file")
     parser.add_argument("--only", default="", help="part of the names of files")

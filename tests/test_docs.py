@@ -61,7 +61,7 @@ class Block:
 
 
 def blocks(page: Path, language: str) -> list[Block]:
-    text = page.read_text()
+    text = page.read_text("utf-8")
     return [
         Block(found[1], tuple(re.findall(r"needs=(\w+)", found[2])), found[3], text[: found.start()].count("\n") + 1)
         for found in FENCE.finditer(text)
@@ -126,6 +126,7 @@ def test_python_blocks_run(page, desk, capsys):
         exec(compile(code, str(page), "exec"), namespace)
 
 
+@pytest.mark.posix
 @pages
 def test_shell_commands_run(page, desk, capfd):
     for command in commands(page):
@@ -172,13 +173,13 @@ def environment(folder):
 @pages
 def test_commands_that_are_named_exist(page):
     known = {command.name for command in COMMANDS}
-    assert set(COMMAND.findall(page.read_text())) <= known
+    assert set(COMMAND.findall(page.read_text("utf-8"))) <= known
 
 
 @pages
 def test_no_example_writes_over_files_of_freesurfer(page):
     """`lh.sphere` of a subject is its registration sphere; examples are copied into such folders."""
-    written = [Path(name).name for name in re.findall(r'write_\w+\("([^"]+)"', page.read_text())]
+    written = [Path(name).name for name in re.findall(r'write_\w+\("([^"]+)"', page.read_text("utf-8"))]
     for command in [*commands(page), *(line for one in COMMANDS for line in one.examples)]:
         words = shlex.split(re.split("[|<>]", command)[0])
         if words[0] == "igl-spheremap" and words[1] not in ("completion", "reproduce"):
@@ -189,26 +190,26 @@ def test_no_example_writes_over_files_of_freesurfer(page):
 
 @pages
 def test_links_and_pictures_exist(page):
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text()):
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
         if "://" not in target:
             assert (page.parent / target).exists(), target
 
 
 @pages
 def test_files_that_are_named_exist(page):
-    named = re.findall(r"`(?:python )?((?:docs|demos|benchmarks|tests)/[\w./]+\.\w+)`", page.read_text())
+    named = re.findall(r"`(?:python )?((?:docs|demos|benchmarks|tests)/[\w./]+\.\w+)`", page.read_text("utf-8"))
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
 def test_every_page_is_reachable():
-    index = (DOCS / "index.md").read_text()
+    index = (DOCS / "index.md").read_text("utf-8")
     listed = re.findall(r"^(?:guide|reference)/\w+$|^\*$", index, re.MULTILINE)
     reached = {page for entry in listed for page in DOCS.glob(f"{entry}.md")}
     assert reached == {page for page in PAGES if DOCS in page.parents}
 
 
 def test_every_command_is_documented():
-    text = (DOCS / "reference" / "command_line.md").read_text()
+    text = (DOCS / "reference" / "command_line.md").read_text("utf-8")
     assert {command.name for command in COMMANDS} == set(COMMAND.findall(text))
     assert [flag for flag in long_flags() if not re.search(rf"`{flag}\b", text)] == []
 
@@ -221,13 +222,13 @@ def long_flags():
 
 
 def test_exit_statuses_are_documented():
-    text = (DOCS / "reference" / "command_line.md").read_text()
+    text = (DOCS / "reference" / "command_line.md").read_text("utf-8")
     rows = re.findall(r"^\| (\d+) \| (.+) \|", text, re.MULTILINE)
     assert rows == [(str(int(each)), each.meaning) for each in Exit]
 
 
 def test_every_format_is_documented():
-    text = (DOCS / "reference" / "files.md").read_text()
+    text = (DOCS / "reference" / "files.md").read_text("utf-8")
     for entry in FORMATS:
         row = next(line for line in text.splitlines() if line.startswith(f"| {entry.name} |"))
         assert ("float32" in row) == entry.single
@@ -235,7 +236,7 @@ def test_every_format_is_documented():
 
 
 def test_every_public_name_is_in_the_reference():
-    text = (DOCS / "reference" / "api.md").read_text()
+    text = (DOCS / "reference" / "api.md").read_text("utf-8")
     listed = set(re.findall(r"^   ([\w.]+)$", text, re.MULTILINE))
     shapes = {f"samples.{name}" for name in ism.samples.names()}
     assert (set(ism.__all__) - {"samples"}) | shapes <= listed
@@ -259,5 +260,5 @@ def test_summaries_are_whole_sentences():
 
 
 def test_every_picture_is_shown():
-    shown = {Path(name).name for page in PAGES for name in re.findall(r"images/(\w+\.png)", page.read_text())}
+    shown = {Path(name).name for page in PAGES for name in re.findall(r"images/(\w+\.png)", page.read_text("utf-8"))}
     assert shown == {path.name for path in (DOCS / "images").glob("*.png")}

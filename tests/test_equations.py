@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not TABLE.exists(), reason="the docs are not ins
 
 def rows():
     """Cells of the table's rows."""
-    lines = TABLE.read_text().splitlines() if TABLE.exists() else []
+    lines = TABLE.read_text("utf-8").splitlines() if TABLE.exists() else []
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][1:]
 
 
@@ -32,7 +32,7 @@ def named():
 
 def source_of(path, symbol):
     """Lines of a function, class or method, with what stands in their margin."""
-    text = path.read_text()
+    text = path.read_text("utf-8")
     body = ast.parse(text).body
     for name in symbol.split("."):
         found = [node for node in body if getattr(node, "name", None) == name]
@@ -61,5 +61,5 @@ def test_margins_of_the_package_refer_to_equations_that_exist():
     """And every one of them is in the table."""
     table = {int(n) for row in rows() for n in re.findall(r"eqs?\. \((\d+)\)", row[3])} | {11}
     for path in PACKAGE.rglob("*.py"):
-        for comment in comments(path.read_text()):
+        for comment in comments(path.read_text("utf-8")):
             assert {int(n) for n in re.findall(r"eq\. \((\d+)\)", comment)} <= table, (path, comment)

@@ -27,7 +27,7 @@ def imported(path):
     """Files of the package that a file imports by any statement, wherever it stands, type checking included."""
     found = set()
     package = path.relative_to(ROOT).parent.parts
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name.split(".") for alias in node.names]
             for name in names:
@@ -60,7 +60,7 @@ def rooms():
     """The rooms in the order of the table."""
     if not ARCHITECTURE.exists():
         pytest.skip("the docs are not installed with the package")
-    return re.findall(r"^\| `(\w+)/` \|", ARCHITECTURE.read_text(), re.MULTILINE)
+    return re.findall(r"^\| `(\w+)/` \|", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
 
 
 def test_the_table_lists_the_rooms_and_the_root_holds_the_front_door():
@@ -116,7 +116,7 @@ def test_every_form_of_import_is_seen():
 
 
 def test_each_public_name_is_listed_once_for_readers_and_once_for_type_checkers():
-    lines = ast.parse((ROOT / "__init__.py").read_text()).body
+    lines = ast.parse((ROOT / "__init__.py").read_text("utf-8")).body
     block = next(node for node in lines if isinstance(node, ast.If))
     typed = {alias.asname: node.module or alias.name for node in block.body for alias in node.names}
     assert typed == igl_spheremap._HOME

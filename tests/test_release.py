@@ -11,7 +11,7 @@ from igl_spheremap import __version__
 
 tomllib = pytest.importorskip("tomllib") if sys.version_info >= (3, 11) else pytest.importorskip("tomli")
 ROOT = Path(__file__).parent.parent
-PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = PYPROJECT["project"]
 #: Of the linters, of what draws pages and of the peers any version will do that can be had.
 UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-parser", "imageio-ffmpeg", "dask", "distributed",
@@ -20,7 +20,7 @@ UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-parser", "imagei
 
 def pins(name):
     """Versions of a constraints file by project."""
-    lines = [line for line in (ROOT / ".ci" / name).read_text().splitlines() if not line.startswith("#")]
+    lines = [line for line in (ROOT / ".ci" / name).read_text("utf-8").splitlines() if not line.startswith("#")]
     return dict(line.split("==") for line in lines)
 
 
@@ -46,15 +46,15 @@ def test_each_lower_bound_is_the_oldest_version_that_is_tried():
 
 def test_citation_and_changelog_are_of_this_version():
     version = __version__.removesuffix(".dev0")
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
-    assert re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text(), re.M)[1] == version
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)[1] == version
 
 
 @pytest.mark.parametrize("address", [None, "https://address.example"])
 def test_no_link_of_the_long_description_is_relative(address):
     rule = PYPROJECT["tool"]["hatch"]["metadata"]["hooks"]["fancy-pypi-readme"]["substitutions"][0]
     replacement = rf"\1[\2]({address}/\3)" if address else rule["replacement"]
-    text = re.sub(rule["pattern"], replacement, (ROOT / "README.md").read_text())
+    text = re.sub(rule["pattern"], replacement, (ROOT / "README.md").read_text("utf-8"))
     links = re.findall(r"\]\(([^)]*)\)", text)
     assert links
     assert [link for link in links if not link.startswith("https://")] == []

@@ -87,7 +87,7 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
     """
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
-        address = json.loads(Path(scheduler).read_text())["address"] if os.path.isfile(scheduler) else scheduler
+        address = json.loads(Path(scheduler).read_bytes())["address"] if os.path.isfile(scheduler) else scheduler
         asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client without a scheduler hangs when it is dropped
     except Exception as error:  # what listens there may be anything
         known = str(error) and isinstance(error, OSError | ValueError)

@@ -82,7 +82,7 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
                    "--report", tmp_path / "report", "--json", tmp_path / "figures.json")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert [path.name for path in (tmp_path / "report").iterdir()] == ["report.html"]
-    text = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    text = (tmp_path / "report" / "report.html").read_text("utf-8")
     tags = Balance(text).seen
     links = [value for _, attributes in tags for name, value in attributes.items() if name in ("src", "href", "srcset")]
     assert all(link.startswith(("data:", "#")) for link in links)
@@ -106,7 +106,7 @@ def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypa
     monkeypatch.setattr(window, "_offscreen", None)  # as in a process that has drawn nothing
     words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--report", str(tmp_path / "report")]
     assert main([*words, "-q"]) == 0
-    assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])

@@ -15,7 +15,7 @@ def test_every_format_is_in_the_table_once():
     assert len(suffixes) == len(set(suffixes))
     package = Path(io.__file__).parent
     registered = {entry.read.__module__.rpartition(".")[2] for entry in FORMATS}
-    assert registered == {p.stem for p in package.glob("*.py") if "\nFORMAT = " in p.read_text()}
+    assert registered == {p.stem for p in package.glob("*.py") if "\nFORMAT = " in p.read_text("utf-8")}
 
 
 def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_path):

@@ -72,6 +72,7 @@ def test_scenes_that_expand_are_refused(tmp_path):
             read(scene, tmp_path)
 
 
+@pytest.mark.posix
 def test_buffers_in_files_of_their_own_count(tree, ball, tmp_path):
     """And only regular files beside the scene are read."""
     for k, buffer in enumerate(tree["buffers"]):

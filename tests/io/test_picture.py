@@ -30,6 +30,7 @@ def test_what_is_no_picture_is_one_line(data, tmp_path):
         read_picture(tmp_path / "a.png")
 
 
+@pytest.mark.posix
 def test_devices_and_pipes_are_refused_without_reading(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in ("/dev/zero", tmp_path / "pipe"):

@@ -20,6 +20,7 @@ from igl_spheremap.io import read_coefficients, read_map, read_mark, read_mesh, 
 READERS = [read_mesh, read_sphere, read_map, read_scalars, read_mark]
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("reader", [*READERS, read_coefficients], ids=lambda reader: reader.__name__)
 def test_what_is_no_regular_file_is_refused_without_reading_it(reader, tmp_path):
     """A pipe would be waited for, a device read without end."""

@@ -3,13 +3,13 @@
 import inspect
 import json
 import os
-import signal
 import socket
 import subprocess
 import sys
 import time
 from collections import Counter
 
+import errands
 import pytest
 from corpus import ROOT
 
@@ -92,7 +92,7 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
         if not victims:
             pid = int(row.worker.rpartition(":")[2])
             victims.append(pid)
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, errands.KILL)
 
     rows = map_many(sources, "{stem}.obj", executor=executor, listener=kill_its_worker)
     cluster.worker()

@@ -23,14 +23,14 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
     sources = ["100.ply", "open.ply", "400.ply"]
     with ThreadPoolExecutor(1) as executor:
         rows = map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)
-        html = Path("page/index.html").read_text()
+        html = Path("page/index.html").read_text("utf-8")
         pages = re.findall(r'href="(subjects/\w+\.html)"', html)
         pictures = re.findall(r'<img loading="lazy" alt="" src="(subjects/\w+\.png)"', html)
         assert (len(pages), len(pictures)) == (3, 2)
         assert "2 of 3 maps are certified" in html
         assert re.findall(r"<div>(\w+\.ply)</div>", html)[0] == "open.ply"
-        assert "open surface" in Path("page", pages[0]).read_text()
-        assert all(f"<h1>{name}</h1>" in Path("page", page).read_text() for name, page in zip(
+        assert "open surface" in Path("page", pages[0]).read_text("utf-8")
+        assert all(f"<h1>{name}</h1>" in Path("page", page).read_text("utf-8") for name, page in zip(
             re.findall(r"<div>(\w+\.ply)</div>", html), pages, strict=True))
         image = read_picture(Path("page", pictures[0]))
         assert image.shape[1] == 4 * image.shape[0]
@@ -74,4 +74,4 @@ def test_names_are_text_and_not_markup(desk):
     os.rename("100.ply", name := "<b>&'.ply")
     with ThreadPoolExecutor(1) as executor:
         map_many([name], "x.obj", executor=executor, report="page", processes=1)
-    assert "<b>&" not in Path("page/index.html").read_text()
+    assert "<b>&" not in Path("page/index.html").read_text("utf-8")

@@ -47,7 +47,7 @@ def test_a_name_without_an_encoding_spoils_no_table(tmp_path):
     name = os.fsdecode(b"bad\xff.ply")
     for suffix in FORMATS:
         write_table(tmp_path / f"all{suffix}", [Row(name, "b")])
-        assert "udcff.ply" in (tmp_path / f"all{suffix}").read_text(encoding="utf-8")
+        assert "udcff.ply" in (tmp_path / f"all{suffix}").read_text("utf-8")
 
 
 def test_a_file_without_rows_is_no_table(tmp_path):

@@ -93,6 +93,6 @@ def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
         path = Path(folder) / f"stdout.{args.format}"
         outcome = write(path)
         args.progress.close()
-        sys.stdout.write(path.read_text())
+        sys.stdout.write(path.read_text(encoding="utf-8"))
         sys.stdout.flush()
     return outcome

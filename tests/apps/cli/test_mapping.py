@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import signal
 
 import numpy as np
@@ -147,7 +146,7 @@ def test_nothing_is_overwritten_without_force(sphere, capsys):
 
 def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
     def pressed(*arguments, listener, **options):
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
         return spherical_conformal_map(*arguments, listener=listener, **options)
 
     monkeypatch.setattr(map_command, "spherical_conformal_map", pressed)

@@ -34,6 +34,7 @@ def nameless(tmp_path):
     return os.fsdecode(path)
 
 
+@pytest.mark.posix
 def test_names_without_an_encoding_are_escaped(nameless, tmp_path, monkeypatch):
     screen = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(screen, encoding="ascii"))
@@ -75,6 +76,7 @@ def test_a_full_disk_behind_stdout_is_one_line(words, unbuffered, tmp_path):
     assert (done.returncode, done.stderr) == (74, "igl-spheremap: No space left on device\n")
 
 
+@pytest.mark.posix
 def test_descriptors_of_closed_streams_are_not_given_to_files(tmp_path):
     assert sh(f"$I map {BALL} out.obj >&- 2>&- <&-", tmp_path).returncode == 0
     assert main(["check", BALL, str(tmp_path / "out.obj"), "-q"]) == 0
@@ -115,6 +117,7 @@ def test_of_two_programs_that_write_one_file_the_first_wins(tmp_path, monkeypatc
     assert os.listdir(tmp_path) == ["sphere.obj"]
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("words", [
     ["map", "a.obj", "a.obj"],
     ["map", "a.obj", "./a.obj"],

@@ -16,12 +16,12 @@ from igl_spheremap.apps.reproduce.tables import TABLES
 from igl_spheremap.io import FORMATS
 
 INTERRUPTED = """
-import os, signal, sys
+import signal, sys
 
 class Finder:
     def find_spec(self, name, path=None, target=None):
         if name == sys.argv[1]:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
 
 from igl_spheremap.apps.cli import main
 sys.meta_path.insert(0, Finder())

@@ -70,6 +70,7 @@ def test_bad_landmark_files_are_one_line(tmp_path, capsys, text, status, words):
     assert err.count("\n") == 1
 
 
+@pytest.mark.posix
 def test_landmarks_from_a_device_or_a_pipe_are_refused_without_reading(tmp_path, capsys):
     os.mkfifo(tmp_path / "pipe")
     for points in ("/dev/zero", str(tmp_path / "pipe")):
