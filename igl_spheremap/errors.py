@@ -65,7 +65,7 @@ class WorkersUnavailable(RuntimeError):
 
 
 def one_line(error: BaseException) -> str:
-    """What an error says, in one line.
+    """The message of an error in one line.
 
     >>> one_line(FileNotFoundError(2, "No such file", "a.ply")), one_line(MemoryError())
     ('a.ply: No such file', 'out of memory; try a smaller mesh or more memory')

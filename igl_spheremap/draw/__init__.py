@@ -1,1 +1,1 @@
-"""How numbers look: colours, plots, tables as HTML."""
+"""Numbers as colours, curves, pictures and HTML."""

@@ -23,7 +23,7 @@ _BINS = 81
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
-    """A matplotlib figure that no window system knows, and its axes (rows, columns), each of `size` in inches."""
+    """A matplotlib figure without pyplot, which opens no window, and its axes (rows, columns) of `size` in inches."""
     base = import_optional("matplotlib.figure", "a figure", "plot").Figure
     # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
     shown = type("Figure", (base,), {"_repr_png_": _png})

@@ -12,7 +12,7 @@ from ..mesh.arrays import FloatArray, IntArray
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 #: What counts as up in files: z or y.
 _UP = np.array([0.0, 1.0, 1.0])
-#: A vertical axis that is closer to the ground than this is not taken for one.
+#: The body's second axis is taken for vertical, and turned upwards, if the sum of its y and z is larger than this.
 _LEAST_UP = 0.3
 _MARGIN = 1.06  # half the side of a picture, in half the body's longer side
 
@@ -23,7 +23,7 @@ def view_of(v: FloatArray) -> FloatArray:
     _, _, axes = np.linalg.svd(centred, full_matrices=False)
     # The sign of an axis is that of its third moment, so that the same body is always shown from the same side.
     sign = ((centred @ axes.T) ** 3).sum(axis=0)
-    # But up is up in the file: along z or y, whichever the format has.
+    # But up in the picture is up in the file: along z or y, whichever the format has.
     if abs(axes[1] @ _UP) > _LEAST_UP:
         sign[1] = axes[1] @ _UP
     axes *= np.where(sign < 0, -1.0, 1.0)[:, None]

@@ -52,7 +52,7 @@ def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:
     for _ in range(_DEEPEST):
         level = {child for k in level for child in nodes[k].get("children", [])}
     if level:
-        raise MeshError(f"its nodes lie more than {_DEEPEST} deep, or in a circle; write the mesh as one node")
+        raise MeshError(f"its nodes lie more than {_DEEPEST} deep, or in a cycle; write the mesh as one node")
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -1,4 +1,4 @@
-"""The mark of a result: one line of ASCII that says what made it from what, the same run after run."""
+"""The mark of a result: one line of ASCII with its source, method and options, which is the same for every run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The manifest of a population: what was asked for, and every result, in a file that only grows."""
+"""The manifest of a population: options, inputs and every result, in a file that only grows."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from .lock import lock
 from .table import Row, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
+_BEGIN = b'{"run": '
 
 
 class Manifest:
@@ -37,6 +38,10 @@ class Manifest:
             self._file.close()
             raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
                             "manifest=FILE")
+        self._file.seek(0)
+        if not _BEGIN.startswith(self._file.read(len(_BEGIN)).partition(b"\n")[0]):  # its first line may be cut off
+            self._file.close()
+            raise FileError(f"{path} is no manifest, and is kept; give manifest=FILE")
         if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
             self._file.write(b"\n")  # a run that was killed cut its last line off
         self._flushed = time.monotonic()

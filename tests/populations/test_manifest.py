@@ -86,6 +86,13 @@ def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
         Manifest(tmp_path / "none" / "all.jsonl", RUN)
 
 
+def test_no_other_file_is_taken_for_a_manifest(tmp_path):
+    (tmp_path / "mesh.obj").write_text("v 0 0 0")
+    with pytest.raises(FileError, match="is no manifest"):
+        Manifest(tmp_path / "mesh.obj", RUN)
+    assert (tmp_path / "mesh.obj").read_text() == "v 0 0 0"
+
+
 def test_one_run_writes_at_a_time(written):
     path, output = written
     with Manifest(path, RUN | {"by": "host:7"}):

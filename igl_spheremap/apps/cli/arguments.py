@@ -66,17 +66,17 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     return (
         choice("--up", UPS, "which way is up; default: z, but y for .obj, .glb, .gltf"),
         SCREENSHOT,
-        argument("--frame", "K", "of --screenshot, from 0; -1 is the last", type=int),
+        argument("--frame", "K", "which frame --screenshot shows, from 0; -1 is the last", type=int),
         argument("--video", "OUT", "write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; "
                  "needs no display"),
-        argument("--length", "N", "of --video: N different pictures at the most, evenly chosen, and all stops "
-                 f"(default {LENGTH})", type=POSITIVE_COUNT, default=LENGTH),
+        argument("--length", "N", "the most pictures of --video, evenly chosen; those at star maps and repairs "
+                 f"are added (default {LENGTH})", type=POSITIVE_COUNT, default=LENGTH),
         (("--size",), {"type": _SIDE, "nargs": 2, "default": size, "metavar": ("W", "H"),
                        "help": "of the window in pixels (default {} {})".format(*size)}),
     )
 
 
-FORMAT = argument("--format", "FMT", f"of '-', which is stdin for a mesh and stdout for OUT: {', '.join(READ)}; for "
+FORMAT = argument("--format", "FMT", f"the format of '-' (stdin for a mesh, stdout for OUT): {', '.join(READ)}; of "
                   f"OUT {' or '.join(WRITTEN)}; default: {READ[0]}", choices=READ, default=READ[0])
 REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "

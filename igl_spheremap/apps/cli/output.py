@@ -21,7 +21,7 @@ from .streams import STREAM
 
 WIDTH = 80
 _LABEL = 13
-_SHOWN = 10  # faces that JSON lists of each kind of fault
+_SHOWN = 10  # faces or vertices that JSON lists of each kind of fault
 
 
 class Findings:
@@ -101,7 +101,7 @@ def mesh_size(name: str, v: FloatArray, f: IntArray) -> str:
 
 
 def certificate_figures(certificate: Certificate) -> dict[str, Any]:
-    """A certificate for JSON: counts, and the first faces of each fault."""
+    """A certificate for JSON: counts, and the first faces or vertices of each fault."""
     figures: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
     for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
         where: Sequence[int] = getattr(certificate, name)

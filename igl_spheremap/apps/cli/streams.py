@@ -64,12 +64,19 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         raise FileError("can't write stdout: it is closed")
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
-    inputs = {os.path.realpath(path) for path in _paths(args, _INPUTS)}
+    inputs = {os.path.realpath(path) for path in _inputs(args)}
     for path in _paths(args, _OUTPUTS):
         check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
         if os.path.realpath(path) in inputs:
             raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
         inputs.add(os.path.realpath(path))
+
+
+def _inputs(args: Namespace) -> list[str]:
+    """The files that the command reads; of --data FILE:NAME and --feature NAME=MOVING,FIXED those within."""
+    features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
+    named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
+    return [*_paths(args, _INPUTS), *features, *named]
 
 
 def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:

@@ -24,7 +24,7 @@ def show_source(ax: Any, surface: Surface, x: FloatArray | None = None, *, title
 
 
 def show_map(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
-    """A map, lit like the source, whose shape it so shows; where it folds, through a lens on the largest cluster."""
+    """A map with the brightness of the source's faces; where it folds, through a lens on the largest cluster."""
     folded = _folded(surface, x)
     colours = _marked(surface, folded)
     if not len(folded):

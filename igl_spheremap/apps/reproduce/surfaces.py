@@ -1,4 +1,4 @@
-"""The surfaces that stand for the paper's: real counterparts from a folder, or shapes that anybody can make."""
+"""The surfaces that stand for the paper's: real counterparts from a folder, or samples of this package."""
 
 from __future__ import annotations
 

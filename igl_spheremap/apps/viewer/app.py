@@ -14,7 +14,7 @@ from .lazy import ps
 from .stage import Stage
 from .video import check_video, open_video
 
-#: Pictures of a video in a second; a stop is shown for a whole second.
+#: Frames a second of a video; a stop is shown for a whole second.
 RATE = 20
 
 
@@ -56,7 +56,7 @@ class App:
 
 
 def open_for(args: Namespace, title: str) -> None:
-    """Start polyscope as the arguments ask, or raise a DisplayError: in time, before anything is computed."""
+    """Start polyscope as the arguments ask, or raise a DisplayError, before anything is computed."""
     offscreen = bool(args.screenshot or args.video)
     if args.screenshot:
         window.check_picture(args.screenshot)

@@ -1,4 +1,4 @@
-"""polyscope and its widgets, imported at their first use: whoever draws nothing can do without."""
+"""polyscope and its widgets, imported at their first use: a program that draws nothing does not need them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from ...errors import DisplayError
 
-#: What polyscope takes from Debian and Ubuntu.
+#: Packages of Debian and Ubuntu that polyscope needs.
 PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
 
 

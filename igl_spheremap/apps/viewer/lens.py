@@ -13,7 +13,7 @@ from ...sphere.charts import from_chart, to_chart
 
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
 _SPREAD = 0.6
-#: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that all faces look as large.
+#: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that faces of all clusters look equally large.
 _FACE = 0.1
 #: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
 _REACH = 95
@@ -62,7 +62,7 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
 
 
 def clusters(faces: IntArray) -> list[IntArray]:
-    """Indices of faces, given as rows of vertex indices, that hang together by shared vertices; the largest set first.
+    """Indices of faces, given as rows of vertex indices, that are connected by shared vertices; the largest set first.
 
     >>> [one.tolist() for one in clusters(np.array([[5, 6, 7], [0, 1, 2], [2, 3, 4]]))]
     [[1, 2], [0]]

@@ -14,7 +14,7 @@ _ZOOM = 30.0
 @contextmanager
 def panel(title: str, width: float) -> Iterator[None]:
     """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
-    imgui.StyleColorsLight()  # polyscope dresses every context anew in its own colours
+    imgui.StyleColorsLight()  # polyscope gives every context its own colours
     implot.StyleColorsLight()
     _, h = ps.get_window_size()
     imgui.SetNextWindowPos((0, 0))

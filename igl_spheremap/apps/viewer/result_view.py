@@ -147,10 +147,6 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     subject : str
         What the colours show at first: "foldings", "conformal factor", "angle differences" or "area distortion".
 
-    Returns
-    -------
-    None
-
     Raises
     ------
     DisplayError
@@ -184,10 +180,6 @@ def screenshot(
         What the colours show: "foldings", "conformal factor", "angle differences" or "area distortion".
     size : (int, int)
         Width and height in pixels.
-
-    Returns
-    -------
-    None
 
     Raises
     ------

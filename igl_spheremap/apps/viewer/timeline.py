@@ -1,4 +1,4 @@
-"""A run as a sequence of slides, its stops, and which slides are kept where memory ends."""
+"""A run as a sequence of slides, its stops, and which slides are kept when they take too much memory."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Slide:
 
 
 def stops(slides: Sequence[Slide]) -> list[tuple[str, int]]:
-    """Names and indices of the slides where a viewer wants to stop."""
+    """Names and indices of the start, of the slides at star maps and repairs, and of the end."""
     marks = [(slides[0].title, 0)]
     for k, slide in enumerate(slides[:-1]):
         again = f" {slide.step.round}" if slide.step.round > 1 else ""

@@ -71,7 +71,7 @@ def _start(title: str, offscreen: bool) -> None:
             else "is the display there? Pictures for files need none"
         )
         raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
-    _dress(offscreen)
+    _set_scene(offscreen)
 
 
 def _backend(offscreen: bool) -> str:
@@ -89,7 +89,7 @@ def _backend(offscreen: bool) -> str:
     return "openGL3_egl"
 
 
-def _dress(offscreen: bool) -> None:
+def _set_scene(offscreen: bool) -> None:
     """Background, light and a camera that sees everything from the front without perspective."""
     with tempfile.TemporaryDirectory() as folder:
         files = []

@@ -1,6 +1,6 @@
 """The table of commands and their arguments; nothing here takes time to import, so that help is at once.
 
-The module of its name holds a command's work, `run(args)`, and in its docstring what the help says of it.
+The module of its name holds a command's work, `run(args)`, and its docstring is the help.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _DEGREE = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGR
 
 @dataclass(frozen=True)
 class Command:
-    """A command by the name that is typed, and its arguments; its module's docstring says the rest."""
+    """A command by the name that is typed, and its arguments."""
 
     name: str
     arguments: tuple[Argument, ...]
@@ -68,7 +68,7 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
         argument("sphere", "SPHERE", "its map, if there is one; else it is made, or found in an .npz", nargs="?"),
         shared.method("auto", "that makes the map; default: auto"),
         shared.BALANCE,
-        choice("--show", SHOWN, "by colours; default: foldings", default="foldings"),
+        choice("--show", SHOWN, "what the colours show; default: foldings", default="foldings"),
         *shared.pictures(),
     ),
     "play": (
@@ -109,10 +109,11 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
         *shared.target("coefficients: .coef as SPHARM-PDM writes them, or .npz"),
         argument("--degree", "L", "the largest degree (default: 15)", type=_DEGREE, default=15),
         shared.DATA,
-        switch("--align", help="put it into the frame of its first-order ellipsoid"),
-        argument("--template", "FILE", "with --align: an aligned shape that decides the directions"),
-        argument("--surface", "FILE", "write the surface that the coefficients describe"),
-        argument("--to", "MESH", "its mesh: ico:K (default: ico:5)", default="ico:5"),
+        switch("--align", help="put the shape into the frame of its first-order ellipsoid"),
+        argument("--template", "FILE", "with --align: coefficients of an aligned shape, which decide the directions of "
+                 "the axes"),
+        argument("--surface", "FILE", "write the surface that the coefficients describe, on the mesh of --to"),
+        shared.TO,
         argument("--table", "FILE", "write error and power by degree, separated by tabs"),
         *shared.OUTPUT,
     ),

@@ -16,7 +16,7 @@ from ....maps.options import METHODS
 from ....populations.executors import connect
 from ....populations.map_many import map_many
 from ....populations.table import Row, check_table, write_table
-from ....populations.targets import targets_of
+from ....populations.targets import manifest_of, targets_of
 from ..exits import Exit
 from ..failures import UsageError
 from ..inputs import expand, subjects
@@ -29,7 +29,7 @@ def run(args: Namespace) -> Exit:
     sources = _sources(args)
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
-    _check_summary(args.summary, [*sources, *targets])
+    _check_summary(args.summary, [*sources, *targets, args.manifest or manifest_of(pattern)])
     executor = connect(args.scheduler) if args.scheduler is not None else None
     args.progress.stage("mapping", total=len(sources), unit="mesh")
 

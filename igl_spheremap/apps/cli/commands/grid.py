@@ -57,4 +57,4 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
     if columns != 3:
         raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
     low = grid.min(axis=(0, 1))
-    return np.round((grid - low) * (255 / np.ptp(grid, axis=(0, 1)).max())).astype(np.uint8)
+    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)

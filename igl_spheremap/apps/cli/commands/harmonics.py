@@ -7,17 +7,16 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import Any
 
-from ....errors import MeshError
 from ....io import read_coefficients, write_coefficients, write_mesh
 from ....io.replacing import replacing
-from ....shapes.harmonics.spherical_harmonics import SphericalHarmonics, spherical_harmonics
+from ....mesh.arrays import FloatArray
+from ....shapes.harmonics.spherical_harmonics import spherical_harmonics
 from ..failures import UsageError
 from ..output import Findings
 from ..pair import load_pair
 from ..streams import check_outputs
-from ..vertex_data import read_data
+from ..vertex_data import read_data, read_target_sphere
 
 
 def run(args: Namespace) -> None:
@@ -25,6 +24,7 @@ def run(args: Namespace) -> None:
     if args.template and not args.align:
         raise UsageError("--template goes with --align")
     check_outputs(args)
+    mesh = read_target_sphere(args) if args.surface else None
     pair = load_pair(args)
     source = pair.source
     values = None if args.data is None else read_data(args.data, len(source.v), source.name)
@@ -41,23 +41,18 @@ def run(args: Namespace) -> None:
     error, power = harmonics.error(), harmonics.power()
     found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
               error_percent=error, degree=args.degree, power=power)
+    surface = harmonics.surface(mesh) if mesh else None
     args.progress.stage(f"writing {args.target}")
-    _write(args, harmonics, error, power)
+    write_coefficients(args.target, harmonics, force=args.force)
+    if surface:
+        write_mesh(args.surface, *surface, force=args.force)
+    if args.table:
+        _write_table(args, error, power)
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
     found.report(args)
 
 
-def _write(args: Namespace, harmonics: SphericalHarmonics, error: Any, power: Any) -> None:
-    """The coefficients, and what else was asked for."""
-    write_coefficients(args.target, harmonics, force=args.force)
-    if args.surface:
-        try:
-            write_mesh(args.surface, *harmonics.surface(args.to), force=args.force)
-        except ValueError as problem:
-            if isinstance(problem, MeshError):
-                raise
-            raise UsageError(f"--to {problem}") from None
-    if args.table:
-        lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
-        with replacing(args.table, args.force) as partial:
-            partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))
+def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
+    lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
+    with replacing(args.table, args.force) as partial:
+        partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))

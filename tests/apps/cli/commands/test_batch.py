@@ -73,6 +73,8 @@ def test_a_batch_maps_what_can_be_mapped_and_goes_on(desk, capsys):
         (["300.ply", "--out", "{stem}_sphere.ply", "--timeout", "0"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--summary", "table.txt"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--keep-largest"], 64),
+        (["300.ply", "--out", "{stem}_sphere.ply", "--manifest", "600.ply"], 74),
+        (["300.ply", "--out", "{stem}.ply", "--manifest", "x.jsonl", "--summary", "x.jsonl"], 64),
         (["-", "--out", "sphere.ply"], 64),
         (["300.ply", "--out", "nowhere/{stem}.ply"], 74),
         (["300.ply", "--out", "{stem}.xyz"], 74),

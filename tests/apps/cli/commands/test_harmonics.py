@@ -25,6 +25,8 @@ def test_harmonics_writes_what_the_api_gives(sphere, tmp_path):
     shape = ism.spherical_harmonics(ism.sphere_map(V, F, read_mesh(sphere).v), degree=6)
     assert np.allclose(ism.read_coefficients(out).coefficients, shape.coefficients, atol=1e-14)
     assert np.allclose(read_mesh(surface).v, shape.surface("ico:2")[0], atol=1e-14)
+    assert main([*words, "--quiet", "--force", "--to", sphere]) == 0
+    assert np.allclose(read_mesh(surface).v, shape.evaluate(read_mesh(sphere).v), atol=1e-14)
     rows = np.loadtxt(table, skiprows=1)
     assert np.allclose(rows, np.stack((np.arange(7), shape.error(), shape.power()), axis=1), rtol=1e-5, atol=1e-12)
 
@@ -53,6 +55,8 @@ def test_pictures(sphere, tmp_path):
     pillow = pytest.importorskip("PIL.Image")
     out = tmp_path / "a.png"
     assert main(["grid", SOURCE, sphere, str(out), "--rows", "16", "-q"]) == 0
+    write_scalars(tmp_path / "flat.npz", dict.fromkeys("abc", np.ones(len(V))))
+    assert main(["grid", SOURCE, sphere, str(tmp_path / "b.png"), "--data", str(tmp_path / "flat.npz"), "-q"]) == 0
     image = np.asarray(pillow.open(out))
     assert image.shape == (16, 32, 3)
     assert np.ptp(image[..., 2].astype(int)) == 255  # the pear is longest along z
@@ -77,6 +81,7 @@ def test_failures_are_one_line(sphere, tmp_path, monkeypatch, capsys, words, sta
     err = capsys.readouterr().err
     assert sentence in err
     assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["short.npz"]
 
 
 def test_a_folded_sphere_is_refused(sphere, tmp_path, capsys):

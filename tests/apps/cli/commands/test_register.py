@@ -62,6 +62,7 @@ def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
     (["--feature", "f=features.npz"], 64, "NAME=MOVING,FIXED"),
     (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
     (["--feature", "f=flat.npz,flat.npz"], 2, "features of the moving surface are constant"),
+    (["--feature", "f=features.npz:a,features.npz:a", "--json", "features.npz"], 64, "would be lost"),
     (["--stages", "rotation,warp"], 64, "'warp'"),
     (["--stiffness", "-1"], 64, "--stiffness: -1 is out of range"),
 ])

@@ -50,6 +50,7 @@ def test_labels_stay_labels_on_another_map(desk):
         (["sphere.ply", "-f"], 64),
     ],
 )
-def test_failures_are_one_line(desk, words, status, capsys):
-    assert main(["transfer", "pear.ply", "sphere.ply", *words, "--data", "data.npz"]) == status
+@pytest.mark.parametrize("data", ["data.npz", "data.npz:part"])
+def test_failures_are_one_line(desk, words, status, data, capsys):
+    assert main(["transfer", "pear.ply", "sphere.ply", *words, "--data", data]) == status
     assert capsys.readouterr().err.count("\n") == 1
