@@ -60,10 +60,10 @@ class PreconditionedCayley:
         yield Iterate("sobolev", 0, 0, x, energy, np.inf)
         for k in count(1):
             density = row_dots(x, H)  # lambda of eq. (9): twice the image area around each vertex
+            e = _boost(x, H, density)
             g = H  # in its memory
-            g -= density[:, None] * x  # eq. (9)
-            e = _boost(x, g, density)
-            g += density[:, None] * (along(x, e)[:, None] * x - e)
+            g -= (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost
+            g -= density[:, None] * e
             D = problem.metric.solve(g)
             D -= weighted_sum(problem.A, D) / problem.A.sum()
             left = inner(g, D) / _LEFT
@@ -77,13 +77,13 @@ class PreconditionedCayley:
             yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), step.tau)
 
 
-def _boost(x: FloatArray, g: FloatArray, density: FloatArray) -> FloatArray:
-    """Boost to take out of the covector `g` in proportion to the density, so that it sums to zero.
+def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
+    """Boost to take out of the tangent part of `H` in proportion to the density, so that it sums to zero.
 
     A uniform shift would load the vertices of limbs, whose image is tiny, like all others, and distort them.
     """
     gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
-    return np.linalg.solve(gram, g.sum(axis=0))
+    return np.linalg.solve(gram, H.sum(axis=0) - weighted_sum(density, x))
 
 
 @stage("steps")

@@ -261,7 +261,8 @@ def _check_sphere(f: IntArray, n: int) -> HalfEdges:
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
     twin = twin[: 3 * m]
-    neighbours = csr_matrix((twin, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    ones = np.broadcast_to(1.0, 3 * m)  # no memory, and scipy's graphs take no other type as it is
+    neighbours = csr_matrix((ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         components, label = connected_components(neighbours, directed=False)
         sizes = np.sort(np.bincount(label))[::-1]

@@ -13,6 +13,8 @@ from .arrays import FloatArray, IntArray
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
+#: The same for libigl, whose temporaries would come from the system page by page, and go back to it, at each call.
+_LIBIGL_BLOCK = 1 << 16
 
 
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
@@ -20,6 +22,12 @@ def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: I
     columns = np.ascontiguousarray(x.T)
     blocks = (f[k : k + _BLOCK].T for k in range(0, max(1, len(f)), _BLOCK))
     return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
+
+
+def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) -> FloatArray:
+    """What a function of libigl measures on each face by itself, block by block."""
+    starts = range(0, max(1, len(f)), _LIBIGL_BLOCK)
+    return np.concatenate([measure(v, f[k : k + _LIBIGL_BLOCK]) for k in starts])
 
 
 def _unit_scale(d: FloatArray) -> FloatArray:
@@ -34,7 +42,7 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     >>> np.degrees(corner_angles(np.eye(3), np.array([[0, 1, 2]]))).round(9)
     array([[60., 60., 60.]])
     """
-    angles = np.asarray(igl.internal_angles(v, f))
+    angles = by_libigl(igl.internal_angles, v, f)
     if np.isfinite(angles.sum()):
         return angles
     redo = np.flatnonzero(~np.isfinite(angles).all(axis=1))  # sides of length 0, or products beyond float64

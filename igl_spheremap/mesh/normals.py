@@ -63,8 +63,8 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
 
     Where nothing has a direction, all get the z axis.
     """
-    length = np.linalg.norm(x, axis=1)
-    known = np.isfinite(length) & (length > _SHORTEST)
+    length = np.sqrt(np.einsum("ij,ij->i", x, x))
+    known = (length > _SHORTEST) & (length < np.inf)
     if known.all():
         return x / length[:, None]
     x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)

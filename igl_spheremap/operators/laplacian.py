@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, half_edges
-from ..mesh.measure import vertex_areas
+from ..mesh.measure import by_libigl, vertex_areas
 from .flips import delaunay_triangulation
 
 #: "cotangent" are the mesh's own weights, eq. (13). "mollified" takes them from `mollified_edge_lengths`, which differ
@@ -49,7 +49,7 @@ def laplacian(
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
-        weight = igl.cotmatrix_entries(v, f)  # eq. (13)
+        weight = by_libigl(igl.cotmatrix_entries, v, f)  # eq. (13)
     elif weights == "mollified":
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     elif weights == "uniform":
@@ -71,7 +71,7 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
     >>> bool((mollified_edge_lengths(v, f) == igl.edge_lengths(v, f)).all())
     True
     """
-    lengths = igl.edge_lengths(v, f)
+    lengths = by_libigl(igl.edge_lengths, v, f)
     slack = (lengths.sum(axis=1) - 2.0 * lengths.max(axis=1)).min()
     return lengths + max(0.0, _SLACK * lengths.mean() - slack)
 

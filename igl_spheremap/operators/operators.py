@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
@@ -45,8 +46,8 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
         try:
-            P = sp.csr_matrix((L.data.copy(), L.indices, L.indptr), shape=L.shape)
-            P.setdiag(L.diagonal() + _REGULARISATION * A)  # keeps the pattern, which both share
+            P = sp.csr_matrix((L.data.copy(), L.indices, L.indptr), shape=L.shape)  # both share the pattern
+            P.data[L.indices == np.arange(len(A), dtype=np.int32).repeat(np.diff(L.indptr))] += _REGULARISATION * A
             factor = factorize(P, backend, like.factor if like else None)
         except FactorisationFailed:
             if choice == "uniform":

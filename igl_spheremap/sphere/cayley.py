@@ -54,11 +54,13 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
 def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
     """`cayley_update` for float64 rows."""
     ff = row_dots(f, f)
-    t = h - (row_dots(f, h) / ff)[:, None] * f
+    t = (row_dots(f, h) / ff)[:, None] * f
+    np.subtract(h, t, out=t)
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
-    cosine = 1 / np.hypot(1, s)  # of half the angle; hypot, for the square of s may overflow
-    t *= (tau * cosine**2 * ff)[:, None]
-    y = ((cosine + s * cosine) * (cosine - s * cosine))[:, None] * f - t  # Theorem 1
+    square = 1 / (1 + s * s)  # of the cosine of half the angle; 0, as is right, where that of s overflows
+    t *= (tau * square * ff)[:, None]
+    y = (2 * square - 1)[:, None] * f  # Theorem 1
+    y -= t
     # A long step magnifies what rounding left of F in T: give each row its length back.
     y *= np.sqrt(ff / row_dots(y, y))[:, None]
     return y

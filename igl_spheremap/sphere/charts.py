@@ -32,7 +32,11 @@ def from_chart(z: ComplexArray, pole: FloatArray) -> FloatArray:
     """Inverse of `to_chart`."""
     e1, e2 = tangent_axes(pole)
     w = (z.real**2 + z.imag**2) / 4
-    return ((pole.T * (1 - w) + e1.T * z.real + e2.T * z.imag) / (1 + w)).T
+    x = pole.T * (1 - w)
+    x += e1.T * z.real
+    x += e2.T * z.imag
+    x /= 1 + w
+    return x.T
 
 
 def tangent_axes(x: FloatArray) -> tuple[FloatArray, FloatArray]:

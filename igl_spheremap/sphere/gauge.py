@@ -9,7 +9,7 @@ from ..mesh.check import Mesh
 from ..mesh.normals import mesh_gauss_map
 from ..mesh.timings import stage
 from .moebius import center
-from .rows import unit_rows, weighted_moment, weighted_sum
+from .rows import row_dots, weighted_moment, weighted_sum
 
 #: Weight of the position from the barycentre beside that of the normal. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
@@ -28,17 +28,19 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
     """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
-    turned = np.einsum("ij,jk->ik", x, best_rotation(x, orientation_target(mesh, A), A))
-    return np.ascontiguousarray(unit_rows(turned))  # steps and Moebius maps add up rounding in the lengths
+    turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh, A), A), np.ascontiguousarray(x.T))
+    turned /= np.sqrt(row_dots(turned.T, turned.T))  # steps and Moebius maps add up rounding in the lengths
+    return np.ascontiguousarray(turned.T)
 
 
 def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
     normals = mesh_gauss_map(mesh)
     outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
-    if np.einsum("i,ij,ij->", A, normals, outward) < 0:  # a mesh that is inside out
-        outward = -outward
-    return normals + _TIE_BREAK * outward
+    inside_out = np.vdot(A, row_dots(normals, outward)) < 0
+    outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
+    outward += normals
+    return outward
 
 
 def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:

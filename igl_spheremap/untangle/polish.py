@@ -75,7 +75,9 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     """True if the angle differences of a map without foldings are large and steps would lower them, by a sample."""
     movable = np.zeros(len(x), dtype=bool)
     movable[:: max(1, len(x) // _SAMPLE)] = True
-    around = mesh.f[movable[mesh.f].any(axis=1)]
+    edges = mesh.edges
+    faces = np.unique(edges.half[movable.repeat(np.diff(edges.indptr))] // 3)
+    around = mesh.f[faces[faces < len(mesh.f)]]  # beyond are the entries on the diagonal
     source = corner_angles(mesh.v, around)
     difference = np.degrees(np.abs(corner_angles(x, around) - source))
     mean = float(difference.mean())

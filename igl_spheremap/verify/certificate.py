@@ -12,7 +12,7 @@ from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_faces, check_rows
 from ..mesh.timings import stage
-from ..sphere.rows import along, row_lengths, scale_rows
+from ..sphere.rows import row_lengths, scale_rows
 from .signs import determinant_signs, orientation_signs
 
 #: Rows may leave the unit sphere by the rounding of a float32 file, no more.
@@ -166,10 +166,11 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     Seen along q, a cone that holds q has the origin in the bounding box of its corners.
     """
     q = q / np.linalg.norm(q)
-    across = [along(x, axis) for axis in np.linalg.svd(q[None, :])[2][1:]]
+    axes = np.concatenate((np.linalg.svd(q[None, :])[2][1:], q[None, :]))
+    a, b, c = np.einsum("ij,jk->ik", axes, np.ascontiguousarray(x.T))
     # One bit for each half-plane that a vertex is in: a box holds the origin if its corners have all four.
-    sides = [half for s in across for half in (s <= _ROOM, s >= -_ROOM)] + [along(x, q) > -_ROOM]
     bits = np.zeros(len(x), dtype=np.uint8)
-    for k, side in enumerate(sides):
-        bits |= side.astype(np.uint8) << np.uint8(k)
-    return np.flatnonzero(np.bitwise_or.reduce(bits.take(f.T)) == 0b11111)
+    for k, side in enumerate((a <= _ROOM, a >= -_ROOM, b <= _ROOM, b >= -_ROOM, c > -_ROOM)):
+        bits |= side.view(np.uint8) << np.uint8(k)
+    corners = bits.take(f)
+    return np.flatnonzero((corners[:, 0] | corners[:, 1] | corners[:, 2]) == 0b11111)

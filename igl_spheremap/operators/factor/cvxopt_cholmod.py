@@ -47,8 +47,8 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.nda
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored."""
-    A = renumbered(sp.csr_matrix((np.arange(float(P.nnz)), P.indices, P.indptr), shape=P.shape), order)
-    rows, columns = A.indices, np.arange(len(order), dtype=order.dtype).repeat(np.diff(A.indptr))
+    A = renumbered(sp.csr_matrix((np.arange(P.nnz, dtype=np.int32), P.indices, P.indptr), shape=P.shape), order)
+    rows, columns = A.indices, np.arange(len(order), dtype=np.int32).repeat(np.diff(A.indptr))
     lower = np.flatnonzero(rows >= columns)
-    i, j = (matrix(index.take(lower).astype(np.int64)) for index in (rows, columns))
-    return spmatrix(matrix(A.data.take(lower)), i, j, P.shape)
+    source, i, j = (matrix(index.take(lower)) for index in (A.data, rows, columns))
+    return spmatrix(source, i, j, P.shape, "d")
