@@ -9,17 +9,17 @@ from ..sphere.rows import unit_rows
 from ..verify.signs import folded_faces
 from .energy import Energy
 
-#: A face is refused where its energy exceeds this many times its old one and this many times the mean.
+#: A face is refused if its energy exceeds this many times its old one plus this many times the mean of equal area.
 _GROWTH, _OF_MEAN = 3.0, 10.0
-#: Vertices of refused faces halve their moves so often at most; then the whole step is too long.
+#: Vertices of refused faces halve their moves this often at most; if faces are refused still, the step is too long.
 _HALVINGS = 8
 
 
 def certified_step(energy: Energy, x: FloatArray, move: FloatArray,
                    before: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """The map x + move and its energy by face; None if no face may stay refused and some does.
+    """The map x + move and its energy by face; None if some face is still refused in the end.
 
-    Single faces would hold the whole step, so that the vertices of a refused face shorten their own moves.
+    Vertices of refused faces shorten their own moves, so that single faces do not shorten the whole step.
     """
     f, area = energy.source.f, energy.source.area
     limit = _GROWTH * before + _OF_MEAN * area * (before.sum() / area.sum())

@@ -1,4 +1,4 @@
-"""A start for bodies whose limbs end below float64: steps can't open a limb whose image is rounding."""
+"""A start with room for limbs: Newton steps can't move faces whose images are as small as rounding."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..untangle.room import floors, make_room
 from ..untangle.unrolling import unroll
 from ..verify.certificate import certify_checked
 
-#: No edge of a stretched limb is shorter than exp(-this): half of the digits are left to move it.
+#: No image edge of such a start is shorter than exp(-this): half of float64's digits are left to move it.
 _FLOOR = floors(np.float32)[0]
 
 
 def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """A map without foldings itself, or, where its shortest edges are rounding, laid out anew with limbs stretched."""
+    """A map without foldings itself, or, if its shortest edges are rounding, one laid out anew with room for limbs."""
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
     area = positive_areas(mesh)

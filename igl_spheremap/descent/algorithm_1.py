@@ -12,8 +12,8 @@ from .iterate import Iterate
 from .line_search import BarzilaiBorwein, NonmonotoneSearch
 from .problem import Problem
 
-#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; next to
-#: nothing where the map is kept free of foldings, for a Moebius map of the corners can fold a thin face.
+#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; where the map is
+#: kept free of foldings, hardly at all: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE = 1e-2
 _OFF_CENTRE_INJECTIVE = 1e-9
 #: First step tried at the start, in units of the source's area; the paper suggests 1.

@@ -24,7 +24,7 @@ from .run import finish
 from .sphere_map import SphereMap
 from .spherical_conformal_map import spherical_conformal_map
 
-#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 34 measured
+#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 43 samples and
 #: meshes those of 5 at balance 1 (docs/balance_figures.md).
 _SHORT = 0.3
 

@@ -127,15 +127,18 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
         raise MeshError("landmarks are no list of vertex indices; give one whole number each, at least one")
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
-        raise MeshError(
-            f"landmark {bad[0]} is vertex {index[bad[0]]}, but the mesh has vertices 0 to {n - 1}"
-        )
-    y = check_rows(targets, len(index), "landmark targets")
+        raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}, but the mesh has vertices 0 to {n - 1}")
+    y = check_rows(targets, name="landmark targets")
+    if len(y) != len(index):
+        raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")
     length = np.linalg.norm(y, axis=1)
     bad = np.flatnonzero(~np.isfinite(length) | (length == 0))
     if len(bad):
         raise MeshError(f"the target of landmark {bad[0]} is zero or not finite; give a direction")
-    w = np.broadcast_to(plain_array(weights, "weights").astype(np.float64), index.shape)
+    w = plain_array(weights, "weights").astype(np.float64)
+    if w.shape not in ((), index.shape):
+        raise MeshError(f"weights have shape {w.shape}; give one number, or one for each of {len(index)} landmarks")
+    w = np.broadcast_to(w, index.shape)
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):
         raise MeshError(f"the weight of landmark {bad[0]} is {w[bad[0]]:g}; give a finite one, not negative")

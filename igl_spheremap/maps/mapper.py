@@ -161,10 +161,14 @@ class SphereMapper:
         ------
         ValueError
             If `balance` is not in [0, 1].
+        MeshError
+            If the map is one of other positions or faces.
         FoldingsRemain
             If the map has foldings.
         """
         check_balance(balance)
+        if not (np.array_equal(result.vertices, self.mesh.vertices) and np.array_equal(result.faces, self.mesh.f)):
+            raise MeshError("the map is one of another surface than the mapper's; map this one first")
         return rebalance_checked(self.mesh, self._family, result, balance, listener)
 
 

@@ -40,9 +40,9 @@ def repair_foldings(
 ) -> SphereMap:
     """Repair every folding of a map to the sphere, from whatever program it comes.
 
-    Thin faces are turned over by small moves; vertices around other foldings are removed and put back where no face
-    folds. What moved is relaxed so that angles are kept as well as that allows. The rest of the map stays where
-    it is, and a map without foldings stays bit for bit.
+    Folded slivers are unfolded by small moves; vertices around other foldings are removed and put back where no face
+    folds. What moved is relaxed towards the source's angles. The rest of the map stays where it is, and a map without
+    foldings stays bit for bit.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def repair_foldings(
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     x : (n, 3) array_like
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
-        sphere inside out is reflected first; one of the wrong degree is made anew.
+        sphere inside out is reflected first; one of the wrong degree is rebuilt.
     polish : {"angles", "mips"}, optional
         What to lower afterwards on the whole map, see `igl_spheremap.untangle.polish.polish_map`.
     listener : callable, optional
@@ -103,7 +103,7 @@ def repair_foldings(
         energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
         done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                      Status.CONVERGED, time.perf_counter() - began)
-        return Candidate(y, energy, Status.CONVERGED, (done,), after)
+        return Candidate(y, energy, Status.CONVERGED, (done,), after, gauge="given")
 
     result = run(v, f, repair, "repair", {} if polish is None else {"polish": polish}, listener)
     return replace(result, iterations=0)  # of a minimisation there are none

@@ -36,7 +36,7 @@ def descend(
     listener: Listener,
     limits: dict[str, Any],
 ) -> Candidate:
-    """Algorithm 1 on a problem; the map stays in a gauge of its own if the problem has one."""
+    """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
     began = time.perf_counter()
     solver = CayleyBB(keep_injective=keep_injective)
     minimum = minimize(solver.iterates(problem, x), listener=listener, **limits)
@@ -44,5 +44,6 @@ def descend(
     start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     done = minimum.as_round(mesh, start, time.perf_counter() - began)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
-    certificate = None if problem.gauge else certify_checked(y, mesh.f)
-    return Candidate(y, energy, minimum.status, (done,), certificate)
+    if problem.gauge:
+        return Candidate(y, energy, minimum.status, (done,))
+    return Candidate(y, energy, minimum.status, (done,), certify_checked(y, mesh.f), gauge="free")

@@ -7,7 +7,7 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips. Meshes that no bound
-#: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can turn edges to and fro for ever.
+#: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can flip edges back and forth for ever.
 _ROUNDS = 400
 _FLIPS_PER_FACE, _FLIPS_AT_LEAST = 6, 100_000
 #: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.
@@ -18,7 +18,7 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
     """Flip edges of a closed mesh until opposite angles sum to pi at the most: lengths and faces of the same surface.
 
     `lengths` belong to the edges opposite the corners. Edges may become loops, or join the same vertices as others do.
-    Where the bounds on flips end it, some edges are left as they are.
+    If the bounds on flips end it, the rest of the edges are left as they are.
 
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)

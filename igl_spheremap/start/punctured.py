@@ -18,19 +18,19 @@ from ..sphere.moebius import center
 from ..sphere.rows import inner, row_dots
 from ..verify.distortion import mean_angle_difference
 
-#: Faces that are looked at for the affine correction, and for a face to puncture.
+#: Number of faces sampled for the affine correction, and for a face to puncture.
 _SAMPLE = 4000
-#: A larger mean Beltrami coefficient comes of a badly shaped punctured face.
+#: A larger mean Beltrami coefficient comes from a badly shaped punctured face: the next face is tried.
 _LARGEST_STRETCH = 0.5
-#: One larger than this comes of slivers; correcting it would flatten the plane.
+#: One larger than this comes from slivers; correcting it would flatten the plane.
 _LARGEST_CORRECTION = 0.95
-#: A start with more energy than this is none: 4 pi is that of a conformal map.
+#: A start with more energy than this is rejected: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
 #: Share of the sphere's area below which the flat faces of a map are coarse.
 _COARSE = 0.95
-#: Sides in the plane below this share of its extent are rounding: deep in limbs nothing is known of a stretch.
+#: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for the stretch.
 _RELIABLE = 1e-10
-#: Of the solves for a start, and for a map that is final, where the factor is only approximate.
+#: Accuracy of the solves for a start, and for a map that is final, where the factor is only approximate.
 _ACCURACY = 1e-6
 _FINAL_ACCURACY = 1e-8
 #: Faces tried before the best of the poor starts is taken.
@@ -82,7 +82,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     middling = np.median(area)
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), 1e-300)
     order = sample[np.argsort(-quality * np.sqrt(ratio), kind="stable")]
-    yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()
+    yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()  # of the best 160 on large meshes
 
 
 def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:

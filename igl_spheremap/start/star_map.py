@@ -125,7 +125,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Conformal factor e^{2u} of eq. (14), finite and positive as B_u has to have it.
+    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be.
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean.
     """
@@ -136,7 +136,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:
-    """First three nontrivial pairs of A x = lambda B_u x, eq. (27), by shift-invert with our factorisation."""
+    """First three nontrivial pairs of A x = lambda B_u x, eq. (27), by shift-invert Lanczos iteration."""
     n = A.shape[0]
     if n <= 8:  # too small for Lanczos
         values, vectors = eigh(A.toarray(), B.toarray())
@@ -156,8 +156,8 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
 def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix, mirrored: bool) -> FloatArray:
     """Orthogonal matrix that turns `phi` to `x`, a reflection if `phi` turns the surface inside out.
 
-    Eigenfunctions have no frame of their own. Whether to reflect is not left to the agreement with `x`: half of a bad
-    map is folded, and its mirror image agrees as well.
+    Eigenfunctions are given up to an orthogonal matrix. Whether to reflect is not decided by the agreement with `x`: if
+    half of that map is folded, its mirror image agrees as well.
     """
     u, _, vt = np.linalg.svd(phi.T @ (B @ x))
     handed = np.sign(np.linalg.det(u) * np.linalg.det(vt))

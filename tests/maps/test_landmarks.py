@@ -44,6 +44,7 @@ def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
     for weight in (1.0, 10.0, 100.0):
         result = ism.landmark_map(V, F, CHOSEN, y, weight)
         assert result.certificate.folding_free
+        assert result.gauge == "free"
         misses.append(np.linalg.norm(result.sphere[CHOSEN] - y, axis=1).mean())
         energies.append(result.energy)
     assert misses[0] > 2 * misses[1] > 4 * misses[2]
@@ -84,9 +85,10 @@ def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
     [
         ([0, 9999], np.eye(3)[:2], 1, "landmark 1 is vertex 9999"),
         ([0.5], np.eye(3)[:1], 1, "whole number"),
-        ([0, 1], np.eye(3), 1, "3 rows"),
+        ([0, 1], np.eye(3), 1, "2 landmarks have 3 targets"),
         ([0, 1], np.zeros((2, 3)), 1, "target of landmark 0"),
         ([0, 1], np.eye(3)[:2], [1, -1], "weight of landmark 1"),
+        ([0, 1], np.eye(3)[:2], [1, 2, 3], "one for each of 2 landmarks"),
     ],
 )
 def test_bad_landmarks_are_named(where, goal, weight, words):

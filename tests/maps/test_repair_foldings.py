@@ -27,6 +27,7 @@ def test_a_good_map_of_another_program_stays_bit_for_bit():
     result = ism.repair_foldings(x, f, single)
     assert (result.sphere == single).all()
     assert result.certificate.folding_free
+    assert result.gauge == "given"
 
 
 def test_a_map_turned_inside_out_is_reflected():

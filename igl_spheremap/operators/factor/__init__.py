@@ -28,7 +28,7 @@ _BACKENDS = {
     "multigrid": ("scipy.sparse", "multigrid"),
 }
 
-#: A factor and what making it takes: the most that was measured (SuperLU, 240,000 vertices).
+#: Memory of a factor and of making it: the most that was measured (SuperLU, 240,000 vertices).
 _BYTES_PER_UNKNOWN = 3_000
 
 
@@ -41,9 +41,9 @@ def available_backends() -> tuple[str, ...]:
 def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
-    "auto" takes the fastest exact solver that is installed, but "multigrid", which only approximates the inverse,
-    where a factor would take more than half of the machine's memory. The order of a factor `like` it, of a matrix with
-    the same pattern, is taken over, and that factor is lost.
+    "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
+    memory, "multigrid", which only approximates the inverse. If `like` is given, the factor of a matrix with the same
+    pattern, its order is used again, and that factor is lost.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.

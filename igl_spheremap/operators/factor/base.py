@@ -1,4 +1,4 @@
-"""What every solver looks like from outside."""
+"""The common interface of all solvers."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def build(P: sp.csc_matrix) -> Factor:
     dissect = P.shape[0] >= _DISSECT_FROM
     order = nested_dissection(P.T).order if dissect else bandwidth_order(P.T)
     A = _lower_triangle(P, order)
-    given = {"p": matrix(np.arange(len(order)))} if dissect else {}  # to be kept, as the one method that is tried
+    given = {"p": matrix(np.arange(len(order)))} if dissect else {}  # the only order that CHOLMOD is to try
     cholmod.options.update(supernodal=2, nmethods=len(given))
     symbolic = cholmod.symbolic(A, **given)
     cholmod.options["nmethods"] = 0  # the default

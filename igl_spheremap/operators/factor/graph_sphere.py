@@ -12,10 +12,14 @@ import scipy.sparse as sp
 from ...sphere.rows import row_dots, unit_rows
 from .aggregation import aggregate
 
+#: Graphs of up to this size are placed by a dense eigenvalue decomposition.
 _COARSEST = 300
-_SWEEPS = 10
-_FINEST_SWEEPS = 3
-_SELF_WEIGHT = 0.1  # damps the sweep's oscillating modes
+#: Averaging sweeps on each level, fewer on the finest, where they cost most: with 3 everywhere factors would have up to
+#: half as many entries again (docs/factorisations.md).
+_SWEEPS, _FINEST_SWEEPS = 10, 3
+#: Weight of the vertex itself in a sweep: it damps oscillating modes.
+_SELF_WEIGHT = 0.1
+#: Fixed-point steps on the coarsest graph; the map need not be converged.
 _PROJECTIONS = 30
 
 

@@ -21,10 +21,13 @@ from .aggregation import aggregate
 from .base import Factor, Solver, reordered
 from .ordering import bandwidth_order, renumbered
 
+#: Levels of up to this size are factorised by SuperLU.
 _COARSEST = 2_000
-# The smoother acts on the eigenvalues between these fractions of the largest; the coarse levels on the rest.
+#: The smoother acts on the eigenvalues between these fractions of the largest, which power steps estimate from below;
+#: the coarse levels act on the rest.
 _SMOOTHED_FROM, _SMOOTHED_TO = 0.2, 1.1
 _POWER_STEPS = 12
+#: Steps of conjugate gradients at the most: meshes took up to 85.
 _MAX_STEPS = 200
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from .base import inverse_permutation
 from .graph_sphere import graph_sphere
 
-# The cutting planes are medians over a sample of this many vertices a leaf.
+#: The cutting planes are medians over a sample of this many vertices a leaf.
 _SAMPLE = 2
 
 
@@ -31,7 +31,7 @@ class Dissection:
 
 
 def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
-    """Vertex that comes i-th where neighbours shall be close in memory (reverse Cuthill-McKee).
+    """Order that keeps neighbours close in memory (reverse Cuthill-McKee): the vertex that comes i-th.
 
     A good start for minimum degree orders, which break ties by index.
     """

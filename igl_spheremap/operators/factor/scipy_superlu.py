@@ -1,4 +1,4 @@
-"""SuperLU as it comes with scipy: a Cholesky in all but name, through its symmetric mode without pivoting."""
+"""SuperLU as it comes with scipy, in symmetric mode without pivoting: as good as a Cholesky factorisation."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from ...errors import FactorisationFailed
 from .base import Factor, Solver, reordered
 from .ordering import bandwidth_order, nested_dissection, renumbered
 
-# Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the
-# factorisation.
+#: Below, minimum degree fills less and costs less than a dissection; far above, it takes longer than the factorisation.
 _DISSECT_FROM = 40_000
-
+#: Relative residual from which on the factorisation counts as failed.
 _LARGEST_BACKWARD_ERROR = 1e-8
 
 
