@@ -1,4 +1,4 @@
-"""All figures of docs/shapes.md: spherical harmonics and registration, against what is known exactly.
+"""Figures of docs/shapes.md: coefficients, rotations and registrations, against what is known exactly.
 
     python benchmarks/shapes.py --meshes FOLDER --fsaverage FOLDER [--only harmonics rotation hemispheres pial warps]
 

@@ -1,7 +1,7 @@
-"""Make every picture of the README and the docs, into docs/images.
+"""Make the pictures of README, of the gallery, and of the guides to playing and shape analysis, into docs/images.
 
-python demos/gallery.py
-python demos/gallery.py dino curves --to elsewhere
+    python demos/gallery.py
+    python demos/gallery.py dino curves --to elsewhere
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from igl_spheremap.draw.plot import plot_run
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.verify.signs import folded_faces
 
-#: Pictures are put into a palette of so many colours: no difference is seen, and they are a quarter as large.
+#: Pictures are reduced to so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
 #: Squares around the sphere.
 _SQUARES = 24
