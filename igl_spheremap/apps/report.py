@@ -6,7 +6,6 @@ import io
 import platform
 import sys
 import tempfile
-from collections.abc import Sequence
 from html import escape
 from importlib import metadata
 from pathlib import Path
@@ -38,7 +37,7 @@ _CAPTIONS = {
 
 
 def write_report(
-    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: Sequence[str] = (), up: str = "z"
+    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: str = "", up: str = "z"
 ) -> Path:
     """Write `report.html` into a folder, made if it is missing, and return its path.
 
@@ -55,19 +54,20 @@ def write_report(
     'report.html'
     """
     free = result.certificate.folding_free
+    mesh = check_mesh(result.vertices, result.faces)
     body = [
         f"<h1>{escape(source)} on the sphere</h1>",
         f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',
         table(result_rows(result)[1:]),
         "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
         "<h2>Before and after</h2>",
-        _scene(result, up),
+        _scene(mesh, result.sphere, up),
         "<h2>Pictures</h2>",
-        *_pictures(result, recording, up),
+        *_pictures(mesh, result.sphere, recording, up),
         "<h2>Curves</h2>",
         _curves(result, recording),
         "<h2>How it was made</h2>",
-        f"<pre>{escape(' '.join(command))}</pre>" if command else "",
+        f"<pre>{escape(command)}</pre>" if command else "",
         table(_versions()),
     ]
     folder.mkdir(parents=True, exist_ok=True)
@@ -78,15 +78,14 @@ def write_report(
     return path
 
 
-def _scene(result: SphereMap, up: str) -> str:
+def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
     """Surface, Gauss map and result, to be turned."""
-    mesh = check_mesh(result.vertices, result.faces)
     if len(mesh.f) > MOST_FACES:
         return f"<p>A mesh of {len(mesh.f):,} faces is too large to be turned in a page.</p>"
     turn = pose(mesh.v, up)
     gauss = mesh_gauss_map(mesh)
     views = []
-    for name, x in (("Gauss map", gauss), ("Result", result.sphere)):
+    for name, x in (("Gauss map", gauss), ("Result", sphere)):
         colours = colouring(mesh, x, SUBJECTS[0])
         painted = colours.colours.copy()
         painted[colours.folded] = FOLDED
@@ -96,10 +95,9 @@ def _scene(result: SphereMap, up: str) -> str:
     return f"{scene(mesh.f, [surface, *views])}<p>{_CAPTIONS[SUBJECTS[0]]} {hint}</p>"
 
 
-def _pictures(result: SphereMap, recording: Recording, up: str) -> list[str]:
+def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:
     """The Gauss map, the last iterate with foldings, and the result in the colours of each subject."""
-    mesh = check_mesh(result.vertices, result.faces)
-    shots = [("Result", result.sphere, subject) for subject in SUBJECTS]
+    shots = [("Result", sphere, subject) for subject in SUBJECTS]
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))

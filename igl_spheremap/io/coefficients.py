@@ -42,13 +42,13 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
 
     Examples
     --------
-    >>> import os, tempfile
+    >>> import tempfile
     >>> import igl_spheremap as ism
     >>> x, f = ism.samples.sphere(162)
     >>> shape = ism.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_coefficients(os.path.join(folder, "ball.coef"), shape)
-    ...     again = ism.read_coefficients(os.path.join(folder, "ball.coef"))
+    ...     ism.write_coefficients(f"{folder}/ball.coef", shape)
+    ...     again = ism.read_coefficients(f"{folder}/ball.coef")
     >>> bool(abs(again.coefficients - shape.coefficients).max() < 1e-15)
     True
     """
@@ -85,6 +85,16 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
         If the file can't be read, or its suffix is another one.
     MeshError
         If it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_coefficients(f"{folder}/ball.npz", ism.spherical_harmonics(ism.sphere_map(x, f, x), degree=3))
+    ...     ism.read_coefficients(f"{folder}/ball.npz").degree
+    3
     """
     path = Path(path)
     with reading(path):

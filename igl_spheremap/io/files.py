@@ -41,14 +41,13 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
 
     Examples
     --------
-    >>> import os, tempfile
+    >>> import tempfile
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.io import read_mesh, write_mesh
     >>> v, f = ism.samples.sphere(42)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_mesh(os.path.join(folder, "ball.off"), v, f)
-    ...     w, g = read_mesh(os.path.join(folder, "ball.off"))
-    >>> np.array_equal(v, w), np.array_equal(f, g)
+    ...     ism.write_mesh(f"{folder}/ball.off", v, f)
+    ...     w, g = ism.read_mesh(f"{folder}/ball.off")
+    >>> bool((v == w).all()), bool((f == g).all())
     (True, True)
     """
     return _read(Path(path), triangulate=triangulate)
@@ -111,6 +110,15 @@ def write_mesh(
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
     MeshError
         If the arrays are not of that shape.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import igl_spheremap as ism
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_mesh(f"{folder}/ball.ply", *ism.samples.sphere(42))
+    ...     os.listdir(folder)
+    ['ball.ply']
     """
     x, faces = check_rows(v, name="vertices"), check_triangles(f)
     kind = format_of(path)

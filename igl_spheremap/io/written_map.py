@@ -103,6 +103,15 @@ def write_map(
     ------
     FileError
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=300))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_map(f"{folder}/sphere.ply", result).certificate.folding_free
+    True
     """
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path) is not npz.FORMAT:
@@ -155,6 +164,17 @@ def read_map(path: PathLike) -> SphereMap:
         If the file can't be opened.
     MeshError
         If it is damaged or holds no map.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=300))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     check = ism.write_map(f"{folder}/map.npz", result)
+    ...     again = ism.read_map(f"{folder}/map.npz")
+    >>> bool((again.sphere == result.sphere).all())
+    True
     """
     path = Path(path)
     with reading(path):

@@ -126,6 +126,7 @@ def atlas_angle_differences(v: ArrayLike, f: ArrayLike, atlas: ChartAtlas) -> Fl
 
     Examples
     --------
+    >>> import numpy as np
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=5000)
     >>> atlas = ism.spherical_conformal_map(v, f, atlas=True).atlas

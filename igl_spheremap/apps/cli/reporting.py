@@ -44,7 +44,7 @@ def write_reports(args: Namespace, source: Source, result: SphereMap, recording:
             figure.savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
-        command = [shlex.join(("igl-spheremap", *args.words))]
+        command = shlex.join(("igl-spheremap", *args.words))
         write_report(
             Path(args.report), result, recording, source=source.name, command=command, up=guess_up(source.name)
         )
