@@ -19,7 +19,7 @@ from ..operators.laplacian import positive_areas
 from ..sphere.gauge import turn_to_gauss_map
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
-from .options import Auto, Method
+from .options import Method
 from .run import finish
 from .sphere_map import SphereMap
 from .spherical_conformal_map import spherical_conformal_map
@@ -35,7 +35,7 @@ def balanced_spherical_map(
     f: ArrayLike,
     balance: float = 0.75,
     *,
-    method: Method = Auto(),  # noqa: B008 - it is frozen
+    method: str | Method = "auto",
     listener: Listener | None = None,
 ) -> SphereMap:
     """Map a closed genus-0 surface to the unit sphere, between conformal and area-preserving, and certify the map.
@@ -51,7 +51,7 @@ def balanced_spherical_map(
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     balance : float
         0 is the conformal map, bit for bit; 1 is area-preserving.
-    method : Method
+    method : str or Method
         How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
     listener : callable, optional
         Called with every `Iterate`, those of the conformal map included; may raise StopIteration to stop with

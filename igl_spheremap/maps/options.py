@@ -257,3 +257,12 @@ class Stereographic(Method):
 
 #: By the name that users give.
 METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
+
+
+def method_of(method: str | Method) -> Method:
+    """The record that a user's choice stands for."""
+    if isinstance(method, Method):
+        return method
+    if method not in METHODS:
+        raise ValueError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options")
+    return METHODS[method]()

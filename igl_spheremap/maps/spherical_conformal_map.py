@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..errors import own_errstate
-from .options import METHODS, Auto, Gauge, Method, Polish
+from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:
     from .sphere_map import SphereMap
@@ -90,8 +90,4 @@ def _chosen(method: str | Method, auto: Auto) -> Method:
     if auto.settings():
         raise TypeError(f"{', '.join(auto.settings())}: an option of method 'auto' only; give another method its "
                         "options in its record, e.g. method=Lai2014(tolerance=1e-4)")
-    if isinstance(method, Method):
-        return method
-    if method not in METHODS:
-        raise ValueError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options")
-    return METHODS[method]()
+    return method_of(method)

@@ -11,7 +11,7 @@ from datetime import datetime, timezone
 
 from ..errors import import_optional, own_errstate
 from ..maps.balanced import check_balance
-from ..maps.options import Auto, Method
+from ..maps.options import Method, method_of
 from .engine import results
 from .executors import workers_of
 from .fingerprint import fingerprint
@@ -29,7 +29,7 @@ def map_many(
     *,
     executor: Executor | None = None,
     processes: int | None = None,
-    method: Method = Auto(),  # noqa: B008 - it is frozen
+    method: str | Method = "auto",
     balance: float = 0.0,
     repair: bool = False,
     keep_largest: bool = False,
@@ -58,8 +58,8 @@ def map_many(
         not shut down.
     processes : int, optional
         How many processes of its own; by default one for each processor.
-    method : Method
-        A method and its options, see `igl_spheremap.spherical_conformal_map`.
+    method : str or Method
+        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`.
     balance : float
         As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
     repair, keep_largest : bool
@@ -91,7 +91,8 @@ def map_many(
     Raises
     ------
     ValueError
-        If two sources have the same target, or limits are given for an executor that can't keep them.
+        If two sources have the same target, the method is unknown, or limits are given for an executor that can't keep
+        them.
     FileError
         If the manifest can't be written, or another run writes it.
     WorkersUnavailable
@@ -112,7 +113,7 @@ def map_many(
     check_balance(balance)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
-    options = Options(method, float(balance), repair, keep_largest, force, os.getcwd())
+    options = Options(method_of(method), float(balance), repair, keep_largest, force, os.getcwd())
     rows: dict[str, Row] = {}
     todo: deque[Job] = deque()
 

@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 from ..errors import own_errstate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.check import check_directions, check_triangles, plain_array
+from ..mesh.check import check_directions, check_faces, plain_array
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
 
@@ -87,7 +87,7 @@ def texture_atlas(
     Raises
     ------
     MeshError
-        If the arrays are not of that shape.
+        If a point is not finite or at the origin, or `f` is no closed genus-0 mesh on the rows of `x`.
     ValueError
         If the projection is unknown, or has no form without cuts.
 
@@ -103,7 +103,7 @@ def texture_atlas(
     if projection not in _CHARTS:
         raise ValueError(f"unknown projection {projection!r}: choose one of {', '.join(_CHARTS)}")
     points = check_directions(x, name="images")
-    faces = check_triangles(f)
+    faces = check_faces(f, len(points))
     if not cut and projection == "octahedral":
         raise ValueError("the octahedral projection cuts faces; choose equirectangular, or cut=True")
     planes = () if not cut else (0, 1, 2) if projection == "octahedral" else (0, 1)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_rows, check_triangles, plain_array
+from ..mesh.check import check_faces, check_rows, plain_array
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator
 
@@ -104,9 +104,10 @@ def transfer(
 
 
 def sphere_mesh(to: str | SphereMap | tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, IntArray]:
-    """Unit rows and faces of a regular mesh by its name, of a map's image, or of any mesh of the sphere."""
+    """Points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
-    return check_rows(x, name="points"), check_triangles(f)
+    x = check_rows(x, name="points")
+    return x, check_faces(f, len(x))
 
 
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
@@ -140,7 +141,9 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     Raises
     ------
     ValueError
-        If `to` is no regular sphere.
+        If `to` is a name of no regular sphere.
+    MeshError
+        If `to` is no closed genus-0 mesh.
     FoldingsRemain
         If the map is not certified folding-free.
 

@@ -251,6 +251,12 @@ def test_a_listener_ends_a_run_with_what_is_in_flight(run):
     assert len(run(sources)) == 53
 
 
+def test_a_method_is_a_record_or_a_name(run):
+    assert run(method="lai2014")[0].energy == run(method=ism.Lai2014(), resume=False)[0].energy
+    with pytest.raises(ValueError, match="unknown method 'magic'"):
+        run(method="magic")
+
+
 def test_limits_are_refused_where_they_cannot_be_kept(run):
     for limit in ({"timeout": 1}, {"memory": 100}):
         with pytest.raises(ValueError, match="not of other executors"):

@@ -135,6 +135,8 @@ def test_cutting_leaves_no_face_across_a_plane_and_a_closed_surface(axes):
 
 
 def test_refusals():
+    with pytest.raises(MeshError, match="index out of range"):
+        texture_atlas(OCTAHEDRON, OCTAHEDRON_FACES + 1)
     with pytest.raises(ValueError, match="equirectangular, octahedral"):
         texture_atlas(OCTAHEDRON, OCTAHEDRON_FACES, "mercator")
     with pytest.raises(MeshError, match="images are zero or not finite in 1 row"):

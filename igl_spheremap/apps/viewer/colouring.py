@@ -18,6 +18,7 @@ from ...verify.distortion import mesh_angle_differences
 from ...verify.signs import folded_faces
 from ...verify.stretch import mesh_area_distortion
 from .body import Body, Legend
+from .choices import SUBJECTS
 
 FOLDED_LEGEND = ("folded face; same colour: same place", palette.FOLDED)
 _DARKEST = 0.72
@@ -76,6 +77,8 @@ def colouring(
     `reach` is the value at the end of the colours, chosen from the map by default; `folded` saves the time to
     find the folded faces.
     """
+    if subject not in SUBJECTS:
+        raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
     if subject == "foldings":
         return Colouring(places(mesh), folded, FOLDED_LEGEND)

@@ -20,6 +20,8 @@ def pose(v: FloatArray, up: str = "z") -> FloatArray:
     >>> bool(rotation[0] @ [1, 0, 0] > 0.8), bool(rotation[1] @ [0, 0, 1] > 0.9)
     (True, True)
     """
+    if up not in UPS:
+        raise ValueError(f"unknown direction {up!r}: choose one of {', '.join(UPS)}")
     vertical = np.array(UPS[up], dtype=np.float64)
     level = np.flatnonzero(vertical == 0)
     extent = np.ptp(v, axis=0)

@@ -151,6 +151,8 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     ------
     DisplayError
         If there is no display or no OpenGL.
+    ValueError
+        If there is no such direction or subject.
     """
     window.open_window()
     mesh = check_mesh(result.vertices, result.faces)
@@ -173,7 +175,7 @@ def screenshot(
     result : SphereMap
         A map.
     path : path
-        Ends in .png or .jpg.
+        Ends in .png or .jpg; an existing file is replaced.
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
@@ -185,6 +187,10 @@ def screenshot(
     ------
     DisplayError
         If there is no OpenGL.
+    FileError
+        If the picture can't be written.
+    ValueError
+        If there is no such direction or subject.
     """
     mesh = check_mesh(result.vertices, result.faces)
     picture_of(mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)

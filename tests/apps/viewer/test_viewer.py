@@ -96,6 +96,14 @@ def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
     assert 0.5 < outward.min() < 0.8 < 0.95 < outward.max() <= 1
 
 
+def test_unknown_subjects_and_directions_are_refused():
+    mesh = ism.check_mesh(*ism.samples.sphere(42))
+    with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, conformal factor"):
+        colouring(mesh, mesh.v, "factor")
+    with pytest.raises(ValueError, match="unknown direction 'up': choose one of x, -x"):
+        pose(mesh.v, "up")
+
+
 @needs_drawing
 def test_opengl_that_does_not_start_is_one_line(tmp_path):
     code = """

@@ -12,7 +12,6 @@ from argparse import Namespace
 from collections.abc import Sequence
 
 from ....io import check_writable
-from ....maps.options import METHODS
 from ....populations.executors import connect
 from ....populations.map_many import map_many
 from ....populations.table import Row, check_table, write_table
@@ -44,7 +43,7 @@ def run(args: Namespace) -> Exit:
             interrupt(row)
 
         rows = map_many(
-            sources, pattern, executor=executor, processes=args.jobs, method=METHODS[args.method](),
+            sources, pattern, executor=executor, processes=args.jobs, method=args.method,
             balance=args.balance, repair=args.repair, keep_largest=args.keep_largest, force=args.force,
             manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
             memory=args.memory, retries=args.retries, report=args.report, listener=listen,
