@@ -210,10 +210,11 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
     efficiency = beside / workers
     hours = CORTICES * cortex / efficiency / 3600
     disk = 500 * os.stat("cortex.ply").st_size / cortex / 1e6
+    version = ism.__version__.removesuffix(".dev0")
     page = f"""# Throughput
 
-Written by `python benchmarks/throughput.py` with version {ism.__version__.removesuffix(".dev0")}: {meshes} spheroids of {vertices:,}
-vertices, the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
+Written by `python benchmarks/throughput.py` with version {version}: {meshes} spheroids of {vertices:,} vertices,
+the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
 maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source)))` does; a population also measures
 angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall times. The
 machine's own speed changes from second to second, so that what is compared is measured in turn, and ratios are medians.
@@ -254,10 +255,10 @@ Of some 24 ms a mesh, on a quiet machine (version 0.2.0):
 | digest of the sphere, the row | .2 |
 | hand-over from the child to the command and back, with the release of the job's arrays | .5 |
 
-The first line alone is 7 percent: a table with the angles of every face has little room below 10. (Arc cotangents
-of libigl's `cotmatrix_entries` would take a third of that line's time, but are wrong by 1e-12 radians in triangles of 1e-3
-radians, where `internal_angles` is right to 4e-16.) In one process,
-by CPU time, jobs take 5 to 10 percent longer than turns of the loop (lower quartiles, 6 runs of 155 pairs).
+The first line alone is 7 percent: a table with the angles of every face has little room below 10. (Arc cotangents of
+libigl's `cotmatrix_entries` would take a third of that line's time, but are wrong by 1e-12 radians in triangles of
+1e-3 radians, where `internal_angles` is right to 4e-16.) In one process, by CPU time,
+jobs take 5 to 10 percent longer than turns of the loop (lower quartiles, 6 runs of 155 pairs).
 Complete runs of one process against complete plain loops, 49 meshes each, 13 times in turn, took 17 percent longer
 in the median; single rounds lie from -10 to 35 percent, since the machine's speed changed by half between them. The
 command itself takes another 1 ms of CPU time a mesh, on the other core of this machine.
