@@ -71,7 +71,7 @@ def minimize(
         if last.residual <= tolerance or _is_flat(energies, plateau):  # Algorithm 1, step 2
             status = Status.CONVERGED
             break
-        if k == max_iterations:
+        if k >= max_iterations:
             status = Status.MAX_ITERATIONS
             break
     return Minimum(last, status)

@@ -25,12 +25,14 @@ class Method(ABC):
     name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Refuse unknown choices before anything is computed."""
+        """Refuse unknown choices and negative counts before anything is computed."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
             choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
             if choices and value not in choices and not (value is None and type(None) in kinds):
                 raise ValueError(f"unknown {name} {value!r}: choose {' or '.join(map(repr, choices))}")
+            if hint is int and value < 0:
+                raise ValueError(f"{name} is {value}; give 0 or more")
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
@@ -63,7 +65,7 @@ class Auto(Method):
     Raises
     ------
     ValueError
-        If `gauge` or `polish` is unknown; at the run, if `backend` is.
+        If `gauge` or `polish` is unknown or `max_iterations` negative; at the run, if `backend` is unknown.
 
     Examples
     --------
@@ -114,7 +116,7 @@ class Lai2014(Method):
     Raises
     ------
     ValueError
-        If `bb` or `weights` is unknown.
+        If `bb` or `weights` is unknown, or a number of iterations or rounds negative.
 
     References
     ----------
@@ -171,7 +173,7 @@ class GuYau(Method):
     Raises
     ------
     ValueError
-        If the step is not between 0 and 2.
+        If the step is not between 0 and 2, or `max_iterations` negative.
 
     References
     ----------
@@ -228,7 +230,7 @@ class Stereographic(Method):
     Raises
     ------
     ValueError
-        If `plane` is unknown; at the run, if there is no such face or backend.
+        If `plane` is unknown or `max_iterations` negative; at the run, if there is no such face or backend.
     MapError
         At the run, if the plane map is not finite.
     NotConverged

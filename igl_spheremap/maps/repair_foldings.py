@@ -21,7 +21,7 @@ from ..untangle.polish import polish_map
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
-from .options import Polish
+from .options import Auto, Polish
 from .run import run
 from .sphere_map import SphereMap
 
@@ -69,6 +69,8 @@ def repair_foldings(
     ------
     MeshError
         If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
+    ValueError
+        If `polish` is unknown.
 
     References
     ----------
@@ -105,7 +107,7 @@ def repair_foldings(
                      Status.CONVERGED, time.perf_counter() - began)
         return Candidate(y, energy, Status.CONVERGED, (done,), after, gauge="given")
 
-    result = run(v, f, repair, "repair", {} if polish is None else {"polish": polish}, listener)
+    result = run(v, f, repair, "repair", Auto(polish=polish).settings(), listener)
     return replace(result, iterations=0)  # of a minimisation there are none
 
 

@@ -48,7 +48,8 @@ def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     >>> ism.cayley_update([[0.0, 0.0, 1.0]], [[-1.0, 0.0, 5.0]], 2.0)
     array([[1., 0., 0.]])
     """
-    return cayley_step(check_rows(x), check_rows(h, name="directions"), tau)
+    f = check_rows(x)
+    return cayley_step(f, check_rows(h, len(f), "directions"), tau)
 
 
 def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:

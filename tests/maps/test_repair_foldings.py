@@ -38,6 +38,12 @@ def test_a_map_turned_inside_out_is_reflected():
     assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(ism.angle_differences(v, f, x)).mean())
 
 
+def test_an_unknown_polish_is_refused():
+    x, f = icosphere(1)
+    with pytest.raises(ValueError, match="unknown polish 'floor'"):
+        ism.repair_foldings(x, f, x, polish="floor")
+
+
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
 def test_rows_without_direction_are_refused(bad):
     x, f = icosphere(1)

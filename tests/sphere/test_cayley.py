@@ -59,6 +59,11 @@ def test_cayley_update_keeps_the_norm_for_every_step(tau):
     assert np.abs(np.linalg.norm(ism.cayley_update(x, h, tau), axis=1) - 1).max() < 1e-14
 
 
+def test_each_row_has_its_direction():
+    with pytest.raises(ism.MeshError, match="directions have 19 rows"):
+        ism.cayley_update(random_points(20), random_points(19), 1.0)
+
+
 def test_cayley_path_starts_along_the_negative_gradient():
     x = random_points()
     h = np.random.default_rng(1).normal(size=x.shape)

@@ -64,7 +64,7 @@ def _flattened(
 
 def _checked_face(mesh: Mesh, face: int) -> int:
     """The face, if there is one of that number."""
-    if not 0 <= face < len(mesh.f):
+    if face not in range(len(mesh.f)):
         raise ValueError(f"there is no face {face} to puncture: the mesh has faces 0 to {len(mesh.f) - 1}")
     return int(face)
 

@@ -106,7 +106,8 @@ def test_smallest_meshes(plane):
 
 
 def test_errors_name_the_option():
-    with pytest.raises(ValueError, match="faces 0 to 1279"):
-        through(V, F, "laplace-beltrami", puncture=1280)
+    for face in (1280, -1, 2.5):
+        with pytest.raises(ValueError, match="faces 0 to 1279"):
+            through(V, F, "laplace-beltrami", puncture=face)
     with pytest.raises(ism.NotConverged, match="Newton steps; allow more"):
         through(V, F, "conformal-equivalence", max_iterations=0)
