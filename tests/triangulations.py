@@ -1,4 +1,4 @@
-"""Random triangulated spheres and bad positions for them."""
+"""Random points, rotations, triangulated spheres and bad positions for them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,22 @@ from scipy.spatial import ConvexHull
 def unit(p):
     """Rows of unit length."""
     return p / np.linalg.norm(p, axis=1)[:, None]
+
+
+def random_points(n=200, seed=0):
+    """Points on the sphere."""
+    return unit(np.random.default_rng(seed).normal(size=(n, 3)))
+
+
+def random_rotation(seed=0):
+    """A rotation matrix."""
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return turn * np.sign(np.linalg.det(turn))
+
+
+def wild(x, seed=0, noise=0.5):
+    """The map `x` with noise, which folds it."""
+    return unit(x + noise * np.random.default_rng(seed).normal(size=x.shape))
 
 
 def icosphere(level):

@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 import pytest
-from triangulations import icosphere, unit
+from triangulations import icosphere, random_rotation, unit
 
 import igl_spheremap as ism
 from igl_spheremap.operators.laplacian import positive_areas
@@ -16,11 +16,6 @@ BODIES = {"auto": (V, F), "lai2014": ism.samples.make("dumbbell", n_vertices=500
 BALL, BALL_F = icosphere(3)
 TETRAHEDRON = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]), np.array(
     [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
-
-
-def rotation(seed=0):
-    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
-    return turn * np.sign(np.linalg.det(turn))
 
 
 def distance(x, y):
@@ -55,7 +50,7 @@ def test_the_map_of_a_sphere_is_the_identity():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
-    turn, (v, f) = rotation(), BODIES[method]
+    turn, (v, f) = random_rotation(), BODIES[method]
     x = ism.spherical_conformal_map(v, f, method).sphere
     y = ism.spherical_conformal_map(1e-3 * v @ turn + [5, -3, 2], f, method).sphere
     # Thousands of steps amplify rounding as they do on any machine: lai2014 stops elsewhere on the same valley.

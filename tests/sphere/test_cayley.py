@@ -5,16 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from triangulations import unit
+from triangulations import random_points
 
 import igl_spheremap as ism
 from igl_spheremap.sphere.rows import tangent
 
 FINITE = st.floats(-50, 50).map(lambda t: round(t, 6))
-
-
-def random_points(n=200, seed=0):
-    return unit(np.random.default_rng(seed).normal(size=(n, 3)))
 
 
 def implicit_step(x, h, tau):

@@ -1,7 +1,7 @@
 """The gauge: a rotation that is recovered and never mirrors, and a sphere that does not see the surface's motion."""
 
 import numpy as np
-from triangulations import icosphere, unit
+from triangulations import icosphere, random_points, random_rotation
 
 from igl_spheremap import check_mesh
 from igl_spheremap.mesh.measure import vertex_areas
@@ -9,14 +9,9 @@ from igl_spheremap.sphere.gauge import best_rotation, fix_gauge
 from igl_spheremap.sphere.moebius import moebius
 
 
-def random_points(n=200, seed=0):
-    return unit(np.random.default_rng(seed).normal(size=(n, 3)))
-
-
 def test_best_rotation_recovers_a_rotation_and_never_mirrors():
     x = random_points()
-    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
+    turn = random_rotation(4)
     assert np.allclose(best_rotation(x, x @ turn, np.ones(200)), turn)
     assert np.isclose(np.linalg.det(best_rotation(x, x * [1, 1, -1], np.ones(200))), 1)
     assert np.isclose(np.linalg.det(best_rotation(x, np.zeros_like(x), np.ones(200))), 1)
@@ -27,8 +22,7 @@ def test_the_gauge_does_not_see_moebius_maps_and_turns_with_the_surface():
     v = x * [1, 1.3, 2]
     mesh = check_mesh(v, f)
     A = vertex_areas(mesh.v, f)
-    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
+    turn = random_rotation(4)
     expected = fix_gauge(mesh, x, A)
     assert np.abs(A @ expected).max() < 1e-9
     assert np.allclose(fix_gauge(mesh, moebius(x, [0.3, -0.5, 0.6]) @ turn, A), expected, atol=1e-9)

@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
-from triangulations import unit
+from triangulations import random_points, unit
 
 from igl_spheremap.sphere.gauge import best_rotation
 from igl_spheremap.sphere.moebius import center, conformal_barycentre, moebius
-
-
-def random_points(n=200, seed=0):
-    return unit(np.random.default_rng(seed).normal(size=(n, 3)))
 
 
 def test_moebius_takes_its_centre_to_the_origin_and_keeps_cross_ratios():
