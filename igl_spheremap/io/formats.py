@@ -8,7 +8,7 @@ from ..errors import FileError
 from . import freesurfer, gifti, gltf, npz, obj, off, ply, stl
 from .records import Format, PathLike
 
-#: All formats. A further one is a module with a FORMAT, and a word here.
+#: All formats. A further one is a module with a FORMAT, and its name here.
 FORMATS: tuple[Format, ...] = tuple(
     module.FORMAT for module in (obj, off, ply, stl, gltf, gifti, freesurfer, npz)
 )

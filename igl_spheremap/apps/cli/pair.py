@@ -44,6 +44,8 @@ def load_pair(args: Namespace) -> Pair:
     """The mesh and the map that the command line names."""
     if args.source == STREAM and args.sphere in (None, STREAM):
         raise UsageError("stdin is read once: give the mesh or its map as a file")
+    if args.sphere is None and not args.source.lower().endswith(".npz"):
+        raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
     source = load_source(args)
     return read_pair(source, args.sphere or source.name, args.format, args.progress.stage)
 

@@ -187,7 +187,7 @@ class Stage:
         about_x = np.array([[1, 0, 0], [0, a[1], -b[1]], [0, b[1], a[1]]])
         self.turn = about_x @ about_y @ self.turn
 
-    def _annotate(self, place: tuple[int, int], body: Body) -> None:
+    def _annotate(self, place: Place, body: Body) -> None:
         left, top, w, h = self.cell(*place)
         canvas = imgui.GetBackgroundDrawList()
         for k, line in enumerate(wrapped(body.caption, w)):

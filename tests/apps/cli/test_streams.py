@@ -82,6 +82,7 @@ def test_a_map_through_pipes(tmp_path, monkeypatch, capsys):
         (["map", SAMPLE, "-", "--format", "ply"], "stdout takes text"),
         (["check", "-", "-"], "stdin is read once"),
         (["check", "-"], "stdin is read once"),
+        (["check", SAMPLE], "holds no map"),
     ],
 )
 def test_what_makes_no_sense_is_refused_at_once(arguments, words, monkeypatch, capsys):
