@@ -116,8 +116,6 @@ def landmark_map(
 def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:
     """Landmarks of a mesh of `n` vertices as a penalty; a MeshError that names the one that is wrong, and why.
 
-    Examples
-    --------
     >>> check_landmarks(4, [0, 2], [[0, 0, 2], [1, 0, 0]], 3.0).targets
     array([[0., 0., 1.],
            [1., 0., 0.]])
@@ -151,8 +149,6 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
     The stiffness weighs the squared length of the boost against the mean squared miss: two or three landmarks could be
     matched exactly by a boost that crowds everything else.
 
-    Examples
-    --------
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> goal = check_landmarks(6, np.arange(6), moebius(x, [0.1, 0.3, 0.0]), 1.0)
     >>> found = match_landmarks(x, goal, stiffness=0.0)

@@ -92,7 +92,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
 
 @stage("check")
 def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
-    """The mesh at other positions; MeshError if their number is another."""
+    """The mesh with other positions; MeshError if their number differs."""
     vertices = _positions(v)
     check_rows(vertices, len(mesh.v), "vertices")
     return Mesh(vertices, _unit_area(vertices, mesh.f), mesh.f, mesh.edges)
@@ -236,7 +236,7 @@ def _explain_half_edges(f: IntArray, n: int) -> NoReturn:
 
 
 def _sphere_edges(f: IntArray, n: int) -> HalfEdges:
-    """`_check_sphere`, or what it found if the last mesh that was checked is still there and has the same faces."""
+    """`_check_sphere`, or its last result if that mesh still exists and has the same faces."""
     last = None if _last is None else _last()
     if last is not None and len(last.diagonal) == n and np.array_equal(last.faces, f):
         return last

@@ -77,9 +77,8 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.mesh.clean import repair_mesh
     >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [9, 9, 9]]
-    >>> repair_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]]).actions
+    >>> ism.repair_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]]).actions
     ('dropped 1 unreferenced vertex', 'reversed 1 face to agree with neighbours')
     """
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)

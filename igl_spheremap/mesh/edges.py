@@ -30,7 +30,7 @@ class HalfEdges:
 
 
 def half_edges(f: IntArray, n: int) -> HalfEdges | None:
-    """Half-edges of faces in range; None unless each has one twin, as those of a repeated corner have not."""
+    """Half-edges of faces whose indices are in range; None unless each has exactly one twin."""
     faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))

@@ -36,7 +36,7 @@ def timings() -> dict[str, float]:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """Count the time inside under a name, but for that of stages within it."""
+    """Add the time inside to the stage of that name; stages within it count for themselves."""
     LOGGER.info(name)
     outer = _SECONDS.get()
     if outer is None:

@@ -27,7 +27,7 @@ def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """`x` in the rotation that agrees best with the Gauss map, in the source's area."""
+    """`x` rotated to agree best with the Gauss map, weighted by the source's area."""
     turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh, A), A), np.ascontiguousarray(x.T))
     turned /= np.sqrt(row_dots(turned.T, turned.T))  # steps and Moebius maps add up rounding in the lengths
     return np.ascontiguousarray(turned.T)

@@ -21,7 +21,7 @@ class VertexBlocks:
         self.f, self.n = f, len(f) // 2 + 2
 
     def factorize(self, H: sp.csr_matrix, damping: float | FloatArray, added: float | FloatArray) -> Factor:
-        """Factor of a matrix of `gram` with `damping` as a share of its diagonal, and a number, added to that."""
+        """Factorise a matrix of `gram` whose diagonal is raised by the share `damping` of itself and by `added`."""
         H = H.copy()
         H.setdiag((1 + damping) * H.diagonal() + added)
         self._factor = factorize(H, like=self._factor)

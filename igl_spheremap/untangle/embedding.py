@@ -62,9 +62,6 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
     Returns `x` itself if float64 is too coarse even for the whole sphere rebuilt, which was never seen. `watch` is
     called with the map each time that a batch of vertices was put back.
 
-    Examples
-    --------
-    >>> import numpy as np
     >>> import igl
     >>> v, f = igl.icosahedron()
     >>> bool(certify_checked(progressive_embedding(np.ones((12, 3)), f), f))
@@ -112,7 +109,7 @@ def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
 
 
 def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
-    """Marked vertices and those within so many edges of them."""
+    """Marked vertices and all within `rings` edges of them."""
     for _ in range(rings):
         grown = marked.copy()
         grown[f[marked[f].any(axis=1)]] = True

@@ -69,9 +69,6 @@ class Stars:
 def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -> Stars:
     """Stars of the chosen vertices of a triangle mesh.
 
-    Examples
-    --------
-    >>> import numpy as np
     >>> f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
     >>> stars_of(f, np.array([True, False, False, False])).valence
     array([3])

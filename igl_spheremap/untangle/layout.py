@@ -46,7 +46,7 @@ class Layout:
         return self
 
     def path(self, root: int) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-        """Vertices but the root, breadth first; the neighbour each hangs on; log length and direction from there."""
+        """Vertices but the root, breadth first; the parent of each in the tree; log length and direction from there."""
         order, parent = breadth_first_order(self._tree, root, directed=False)
         child = order[1:].astype(np.int64)
         above = parent[child].astype(np.int64)

@@ -35,7 +35,7 @@ _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
 
 @dataclass(eq=False)
 class AngleNewton:
-    """Newton steps towards given corner angles, which keep a map free of foldings so.
+    """Newton steps towards given corner angles that keep a map free of foldings.
 
     Attributes
     ----------

@@ -27,12 +27,8 @@ _RINGS = 3
 def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
     """Unfold faces by small moves of the vertices around them, where that succeeds.
 
-    References
-    ----------
     Agmon 1954, *The Relaxation Method for Linear Inequalities*.
 
-    Examples
-    --------
     >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
     >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
     >>> folded_faces(x, f).tolist(), folded_faces(nudge(x, f), f).any()

@@ -20,7 +20,7 @@ KAPPA = 1 - QUANTUM * np.arange(20)
 _FOLDED = 120.0
 #: Cost, in degrees, of one vertex that ends a neper below the floor: more than any change of its angles.
 _BELOW = 300.0
-#: Vertices that a bin counts besides its own: a bin without any must not be free to give up its shape.
+#: Vertices that each bin counts beside its own, so that squashing an empty bin has a cost, too.
 _SPARE = 0.3
 
 
@@ -81,7 +81,7 @@ def choose_kappas(limbs: list[Limb], f: IntArray, source: FloatArray, depth: Flo
 
 
 def _plan(limb: Limb, f: IntArray, source: FloatArray, depth: FloatArray, floor: float, steps: int) -> None:
-    """Cost of the limb for every depth gained before its rim, and the best choice for each bin."""
+    """Cost of the limb for every depth that is gained outside its rim, and the best choice for each bin."""
     distance = limb.log_distance
     bins = int(distance.max()) + 1
     at = np.minimum(distance.astype(np.int64), bins - 1)
@@ -91,7 +91,7 @@ def _plan(limb: Limb, f: IntArray, source: FloatArray, depth: FloatArray, floor:
     deepest = np.zeros(bins)
     np.maximum.at(deepest, at[own], depth[limb.disc[own]])
     count = np.bincount(at, minlength=bins) + _SPARE
-    cost = _bin_costs(limb, f, source, bins) / 2 + _SPARE * EQUILATERAL
+    cost = _bin_costs(limb, f, source, bins) / 2 + _SPARE * EQUILATERAL  # two faces a vertex
     gained = QUANTUM * np.arange(steps)
     value = np.zeros(steps)
     limb.choice = np.zeros((bins, steps), dtype=np.int64)
@@ -108,7 +108,7 @@ def _plan(limb: Limb, f: IntArray, source: FloatArray, depth: FloatArray, floor:
 
 
 def _follow(limb: Limb, gained: int) -> None:
-    """Read the kappas off the choices, given the steps gained before the rim."""
+    """Read the kappas off the choices, given the steps that are gained outside the rim."""
     limb.kappa = np.empty(len(limb.choice))
     last = limb.choice.shape[1] - 1
     for b, choice in enumerate(limb.choice):

@@ -46,8 +46,6 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float3
 
     If that fails the rounded map is returned, with a certificate that names its foldings.
 
-    Examples
-    --------
     >>> import igl
     >>> x, f = igl.icosahedron()
     >>> rounded = certified_float32(x, f, radius=100.0)

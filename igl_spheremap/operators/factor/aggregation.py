@@ -29,7 +29,7 @@ def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
 
 
 def _nearest_seed(graph: sp.csr_matrix, seeds: np.ndarray) -> np.ndarray:
-    """Seed that a breadth-first search from a vertex joined to all seeds reaches each vertex from."""
+    """A nearest seed of each vertex, by breadth-first search from an extra vertex that is joined to all seeds."""
     n = graph.shape[0]
     indptr = np.append(graph.indptr, graph.indptr[-1] + len(seeds))
     indices = np.concatenate([graph.indices, seeds])

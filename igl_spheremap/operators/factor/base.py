@@ -15,7 +15,7 @@ Solver = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A symmetric positive definite matrix and a fixed operator that is its inverse, exactly or about."""
+    """A symmetric positive definite matrix and a fixed operator that is its inverse, exactly or approximately."""
 
     backend: str
     P: sp.csr_matrix
@@ -23,7 +23,7 @@ class Factor:
     nnz: int | None = None  # entries stored, where that is known without cost
     #: Factorises a matrix of the same pattern in less time. It may take the memory of this factor, which is lost then.
     again: Callable[[sp.csc_matrix], Factor] | None = None
-    #: Where `apply` is only about the inverse: solves (n, k) systems to an accuracy, preconditioned by it.
+    #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
     refined: Callable[[np.ndarray, float], np.ndarray] | None = None
 
     @property
@@ -46,14 +46,14 @@ class Factor:
 
 
 def inverse_permutation(order: np.ndarray) -> np.ndarray:
-    """Where each index comes in an order."""
+    """The place of each index in an order."""
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order), dtype=order.dtype)
     return rank
 
 
 def reordered(order: np.ndarray, solve: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-    """Solver of a system in its own order, by that of the system whose i-th row is row ``order[i]``."""
+    """Solver of a system from one of the same system reordered, whose i-th row is row ``order[i]`` of the first."""
     rank = inverse_permutation(order)
 
     def apply(b: np.ndarray, *options: float) -> np.ndarray:

@@ -39,7 +39,7 @@ def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
 
 
 def renumbered(P: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:
-    """P[order][:, order], the columns of a row in no order."""
+    """P[order][:, order], with the columns of each row unsorted."""
     A = P[order]
     A.indices = inverse_permutation(order).take(A.indices)
     A.has_sorted_indices = False
@@ -78,7 +78,7 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
 
 
 def _cutting_planes(x: np.ndarray, depth: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Halve the points in the columns again and again; for each level, the axis and threshold of every part."""
+    """Halve the points in the columns `depth` times; for each level, the axis and threshold of every part."""
     parts = x[:, None]
     planes = []
     for _ in range(depth):
