@@ -56,7 +56,7 @@ class Iterate:
     details: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        """Hand out views that can't be written to: a listener must not change the run that it watches."""
+        """Make the arrays read-only views: a listener must not change the run that it watches."""
         object.__setattr__(self, "x", _read_only(self.x))
         if self.details is not None:
             object.__setattr__(self, "details", {key: _read_only(value) for key, value in self.details.items()})

@@ -95,7 +95,7 @@ def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
 
 
 def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArray:
-    """Part of a tangent field that moves the weighted mean of `x` not at all: orthogonal to all boosts.
+    """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.

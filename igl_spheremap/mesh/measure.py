@@ -15,6 +15,8 @@ from .arrays import FloatArray, IntArray
 _BLOCK = 1 << 14
 #: The same for libigl, whose temporaries would come from the system page by page, and go back to it, at each call.
 _LIBIGL_BLOCK = 1 << 16
+#: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
+_SHORT = 1e-70
 
 
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
@@ -73,7 +75,14 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     >>> face_areas(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float), np.array([[0, 1, 2]]))
     array([0.5])
     """
-    return np.asarray(igl.doublearea(v, f)) / 2
+    areas = np.asarray(igl.doublearea(v, f)) / 2
+    small = np.flatnonzero(areas < _SHORT**2)
+    a, b, c = (v[f[small, k]] for k in range(3))
+    sides = np.stack((b - a, c - a))
+    size = np.abs(sides).max(axis=(0, 2), initial=0)
+    u, w = sides / np.where(size > 0, size, 1)[:, None]
+    areas[small] = np.where(size < _SHORT, size**2 * np.linalg.norm(np.cross(u, w), axis=1) / 2, areas[small])
+    return areas
 
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:

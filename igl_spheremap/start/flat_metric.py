@@ -45,7 +45,7 @@ class FlatMetric:
 def flat_metric(
     mesh: Mesh, vertex: int, x: FloatArray, *, tolerance: float = 1e-8, max_iterations: int = 100
 ) -> FlatMetric:
-    """Flatten a mesh with one vertex at infinity: the only flat metric of this mesh, vertex and condition there.
+    """Flatten a mesh with one vertex at infinity, the edges to which have length 1: that makes the metric unique.
 
     `x`, a nearly conformal map to the unit sphere, gives the first guess. The tolerance is the largest deviation of an
     inner vertex's angle sum from 2 pi, in radians; NotConverged if more is left after `max_iterations` Newton steps.

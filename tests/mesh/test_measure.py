@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap.mesh.measure import angle_defects, corner_angles, enclosed_volume, log_edges, vertex_areas
+from igl_spheremap.mesh.measure import (
+    angle_defects,
+    corner_angles,
+    enclosed_volume,
+    face_areas,
+    log_edges,
+    vertex_areas,
+)
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -34,6 +41,14 @@ def test_angle_defects_sum_to_two_pi_times_the_characteristic():
     assert np.isclose(angle_defects(corner_angles(V, F), F, len(V)).sum(), 4 * np.pi)
     plane = angle_defects(corner_angles(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), F[:0]), F[:0], 3)
     assert np.allclose(plane, 2 * np.pi)
+
+
+@pytest.mark.parametrize("exponent", [0, -60, -75, -80, -100, -150])
+def test_areas_are_right_as_long_as_float64_holds_them(exponent):
+    """Images of the deepest limbs are so small between the poles."""
+    triangle = np.array([[0, 0, 0], [1, 0, 0], [0.3, 0.8, 0]]) * 10.0**exponent
+    assert face_areas(triangle, np.array([[0, 1, 2]])) == pytest.approx(0.4 * 10.0 ** (2 * exponent), rel=1e-12, abs=0)
+    assert face_areas(triangle, np.array([[0, 1, 1], [0, 0, 0]])).tolist() == [0, 0]
 
 
 def test_vertex_areas_are_the_barycentric_mass():

@@ -22,7 +22,7 @@ class HarmonicEnergy:
 
     @classmethod
     def of(cls, mesh: Mesh, weights: Weights = "cotangent") -> HarmonicEnergy:
-        """With mollified weights where those are unusable."""
+        """The energy of a mesh, with mollified weights where those are unusable."""
         return cls(usable_laplacian(mesh, weights))
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:

@@ -31,7 +31,7 @@ class PHarmonicEnergy:
 
     @classmethod
     def of(cls, mesh: Mesh, p: float) -> PHarmonicEnergy:
-        """That of a mesh, of mollified lengths where its own are unusable; a ValueError unless p is above 1."""
+        """The energy of a mesh, with mollified lengths where its own are unusable; a ValueError unless p is above 1."""
         if not 1 < p < np.inf:
             raise ValueError(f"p = {p:g} is out of range: the p-harmonic energy needs a finite p above 1")
         n, m = len(mesh.v), len(mesh.f)
