@@ -18,11 +18,11 @@ from .step import certified_step
 
 #: Share of the predicted decrease that a step must bring (Armijo).
 _DECREASE = 1e-4
-#: Steps shorter than this share of Newton's lead nowhere.
+#: The run ends where steps must be shortened to less than this share of Newton's.
 _SHORTEST = 1e-3
-#: Where steps are shortened, so many of them must gain little before the energy counts as low.
+#: Where steps are shortened, the gains of this many of them must be small before the run has converged.
 _PATIENCE = 3
-#: Gains that fall more slowly than this are taken to fall so fast: a series must end.
+#: Bound on the ratio of the last two gains: their geometric series must converge.
 _LARGEST_RATIO = 0.9
 
 

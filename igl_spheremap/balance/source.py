@@ -44,7 +44,7 @@ def lay_flat(v: FloatArray, f: IntArray) -> Source:
     c = lengths[:, 2] * scale  # between corners 0 and 1
     area = area * scale**2
     cot = 2 * np.asarray(igl.cotmatrix_entries(l=lengths)).T
-    # Corner 0 lies at the origin, corner 1 at (c, 0), corner 2 at (c, 2 area) cut by the cotangent of corner 0.
+    # Corner 0 lies at the origin, corner 1 at (c, 0), corner 2 at h (cot_0, 1) with h = 2 area / c.
     second = 1j * c / (2 * area)
     first = (1 - 1j * cot[0]) / c
     return Source(f, len(v), area, cot, np.stack((-(first + second), first, second)))
