@@ -18,8 +18,8 @@ those of ordering and factorisation alone with the same backend.
 
 - `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators
   below an absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
-- `mean curvature flow`: conformalised (Kazhdan, Solomon, Ben-Chen 2012), in a few lines, factorised by the fastest
-  backend here.
+- `mean curvature flow`: conformalised (Kazhdan, Solomon, Ben-Chen 2012), as in benchmarks/competitors.py,
+  factorised by the fastest backend here.
 - `lai2014`: the paper's Algorithm 2 around Algorithm 1, up to 20,000 vertices.
 
 Machine: {machine}, Python {python}; igl_spheremap {version}.

@@ -56,7 +56,7 @@ def test_rows_are_those_of_single_maps(run):
             assert row.max_edge == edges.max()
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without named pipes")
+@pytest.mark.posix
 def test_a_pipe_costs_its_row_only(run):
     os.mkfifo("pipe.ply")
     assert [row.status for row in run(["pipe.ply", "300.ply"])] == ["file", "certified"]

@@ -15,7 +15,7 @@ from ...operators.factor import factorize
 from ...operators.laplacian import positive_areas, usable_laplacian
 
 _DEPTH = 0.6  # radians that the surface is smoothed by to distinguish outward folds from inward ones
-_NOISE = 0.16  # radians that curvature is smoothed by: that of a marching-cubes mesh is noise below
+_NOISE = 0.16  # radians that curvature is smoothed by: below, that of a marching-cubes mesh is noise
 
 
 class FeatureSurface:

@@ -17,7 +17,7 @@ from .picture import Picture
 
 _DEGREE = 48  # of the fixed features: the narrowest smoothing, 0.04 radians, leaves a seventh at this degree
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
-_OVERSAMPLING = 2.0  # features are smooth and noisy at once: finer grids change no result
+_OVERSAMPLING = 2.0  # finer grids change no registration
 
 
 def _surface(result: SphereMap) -> FeatureSurface:

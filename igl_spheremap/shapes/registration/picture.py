@@ -10,7 +10,7 @@ from ..harmonics.basis import degree_of
 from ..harmonics.rotation import turning
 from ..harmonics.transform import gauss_rows, grid_synthesis
 
-_ROWS_PER_DEGREE = 3  # bilinear lookup then errs by 6 percent of what has the highest degree, less below as its square
+_ROWS_PER_DEGREE = 3  # the error of bilinear lookup is 6 percent at the highest degree, and goes with its square below
 
 
 class Picture:

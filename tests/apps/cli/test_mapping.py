@@ -177,6 +177,19 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
     assert "--polish" in capsys.readouterr().err
 
 
+def test_charts_are_kept_and_certified(tmp_path, capsys):
+    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
+    spring = ["map", "sample:spring:n_vertices=1200"]
+    assert main([*spring, str(target), "--atlas", "--json", str(figures)]) == 0
+    found = json.loads(figures.read_text())
+    assert found["charts"]["certificate"]["folding_free"]
+    assert found["charts"]["angle_differences"]["mean"] < found["angle_differences"]["mean"]
+    assert read_map(target).atlas.certificate.folding_free
+    capsys.readouterr()
+    assert main([*spring, str(tmp_path / "map.obj"), "--atlas"]) == 64
+    assert "--atlas is kept by .npz files only" in one_line(capsys)
+
+
 def test_balance_reaches_the_map_and_its_figures(tmp_path):
     target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
     assert main(["map", SAMPLE, str(target), "--balance", "1", "--json", str(figures)]) == 0

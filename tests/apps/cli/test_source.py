@@ -27,7 +27,7 @@ def test_every_invalid_mesh_is_status_2_and_one_line(path, tmp_path, capfd):
     assert os.listdir(tmp_path) == []
 
 
-def test_repair_at_the_door(tmp_path, capsys):
+def test_a_soup_is_refused_unless_it_is_repaired(tmp_path, capsys):
     v, f = samples.sphere(42)
     write_mesh(tmp_path / "soup.obj", v[f].reshape(-1, 3), np.arange(3 * len(f)).reshape(-1, 3))
     assert main(["info", str(tmp_path / "soup.obj")]) == 2
