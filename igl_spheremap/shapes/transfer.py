@@ -21,12 +21,24 @@ _DEEPEST = 9  # ico:9 has 2.6 million vertices
 
 @dataclass(frozen=True, eq=False)
 class Resampled:
-    """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``."""
+    """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``.
 
-    v: FloatArray  # points of the surface
+    Attributes
+    ----------
+    v : (n, 3) float64 array
+        Points of the surface.
+    f : (m, 3) int64 array
+        Faces of the other mesh.
+    x : (n, 3) float64 array
+        Images of the points on the sphere.
+    location : Location
+        Where the points lie on the surface that was resampled.
+    """
+
+    v: FloatArray
     f: IntArray
-    x: FloatArray  # their images on the sphere
-    location: Location  # where they lie on the surface that was resampled
+    x: FloatArray
+    location: Location
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))

@@ -16,6 +16,7 @@ from ...verify.atlas import ChartAtlas, atlas_angle_differences
 from ...verify.figures import angle_figures, describe_angles
 from ..viewer.timeline import title_of
 from .exits import Exit
+from .failures import UsageError
 from .interrupt import Interrupt
 from .output import Findings, certificate_figures, row
 from .progress import measures
@@ -37,6 +38,8 @@ def map_by(
     """
     check_outputs(args, surface=True)
     check_reporting(args)
+    if args.radius is not None and target_format(args).name == "NPZ":
+        raise UsageError("--radius: an .npz file holds the unit sphere; write another format")
     source = load_source(args)
     recording = recorder(args, source)
     result, interrupted = _map(source, args, solve, recording)

@@ -98,3 +98,6 @@ def _folder(path: Path) -> Iterator[Write]:
         count += 1
 
     yield write
+    for left in path.glob("[0-9][0-9][0-9][0-9][0-9].png"):
+        if int(left.stem) >= count:  # of a longer video that was here
+            left.unlink()

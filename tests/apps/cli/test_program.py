@@ -28,6 +28,7 @@ from igl_spheremap.apps.cli.parser import build_parser
         (["info", "sample:dino:wings=2"], 64),
         (["info", SAMPLE, "--keep-largest"], 64),
         (["map", SAMPLE, "a.obj", "--radius", "-1"], 64),
+        (["map", SAMPLE, "a.npz", "--radius", "2"], 64),
         (["info", "missing.obj"], 74),
         (["map", SAMPLE, "a.xyz"], 74),
         (["map", SAMPLE, "nowhere/a.obj"], 74),

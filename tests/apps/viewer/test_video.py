@@ -72,3 +72,12 @@ def test_an_mp4_needs_the_extra_video_alone(tmp_path, monkeypatch):
     _write(tmp_path / "run.mp4")
     with pytest.raises(FileError, match="pillow"):
         check_video(tmp_path / "run.gif")
+
+
+def test_a_folder_holds_the_pictures_of_one_video_only(tmp_path):
+    pytest.importorskip("PIL")
+    for name in ("00007.png", "notes.png"):
+        (tmp_path / name).touch()
+    _write(tmp_path)
+    written = [f"{k:05d}.png" for k in range(len(_HELD))]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [*written, "notes.png"]
