@@ -32,3 +32,12 @@ def hold():
     """Take 400 MB, and wait."""
     held = b"x" * 400_000_000
     time.sleep(60 * len(held))
+
+
+def pages_taken():
+    """Pages that the system clears for 40 MB, which are freed again."""
+    import resource  # not on Windows
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    bytearray(40_000_000)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before

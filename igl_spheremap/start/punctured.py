@@ -159,8 +159,7 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     z = z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
     radius = np.abs(z)
     middle = _middle(radius[sample], w)
-    z = z / (middle if middle > 0 else radius.max())
-    z = z / np.maximum(np.abs(z) / INFINITE, 1)
+    z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
 
 

@@ -1,6 +1,7 @@
 """Processes that run one call at a time: their death and their limits cost the call only."""
 
 import os
+import platform
 import signal
 import sys
 import threading
@@ -87,3 +88,9 @@ def test_a_pool_that_is_ended_leaves_no_process():
         waiting.result(10)
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other systems have other ways")
+def test_freed_memory_is_kept_for_the_next_call(child):
+    first, second = (child.call(errands.pages_taken) for _ in range(2))
+    assert second < first / 10

@@ -15,6 +15,8 @@ from .ordering import bandwidth_order, nested_dissection, renumbered
 
 #: From here on a dissection takes no longer than minimum degree, and on folded surfaces it fills less.
 _DISSECT_FROM = 100_000
+#: Columns of a matrix that are made at once: what cvxopt takes beside them then is memory that others have freed.
+_COLUMNS = 1 << 16
 
 
 def build(P: sp.csc_matrix) -> Factor:
@@ -26,7 +28,7 @@ def build(P: sp.csc_matrix) -> Factor:
     cholmod.options.update(supernodal=2, nmethods=len(given))
     symbolic = cholmod.symbolic(A, **given)
     cholmod.options["nmethods"] = 0  # the default
-    return _factorised(P, order, A, np.array(A.V, dtype=np.int32).ravel(), symbolic)
+    return _factorised(P, order, A, np.array(A.V, dtype=np.int32).ravel() - 1, symbolic)
 
 
 def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.ndarray, symbolic: Any) -> Factor:
@@ -46,9 +48,16 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.nda
 
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
-    """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored."""
-    A = renumbered(sp.csr_matrix((np.arange(P.nnz, dtype=np.int32), P.indices, P.indptr), shape=P.shape), order)
-    rows, columns = A.indices, np.arange(len(order), dtype=np.int32).repeat(np.diff(A.indptr))
-    lower = np.flatnonzero(rows >= columns)
-    source, i, j = (matrix(index.take(lower)) for index in (A.data, rows, columns))
-    return spmatrix(source, i, j, P.shape, "d")
+    """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored, from 1."""
+    # From 1, because `sparse` drops zeros.
+    n = len(order)
+    A = renumbered(sp.csr_matrix((np.arange(1, P.nnz + 1, dtype=np.int32), P.indices, P.indptr), shape=P.shape), order)
+    blocks = []
+    for k in range(0, n, _COLUMNS):
+        ends = A.indptr[k : k + _COLUMNS + 1]
+        part = slice(ends[0], ends[-1])
+        rows, columns = A.indices[part], np.arange(len(ends) - 1, dtype=np.int32).repeat(np.diff(ends))
+        lower = np.flatnonzero(rows >= columns + k)
+        source, i, j = (matrix(index.take(lower)) for index in (A.data[part], rows, columns))
+        blocks.append([spmatrix(source, i, j, (n, len(ends) - 1), "d")])
+    return sparse(blocks)
