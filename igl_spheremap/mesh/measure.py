@@ -63,7 +63,7 @@ def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
 def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
     """Mean logarithm of the lengths of the edges around each vertex; lengths below 1e-300 count as that."""
     start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
-    d = v[start] - v[end]
+    d = v.take(start, axis=0) - v.take(end, axis=0)
     log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), 1e-300))
     n = len(v)  # a closed mesh runs through every edge once each way
     return np.asarray(np.bincount(start, log, n) / np.bincount(start, minlength=n))

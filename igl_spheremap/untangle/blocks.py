@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..operators.factor import Factor, factorize
+from ..operators.factor.by_pairs import by_pairs
 
 
 class VertexBlocks:
@@ -20,10 +21,13 @@ class VertexBlocks:
     def __init__(self, f: IntArray) -> None:
         self.f, self.n = f, len(f) // 2 + 2
 
-    def factorize(self, H: sp.csr_matrix, damping: float | FloatArray, added: float | FloatArray) -> Factor:
+    def factorize(self, H: sp.csr_matrix, damping: float | FloatArray, added: float | FloatArray,
+                  exact: bool = True) -> Factor:
         """Factorise a matrix of `gram` whose diagonal is raised by the share `damping` of itself and by `added`."""
         H = H.copy()
         H.setdiag((1 + damping) * H.diagonal() + added)
+        if not exact:
+            return by_pairs(H)
         self._factor = factorize(H, like=self._factor)
         if not self._factor.exact:  # multigrid is made for Laplacians
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
@@ -46,11 +50,9 @@ class VertexBlocks:
             for row, values in zip(diagonal, block(k, k), strict=True):
                 row += np.bincount(self.f[:, k], values, n)
             half[:, k * m:(k + 1) * m] = block(k, (k + 1) % 3)
-        along, back, where = self._half_edges
-        pairs = half[:, along] + half[[0, 2, 1, 3]][:, back]  # the block of (j, i) is that of (i, j), transposed
-        data = np.empty((where.nnz, 4))
-        loops = where.data < n
-        data[loops], data[~loops] = diagonal.T, pairs.T
+        opposite, where = self._half_edges
+        pairs = half + half[[0, 2, 1, 3]].take(opposite, axis=1)  # the block of (j, i) is that of (i, j), transposed
+        data = np.concatenate((diagonal, pairs), axis=1).T.take(where.data, axis=0)
         return sp.bsr_matrix((data.reshape(-1, 2, 2), where.indices, where.indptr), shape=(2 * n, 2 * n)).tocsr()
 
     def load(self, rows: FloatArray) -> FloatArray:
@@ -59,14 +61,16 @@ class VertexBlocks:
         return np.column_stack([np.bincount(self.f.T.ravel(), part.ravel(), self.n) for part in parts])
 
     @cached_property
-    def _half_edges(self) -> tuple[IntArray, IntArray, sp.csr_matrix]:
-        """Half-edges in the order of a matrix's entries; their opposites; and the matrix's pattern, loops first."""
+    def _half_edges(self) -> tuple[IntArray, sp.csr_matrix]:
+        """Each half-edge's opposite, and where a matrix has each vertex's block and each half-edge's after them."""
         n, start, end = self.n, self.f.T.ravel(), self.f.T[[1, 2, 0]].ravel()
         ids = np.arange(1, len(start) + 1)
         order = sp.csr_matrix((ids, (start, end)), shape=(n, n))
         order.sort_indices()
+        opposite = np.empty_like(start)
+        opposite[order.data - 1] = order.T.tocsr().data - 1
         loop = np.arange(n)
         pattern = sp.csr_matrix((np.append(loop, n + ids - 1), (np.append(loop, start), np.append(loop, end))),
                                 shape=(n, n))
         pattern.sort_indices()
-        return order.data - 1, order.T.tocsr().data - 1, pattern
+        return opposite, pattern

@@ -17,8 +17,8 @@ from .blocks import VertexBlocks
 from .newton import AngleNewton
 from .relax import AngleLoss, MipsLoss, Polish, descend
 
-#: Factorisations of a polish, and sweeps, at the most.
-_FACTORISATIONS, _SWEEPS = 20, 10
+#: Systems solved by a polish, and sweeps, at the most.
+_SYSTEMS, _SWEEPS = 20, 10
 #: Newton steps end when one lowers the mean by less than this share.
 _LEAST_GAIN = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
@@ -46,21 +46,23 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     if kind == "mips":
         return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_SWEEPS)
     return match_angles(mesh, x, weighted_sum(positive_areas(mesh), x), VertexBlocks(mesh.f), damping=UNDAMPED,
-                        factorisations=_FACTORISATIONS, least_gain=_LEAST_GAIN)
+                        systems=_SYSTEMS, least_gain=_LEAST_GAIN)
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: VertexBlocks, *, damping: float,
-                 factorisations: int, least_gain: float) -> FloatArray:
+                 systems: int, least_gain: float, quick: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
-    The centroid of the source's area goes to `centroid`. Steps end after so many factorisations, or when all further
-    ones together would lower the mean by less than the share `least_gain`, if gains go on falling by the same factor
-    (Aitken). Sweeps, which help where limbs are too fine for steps, end when one lowers it by less than that share.
+    The centroid of the source's area goes to `centroid`. Steps end after so many systems, or when all further ones
+    together would lower the mean by less than the share `least_gain`, if gains go on falling by the same factor
+    (Aitken). Sweeps, which help where limbs are too fine for steps, end when one lowers it by less than that
+    share. If `quick`, steps are not exact, and there are no sweeps.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
-    newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), factorisations)
+    newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), systems,
+                         exact=not quick)
     mean, last = newton.difference(x), 0.0
-    while newton.factorisations:
+    while newton.systems:
         before = mean
         x, mean = newton.step(x, _STEP_SMOOTHING * np.radians(max(mean, _EXACT)))
         gain = 1 - mean / max(before, _EXACT)
@@ -68,7 +70,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
         if gain <= 0 or gain**2 < least_gain * falls:
             break
         last = gain
-    return descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
+    return x if quick else descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:

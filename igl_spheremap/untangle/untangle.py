@@ -43,10 +43,9 @@ from .unrolling import between_tips, unroll
 #: Up to so many vertices the map itself is embedded, too, since coarse meshes suffer at the hole that angles need; and
 #: steps and sweeps, which cost little there, are run three times, each from the end of the last.
 _SMALL = 1000
-#: Factorisations of Newton steps at the most, which only bodies of 60 nepers and more use up. Where nothing was folded
-#: one, and one more each time that so many vertices, whose cost is that of all that does not depend on size, hold the
-#: mesh: all then costs about four maps.
-_FACTORISATIONS, _OVERHEAD = 20, 3000
+#: Newton steps solve so many systems at the most, which only bodies of 60 nepers and more use up; quick ones, on maps
+#: without foldings, so many: all then costs at most about four maps.
+_SYSTEMS, _QUICK = 20, 3
 #: Share of the mean angle difference that a sweep, or all further steps, must gain.
 _LEAST_GAIN = 0.025
 
@@ -75,7 +74,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             line.accept("embedding", repair_locally(mesh, x))
     if worth_steps or not free:
         for _ in range(3 if len(mesh.v) <= _SMALL else 1):
-            line.newton(min(_FACTORISATIONS, 1 + _OVERHEAD // len(mesh.v)) if free else _FACTORISATIONS)
+            line.newton(quick=free and len(mesh.v) > _SMALL)
     if poles:
         line.poles()
     found = line.result(first)
@@ -142,12 +141,13 @@ class _Line:
                     continue
             return
 
-    def newton(self, factorisations: int = _FACTORISATIONS, name: str = "newton") -> None:
+    def newton(self, name: str = "newton", quick: bool = False) -> None:
         """Lower the angle differences of the best map."""
         assert self.best is not None
         centroid = weighted_sum(self.operators.A, self.best) if name == "poles" else np.zeros(3)
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
-                         damping=UNDAMPED if self.laid_out is None else DAMPED, factorisations=factorisations)
+                         damping=UNDAMPED if self.laid_out is None else DAMPED,
+                         systems=_QUICK if quick else _SYSTEMS, quick=quick)
         self.accept(name, x, self.stretch)
 
     def poles(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +23,7 @@ def noisy():
     A = np.full(len(x), 1 / len(x))
     noise = 0.02 * np.random.default_rng(0).normal(size=x.shape)
     blocks, undamped = VertexBlocks(f), np.full(len(x), 1e-8)
-    return AngleNewton(blocks, corner_angles(x, f).T, A, A @ x, undamped, factorisations=100), unit(x + noise)
+    return AngleNewton(blocks, corner_angles(x, f).T, A, A @ x, undamped, systems=100), unit(x + noise)
 
 
 def test_derivatives_agree_with_differences(noisy):
@@ -76,3 +77,13 @@ def test_a_map_that_has_the_angles_stays(noisy):
     newton, _ = noisy
     x = icosphere(3)[0]
     assert np.abs(newton.step(x, smoothing=0.01)[0] - x).max() < 1e-9
+
+
+def test_steps_by_conjugate_gradients_gain_nearly_what_exact_ones_do_and_move_the_centroid_as_far(noisy):
+    newton, x = noisy
+    x = unit(x + np.array([0.0, 0.0, 0.05]))
+    before = newton.difference(x)
+    (y, exact), (z, about) = (replace(newton, exact=exact).step(x, smoothing=1.0) for exact in (True, False))
+    assert before - about > 0.8 * (before - exact) > 0
+    moved = newton.A @ (y - x)
+    assert np.linalg.norm(newton.A @ (z - x) - moved) < 0.1 * np.linalg.norm(moved)

@@ -116,6 +116,15 @@ def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
     assert _untangle(mesh, operators, x).x is x
 
 
+def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
+    mesh, operators, x = _mapped("bird", n_vertices=1500)
+    improved = _untangle(mesh, operators, x)
+    assert [r.start for r in improved.rounds] == ["map", "newton"]
+    assert _mean(mesh, improved.x) < 0.98 * _mean(mesh, x)
+    assert improved.certificate.folding_free
+    assert np.linalg.norm(operators.A @ improved.x) < 1e-9
+
+
 def _rod():
     """A rod of eight long flat sides, each but two triangles."""
     t = np.arange(8) * np.pi / 4
