@@ -33,9 +33,12 @@ class WorkerDied(RuntimeError):
     """The process of a call ended before the call did; `pid` was its number, `reason` is set if we ended it."""
 
     def __init__(self, pid: int, status: int, reason: str = "") -> None:
-        how = f"by signal {-status}" if status < 0 else f"with status {status}"
-        super().__init__(reason or f"its process ended {how}, perhaps for lack of memory")
-        self.pid, self.reason = pid, reason
+        super().__init__(pid, status, reason)  # by which it is pickled: Dask sends it to the client
+        self.pid, self.status, self.reason = pid, status, reason
+
+    def __str__(self) -> str:
+        how = f"by signal {-self.status}" if self.status < 0 else f"with status {self.status}"
+        return self.reason or f"its process ended {how}, perhaps for lack of memory"
 
 
 class Child:

@@ -77,7 +77,7 @@ def _of_dask(executor: Any, call: Callable[[Job, Options], Result]) -> Workers:
     """The workers of a Dask cluster, which may come and go."""
     killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
     client = executor._client
-    return Workers(executor, call, lambda: sum(client.nthreads().values()), (killed,))
+    return Workers(executor, call, lambda: sum(client.nthreads().values()), (killed, WorkerDied))
 
 
 def connect(scheduler: str, seconds: float = 6.0) -> Any:

@@ -16,7 +16,8 @@ from corpus import ROOT
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.populations.executors import connect
+from igl_spheremap.populations.child import own_child
+from igl_spheremap.populations.executors import connect, workers_of
 from igl_spheremap.populations.map_many import map_many
 from igl_spheremap.populations.table import read_table
 
@@ -114,6 +115,13 @@ def test_limits_end_jobs_in_a_process_beside_the_worker(executor, sources):
     assert all(row.notes == "it took more than 0.001 s, the limit" for row in rows)
     (row,) = map_many(sources[:1], "{stem}.obj", executor=executor, timeout=60, retry_failed=True)
     assert row.status == "certified"
+
+
+def test_a_process_that_dies_beside_its_worker_is_a_death(executor):
+    with workers_of(executor, None, 60, None) as workers:
+        error = executor.submit(lambda: own_child().call(os._exit, 3)).exception(60)
+    assert isinstance(error, workers.deaths)
+    assert "its process ended with status 3" in str(error)
 
 
 def test_the_command_runs_on_the_cluster(executor, cluster, sources):
