@@ -24,9 +24,9 @@ def read(path: Path) -> RawMesh:
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
     if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too
         soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
-    elif re.match(rb"\s*solid\b", data):
-        rows = read_rows(data).starting_with(b"vertex")
-        if len(rows) % 3 or not re.search(rb"\bendsolid\b", data):
+    elif re.match(rb"\s*solid\b", text := data.lower()):  # some programs write capitals
+        rows = read_rows(text).starting_with(b"vertex")
+        if len(rows) % 3 or not re.search(rb"\bendsolid\b", text):
             raise MeshError(
                 f"damaged: text STL with {len(rows)} corners and no proper end; the file seems cut off, "
                 "write it anew"

@@ -9,11 +9,11 @@ from igl_spheremap import MeshError
 from igl_spheremap.io import read_mesh, write_mesh
 
 
-@pytest.mark.parametrize("binary", [True, False])
-def test_stl_is_welded_in_order_of_appearance(binary, ball, tmp_path):
+@pytest.mark.parametrize("kind", ["binary", "text", "capitals"])
+def test_stl_is_welded_in_order_of_appearance(kind, ball, tmp_path):
     v, f = ball
     path = tmp_path / "ball.stl"
-    if binary:
+    if kind == "binary":
         write_mesh(path, v, f)
     else:
         corners = "\n".join(
@@ -22,7 +22,8 @@ def test_stl_is_welded_in_order_of_appearance(binary, ball, tmp_path):
             + "\nendloop"
             for face in f
         )
-        path.write_text(f"solid ball\n{corners}\nendsolid ball\n")
+        text = f"solid ball\n{corners}\nendsolid ball\n"
+        path.write_text(text.upper() if kind == "capitals" else text)
     mesh = read_mesh(path)
     assert mesh.v.shape == v.shape
     assert np.allclose(mesh.v[mesh.f], v[f], atol=1e-7)
