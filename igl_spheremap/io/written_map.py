@@ -58,7 +58,8 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     x = check_rows(x)
     certificate = certify_checked(x, check_faces(f, len(x)))
     distance = row_lengths(x)
-    radius = float(np.median(distance))
+    finite = distance[np.isfinite(distance)]
+    radius = float(np.median(finite)) if len(finite) else np.nan
     if abs(radius - 1) < UNIT_TOLERANCE:  # rounding: a unit sphere is written back digit for digit
         radius = 1.0
     off = np.flatnonzero(~(np.abs(distance - radius) <= UNIT_TOLERANCE * radius))

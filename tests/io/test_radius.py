@@ -26,6 +26,13 @@ def test_a_flipped_face_is_found_at_any_radius(radius):
     assert len(certificate.off_sphere) == 0
 
 
+def test_rows_that_are_not_finite_change_no_radius():
+    check = certify_radius(100 * np.where(np.arange(len(X))[:, None] == 7, np.nan, X), F)
+    assert check.radius == pytest.approx(100)
+    assert check.certificate.not_finite.tolist() == [7]
+    assert len(check.certificate.off_sphere) == 0
+
+
 def test_rows_off_the_sphere_are_off_relative_to_the_radius():
     x = 1e-200 * X * np.where(np.arange(len(X)) == 7, 1.001, 1.0)[:, None]
     assert certify_radius(x, F).certificate.off_sphere.tolist() == [7]

@@ -13,6 +13,8 @@ from ...io import read_sphere
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import check_directions
+from ...sphere.rows import row_lengths
 from .failures import UsageError
 from .source import Source, load_source
 from .streams import STREAM, read_stream
@@ -29,7 +31,8 @@ class Pair:
     @property
     def unit(self) -> FloatArray:
         """The positions on about the unit sphere."""
-        return np.asarray(self.x / np.median(np.linalg.norm(self.x, axis=1)))
+        x = check_directions(self.x, name=f"{self.name}: images")
+        return np.asarray(x / np.median(row_lengths(x)))
 
     def map(self) -> SphereMap:
         """The map as a certified result; errors name its file."""

@@ -40,6 +40,15 @@ def test_export_refuses(files, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 2
 
 
+@pytest.mark.parametrize("row", [0, np.nan])
+def test_spheres_with_rows_that_are_no_directions_are_refused(row, files, tmp_path, capsys):
+    x, f = read_mesh(files[1])
+    write_mesh(files[1], np.where(np.arange(len(x))[:, None] == 3, row, x), f, force=True)
+    assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "angles"]) == 2
+    assert capsys.readouterr().err.endswith("sphere.ply: images are zero or not finite in 1 row, e.g. 3; give each a "
+                                            "direction\n")
+
+
 def obj(path):
     """Numbers of an OBJ file by the words of its lines; faces as (m, 3, 3) counts of v, vt and vn."""
     lines = [line.split() for line in path.read_text().splitlines()]
