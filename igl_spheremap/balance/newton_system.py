@@ -10,6 +10,7 @@ from scipy.sparse.linalg import splu
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import edge_keys
 from ..operators.factor import available_backends
 from ..operators.factor.ordering import bandwidth_order, nested_dissection
 from .derivatives import PAIRS, Derivatives
@@ -35,7 +36,7 @@ class NewtonSystem:
         rank = np.empty(n, dtype=np.int64)
         rank[self.order] = np.arange(n)
         first, second = (rank[corners[list(column)]] for column in zip(*PAIRS, strict=True))
-        blocks, self._block = np.unique(np.minimum(first, second) * n + np.maximum(first, second), return_inverse=True)
+        blocks, self._block = np.unique(edge_keys(first, second, n), return_inverse=True)
         self._transposed = (first < second)[:, None, None]
         self._blocks, row, column = len(blocks), blocks % n, blocks // n
         # Entries (b, block, a) of the lower triangle are sorted by row within every column.

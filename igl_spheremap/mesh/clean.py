@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray
 from .check import check_mesh, check_rows, check_triangles
-from .explain import components
+from .edges import edge_keys
+from .explain import components, direction_components
 from .measure import enclosed_volume
 
 
@@ -129,9 +130,7 @@ class _Work:
 
     def weld_open_edges(self) -> None:
         start, stop = self.f.ravel(), self.f[:, [1, 2, 0]].ravel()
-        _, index, count = np.unique(
-            _edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True
-        )
+        _, index, count = np.unique(edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True)
         open_edges = count[index] == 1
         rim = np.unique(np.concatenate([start[open_edges], stop[open_edges]]))
         v, index = weld(self.v[rim])
@@ -150,7 +149,7 @@ class _Work:
 
     def drop_copies(self) -> None:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
-        keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
         _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
         crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)
         if not crowded.any():
@@ -185,15 +184,12 @@ class _Work:
         clash = start[first] == start[second]
         if not clash.any():
             return
-        # Each face has two states, k and k + m; states are linked as each edge asks.
-        _, state = components(
-            np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
-        )
-        if (state[:m] == state[m:]).any():
+        forward, backward = direction_components(i, j, clash, m)
+        if (forward == backward).any():
             return  # not orientable: `check_mesh` refuses it
         _, label = components(i, j, m)
         seed = np.unique(label, return_index=True)[1]
-        reverse = state[:m] != state[seed][label]
+        reverse = forward != forward[seed][label]
         reverse ^= (np.bincount(label, weights=reverse) * 2 > np.bincount(label))[label]
         self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
         self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
@@ -229,7 +225,7 @@ class _Work:
 
     def _twins(self) -> tuple[IntArray, IntArray]:
         """Half-edges (3 * face + corner) in pairs, of the edges that have exactly two faces."""
-        keys = _edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
         order = np.argsort(keys, kind="stable")
         _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
         pairs = first[count == 2]
@@ -238,8 +234,3 @@ class _Work:
     def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
         if count:
             self.actions.append(f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip())
-
-
-def _edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
-    """A number for each undirected edge."""
-    return np.minimum(start, stop) * n + np.maximum(start, stop)

@@ -29,6 +29,11 @@ class HalfEdges:
     diagonal: Indices  # entry on the diagonal of each row
 
 
+def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
+    """A number for each edge, the same in both directions: n times its smaller vertex plus its larger one."""
+    return np.minimum(start, stop) * n + np.maximum(start, stop)
+
+
 def half_edges(f: IntArray, n: int) -> HalfEdges | None:
     """Half-edges of faces whose indices are in range; None unless each has exactly one twin."""
     faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..errors import MeshError
 from .arrays import IntArray
+from .edges import edge_keys
 
 #: The call that repairs a fault. The command line prints it as the flags that stand for it.
 REPAIR = "repair_mesh(v, f)"
@@ -22,6 +23,15 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
     links = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(size, size))
     number, label = connected_components(links, directed=False)
     return int(number), label
+
+
+def direction_components(i: IntArray, j: IntArray, clash: NDArray[np.bool_], m: int) -> NDArray[np.int32]:
+    """Components (2, m) of the forward and the backward directions of faces, linked where neighbours i and j agree.
+
+    If a face has both of its directions in one component, the surface is not orientable.
+    """
+    _, label = components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
+    return label.reshape(2, m)
 
 
 def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> NoReturn:
@@ -46,8 +56,7 @@ def explain_characteristic(f: IntArray, twin: NDArray[np.int32], n: int) -> NoRe
 def explain_edges(f: IntArray, n: int) -> NoReturn:
     """Raise the error that fits a mesh whose edges are not all shared by two opposite faces."""
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
-    low, high = np.minimum(start, stop), np.maximum(start, stop)
-    edge, inverse, faces_at = np.unique(low * n + high, return_inverse=True, return_counts=True)
+    edge, inverse, faces_at = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
     ends = np.column_stack((edge // n, edge % n))
     if (faces_at > 2).any():
         bad = ends[faces_at > 2]
@@ -65,11 +74,8 @@ def explain_edges(f: IntArray, n: int) -> NoReturn:
     clash = start[first] == start[second]
     bad = ends[inverse[first[clash]]]
     faces = np.column_stack((first // 3, second // 3))[clash]
-    # Each face has two states, k and k + m, linked as each edge asks: not orientable if one face's two are connected.
-    m = len(f)
-    i, j = first // 3, second // 3
-    _, label = components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
-    if (label[:m] == label[m:]).any():
+    forward, backward = direction_components(first // 3, second // 3, clash, len(f))
+    if (forward == backward).any():
         raise MeshError(f"not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
                         f"projective plane), it fails {edge_list(bad[:1])}; give an orientable surface")
     raise MeshError(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "

@@ -9,6 +9,7 @@ import numpy as np
 from .arrays import FloatArray, IntArray
 from .check import Mesh
 from .clean import weld
+from .edges import edge_keys
 from .measure import corner_angles, enclosed_volume, face_areas
 
 
@@ -93,6 +94,6 @@ def mesh_quality(mesh: Mesh) -> MeshQuality:
 def _non_delaunay(f: IntArray, angles: FloatArray, n: int) -> int:
     """Edges whose opposite angles sum to more than pi."""
     start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
-    order = np.argsort(np.minimum(start, stop) * n + np.maximum(start, stop), kind="stable")
+    order = np.argsort(edge_keys(start, stop, n), kind="stable")
     opposite = angles.ravel()[order]
     return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())  # the sum is pi in rectangles, to rounding

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, identity, vstack
 
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import edge_keys
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,7 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     one, two = count == 1, count == 2
     starts = np.concatenate([a[two], c[two], b[one]])
     stops = np.concatenate([b[two], a[two], c[one]])
-    low, high = np.minimum(starts, stops), np.maximum(starts, stops)
-    edges, index = np.unique(low * n + high, return_inverse=True)
+    edges, index = np.unique(edge_keys(starts, stops, n), return_inverse=True)
     p, q, r = np.split(n + index, [two.sum(), 2 * two.sum()])
     pieces = [f[count == 0]]
     pieces += [np.stack(t, axis=1) for t in ((a[two], p, q), (p, b[two], c[two]), (p, c[two], q))]
