@@ -77,7 +77,7 @@ def test_surfaces_on_any_mesh_of_the_sphere(shape):
     result = on_sphere(lump, 3)
     again, faces = shape.surface(result)
     assert np.array_equal(faces, result.faces)
-    assert np.allclose(again, shape.surface((7 * result.sphere, f))[0], atol=1e-12)
+    assert np.allclose(again, shape.surface((7 * result.sphere, faces))[0], atol=1e-12)
 
 
 def test_a_rotated_sphere_describes_the_same_surface(shape):
