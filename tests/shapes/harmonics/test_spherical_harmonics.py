@@ -71,7 +71,7 @@ def test_constants_and_data():
 
 
 def test_surfaces_on_any_mesh_of_the_sphere(shape):
-    v, f = shape.surface("ico:2")
+    v, _ = shape.surface("ico:2")
     x, _ = ism.samples.sphere(162)
     assert np.array_equal(v, shape.evaluate(x))
     result = on_sphere(lump, 3)
