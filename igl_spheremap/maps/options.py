@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ..descent.line_search import BarzilaiBorwein
 
-Gauge = Literal["centred", "poles"]
+Gauge = Literal["poles", "centred"]
 EdgeWeights = Literal["cotangent", "delaunay"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["angles", "mips"]
@@ -53,9 +53,11 @@ class Auto(Method):
         Maximum number of steps to the harmonic map.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
-    gauge : {"centred", "poles"}
-        "poles" puts the two deepest tips of a body that is beyond float64 at the poles, where coordinates are finer, if
-        the map is better for it; the result's ``gauge`` says which it is.
+    gauge : {"poles", "centred"}
+        Of bodies whose limbs go deeper than float64 does in the centred gauge, that of all other maps. "poles", the
+        default, takes the tips of their three deepest limbs to ends of the coordinate axes, where coordinates are
+        finer, by a Moebius map; the result's ``gauge`` says so. "centred" keeps the gauge and shortens the limbs, at
+        the cost of their angles.
     polish : {"angles", "mips"}, optional
         Lower the angle differences themselves (the mean falls by 10 percent and more on meshes with limbs), or the MIPS
         energy (the largest differences fall), when the map is done. Nothing by default.
@@ -79,7 +81,7 @@ class Auto(Method):
     tolerance: float = 1e-3
     max_iterations: int = 30
     backend: str = "auto"
-    gauge: Gauge = "centred"
+    gauge: Gauge = "poles"
     polish: Polish | None = None
     atlas: bool = False
 

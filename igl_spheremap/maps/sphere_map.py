@@ -54,9 +54,9 @@ class SphereMap:
     gauge : str
         "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
         Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
-        balanced maps: turned to the Gauss map only. "poles", only by that option: the two deepest tips at the poles.
-        "given", of `sphere_map` and `repair_foldings`: as it was given. "free", of landmark maps, and of p-harmonic
-        maps with p above 2: as the minimisation left it.
+        balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
+        deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
+        given. "free", of landmark maps, and of p-harmonic maps with p above 2: as the minimisation left it.
     atlas : ChartAtlas, optional
         If asked for, the conformal map in charts of the plane, which hold limbs of any depth as they are, with a
         certificate of its own.

@@ -23,7 +23,7 @@ def spherical_conformal_map(
     tolerance: float = 1e-3,
     max_iterations: int = 30,
     backend: str = "auto",
-    gauge: Gauge = "centred",
+    gauge: Gauge = "poles",
     polish: Polish | None = None,
     atlas: bool = False,
     listener: Listener | None = None,
@@ -49,8 +49,8 @@ def spherical_conformal_map(
     Returns
     -------
     SphereMap
-        Moebius-centred on the source's area and turned to the Gauss map. ``certificate.folding_free`` is True if it
-        is proved to be a bijection.
+        Moebius-centred on the source's area and turned to the Gauss map, unless its ``gauge`` says otherwise.
+        ``certificate.folding_free`` is True if it is proved to be a bijection.
 
     Raises
     ------

@@ -82,10 +82,11 @@ def progressive_embedding(x: FloatArray, f: IntArray, watch: Watch | None = None
 
 
 def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
-                  watch: Watch | None = None) -> FloatArray:
+                  watch: Watch | None = None, rings: tuple[int, ...] = _RINGS) -> FloatArray:
     """Undo foldings by progressive embedding within ever larger regions around them; the degree may be wrong.
 
-    `grid` rounds unit rows to the positions that are allowed. Returns `x` itself if no region suffices.
+    `grid` rounds unit rows to the positions that are allowed. `rings` around the places where float64 was too coarse
+    are removed, too, in one attempt after the other. Returns `x` itself if no region suffices.
     """
     bad = folded_faces(x, f)
     if not bad.any() or bad.sum() > len(f) / 2:
@@ -93,12 +94,12 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     forced = np.zeros(len(x), dtype=bool)
     with suppress(_TooCoarse):
         return _rebuild_locally(x, f, bad, forced, grid or unit_rows, watch, keep_positions=True)
-    for rings in _RINGS:
+    for further in rings:
         try:
             return _rebuild_locally(x, f, bad, forced, grid or unit_rows, watch)
         except _TooCoarse as failure:
             forced[failure.vertices] = True
-            forced = dilate(f, forced, rings)
+            forced = dilate(f, forced, further)
     return x
 
 

@@ -115,7 +115,7 @@ class AngleNewton:
 
     def _embedded(self, x: FloatArray, smoothing: float) -> FloatArray:
         """Undo the foldings of a step, and relax what that moved with its surroundings."""
-        y = embed_locally(nudge(x, self.blocks.f), self.blocks.f)
+        y = embed_locally(nudge(x, self.blocks.f), self.blocks.f, rings=())
         movable = dilate(self.blocks.f, (y != x).any(axis=1), RELAXED_RINGS)
         around = movable[self.blocks.f].any(axis=1)
         return descend(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=2)

@@ -8,7 +8,8 @@ from the pole, as coordinates are finer there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,11 @@ from ..mesh.measure import log_edges
 from ..sphere.charts import to_chart
 from ..sphere.gauge import best_rotation, orientation_target
 from ..sphere.moebius import conformal_barycentre
-from ..sphere.rows import weighted_moment
 from .layout import Layout
 
 LongComplex = NDArray[np.clongdouble]
 LongFloat = NDArray[np.longdouble]
+AnyComplex = TypeVar("AnyComplex", ComplexArray, LongComplex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +39,13 @@ class Placed:
     about: Callable[[int], ComplexArray]
     #: What they are taken from, if not from a map.
     layout: Layout | None = None
+    #: The points of the plane that `z` is relative to: 0, or ends of axes, which are 0 or of length 1.
+    anchor: ComplexArray | complex = 0j
+    #: Rotation of rows that follows inverse stereographic projection.
+    turn: FloatArray = field(default_factory=lambda: np.eye(3))
 
 
-def centred(layout: Layout, area: FloatArray) -> Placed:
+def centred(mesh: Mesh, layout: Layout, area: FloatArray) -> Placed:
     """Lay out about the deepest vertex; inverse stereographic projection centres the area."""
     unit = _median(layout.log_edge, area)
     z = layout.about(int(np.argmin(layout.log_edge)), unit)
@@ -53,17 +58,9 @@ def centred(layout: Layout, area: FloatArray) -> Placed:
     size = (1 - p @ p) / square
     z, unit = (z - 2 * (p[0] + 1j * p[1]) / square) / size, unit + np.log(size)
     depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
-    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout)
-
-
-def between_poles(layout: Layout, area: FloatArray) -> Placed:
-    """Lay out about the deepest vertex, one pole, the hole being the other; half of the area on each side."""
-    unit = _median(layout.log_edge, area)
-    z = layout.about(int(np.argmin(layout.log_edge)), unit)
-    distance = np.log(np.where(z == 0, 1, np.abs(z)))
-    middle = _median(distance, area)
-    depth = np.where(z == 0, 0, distance + unit - layout.log_edge)
-    return Placed(layout.f, z * np.exp(-middle), depth, lambda tip: layout.about(tip, unit + middle), layout)
+    x = to_ball(z.astype(np.clongdouble)).astype(np.float64)
+    turn = best_rotation(x, orientation_target(mesh, area), area)
+    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout, turn=turn)
 
 
 def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
@@ -78,22 +75,27 @@ def _median(values: FloatArray, area: FloatArray) -> float:
     return float(values[order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)]])
 
 
-def onto_sphere(mesh: Mesh, z: LongComplex, area: FloatArray, *, keep_axis: bool = False) -> FloatArray:
-    """Unit rows, turned to the package's gauge, or as near as the axis allows, before they are rounded to float64."""
-    x = to_ball(z)
-    moment = weighted_moment(area, x.astype(np.float64), orientation_target(mesh, area))
-    kept = np.ones((3, 3))
-    if keep_axis:
-        kept[2, :2] = kept[:2, 2] = 0
-    turn = best_rotation(np.eye(3), kept * moment, np.ones(3)) * kept
-    x = x @ turn.astype(np.longdouble)
+def onto_sphere(placed: Placed, z: LongComplex) -> FloatArray:
+    """Unit rows at positions relative to the anchors of a placement."""
+    x = to_ball(z, placed.anchor) @ placed.turn.astype(np.longdouble)
     return (x / np.sqrt((x * x).sum(axis=1))[:, None]).astype(np.float64)
 
 
-def to_ball(z: LongComplex) -> LongFloat:
-    """Inverse stereographic projection, 0 to (0, 0, 1), without overflow near infinity."""
+def to_ball(z: LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
+    """Inverse stereographic projection, 0 to (0, 0, 1), without overflow near infinity.
+
+    Beside an anchor, 0 or of length 1, `z` and two of the coordinates keep their relative precision.
+    """
+    z = from_anchor(z, anchor)
     far = np.abs(z) > 1
     u = np.where(far, 1 / np.where(far, z, 1).conj(), z)
     q = u.real**2 + u.imag**2
-    height = np.where(far, q - 1, 1 - q)
-    return np.column_stack((2 * u.real, 2 * u.imag, height)) / (1 + q)[:, None]
+    x, height = 2 * u / (1 + q), np.where(far, q - 1, 1 - q) / (1 + q)
+    along = x * np.conj(anchor)  # and across, as its imaginary part
+    plane = np.where(anchor == 0, x, anchor * (height + 1j * along.imag))
+    return np.column_stack((plane.real, plane.imag, np.where(anchor == 0, height, -along.real)))
+
+
+def from_anchor(z: AnyComplex, anchor: ComplexArray | complex) -> AnyComplex:
+    """Positions relative to anchors after the rotations of the sphere that take these to 0."""
+    return np.asarray(z / (1 + np.abs(anchor) ** 2 + np.conj(anchor) * z))

@@ -32,7 +32,7 @@ def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongCom
         return placed.z.astype(np.clongdouble), 1.0
     choose_kappas(limbs, placed.f, source, placed.depth, floor)
     branches = {id(branch) for limb in limbs for branch, _ in limb.branches}
-    z = placed.z.astype(np.clongdouble)
+    z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.z.shape)
     done: dict[int, tuple[IntArray, LongComplex]] = {}  # vertices that a limb moves, and where it puts them
     for limb in limbs:
         w = limb.z.astype(np.clongdouble)
@@ -47,7 +47,7 @@ def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongCom
         where = np.unique(np.concatenate(moved))
         done[id(limb)] = where, w[where]
         if id(limb) not in branches:
-            z[where] = placed.z[limb.tip] + w[where]
+            z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + w[where]
     return z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs))
 
 

@@ -14,7 +14,7 @@ from ..verify.signs import folded_faces
 from .angles import CLOSED, close_angles, proper_angles
 from .blocks import VertexBlocks
 from .layout import Inverted, Layout
-from .placed import Placed, between_poles, centred
+from .placed import Placed, centred
 from .profile import plane_angles
 
 #: Number of faces, those with the largest images, of which the best shaped one is cut out.
@@ -34,18 +34,10 @@ def unroll(mesh: Mesh, x: FloatArray, area: FloatArray, blocks: VertexBlocks) ->
     if closed.residual > CLOSED:
         return None
     layout = Layout(mesh.f, closed.angles, hole)
-    placed = centred(layout, area)
+    placed = centred(mesh, layout, area)
     if hole in _largest(mesh.f, placed.depth):
         return placed
-    return centred(Inverted(layout, _hole(mesh.f, source, placed.depth)), area)
-
-
-def between_tips(mesh: Mesh, placed: Placed, area: FloatArray) -> Placed:
-    """The same body laid out about one of its two deepest tips, a face beside the other at infinity."""
-    around = np.flatnonzero((mesh.f == np.argmax(placed.depth)).any(axis=1))
-    shape = corner_angles(mesh.v, mesh.f[around]).min(axis=1)
-    assert placed.layout is not None  # positions from angles have one
-    return between_poles(Inverted(placed.layout, int(around[np.argmax(shape)])), area)
+    return centred(mesh, Inverted(layout, _hole(mesh.f, source, placed.depth)), area)
 
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:

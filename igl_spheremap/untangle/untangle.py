@@ -1,12 +1,12 @@
 """From a map with foldings to one that is certified to have none, and near the mesh's angles: one straight line.
 
 1. *map*: what the harmonic steps left, certified. Where it is nearly free of foldings it is kept.
-2. *angles*: else the body is laid out in the plane by angles that close, which know no scale; its limbs are shortened
-   where float64 ends, and it is put on the sphere.
+2. *angles*: else the body is laid out in the plane by angles that close, which know no scale, and put on the sphere. If
+   limbs go deeper than float64 does, the deepest tips are put where coordinates are finer (poles.py); what is still
+   deeper is shortened (room.py).
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding, which always works.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
-5. *poles*, *atlas*: only if asked for. The two deepest tips at the poles, where limbs go deeper than float64 does; the
-   layout itself in charts.
+5. *atlas*, only if asked for: the layout itself in charts.
 
 A step's map is taken if it is certified and its angle differences are the least so far.
 """
@@ -36,9 +36,10 @@ from .charts import make_atlas
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
 from .placed import Placed, onto_sphere
+from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
 from .room import floors, make_room
-from .unrolling import between_tips, unroll
+from .unrolling import unroll
 
 #: Up to so many vertices the map itself is embedded, too, since coarse meshes suffer at the hole that angles need; and
 #: steps and sweeps, which cost little there, are run three times, each from the end of the last.
@@ -52,11 +53,11 @@ _LEAST_GAIN = 0.025
 
 @stage("repair")
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
-             poles: bool = False, atlas: bool = False) -> Candidate:
+             centred: bool = False, atlas: bool = False) -> Candidate:
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
-    `first` is handed back with its positions where it is free of foldings and steps would gain little. With `poles` the
-    gauge may be changed to "poles" for bodies beyond float64; with `atlas` they get charts beside the map.
+    `first` is handed back with its positions where it is free of foldings and steps would gain little. Bodies beyond
+    float64 get the gauge "poles", but not if `centred`; with `atlas` they get charts beside the map.
     """
     line, x = _Line(mesh, operators, listener), first.x
     assert first.certificate is not None
@@ -69,14 +70,12 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
     if not free:
         few = has_few_foldings(line.last, mesh.f)
         if not few:
-            line.angles(x)
+            line.angles(x, centred)
         if line.best is None or (not few and len(mesh.v) <= _SMALL):
             line.accept("embedding", repair_locally(mesh, x))
     if worth_steps or not free:
         for _ in range(3 if len(mesh.v) <= _SMALL else 1):
             line.newton(quick=free and len(mesh.v) > _SMALL)
-    if poles:
-        line.poles()
     found = line.result(first)
     return replace(found, atlas=line.atlas()) if atlas else found
 
@@ -87,6 +86,7 @@ class _Line:
     best: FloatArray | None = None
     laid_out: Placed | None = None
     kept: str = ""
+    gauge: str = "centred"
     mean: float = np.inf
     stretch: float = 1.0
     certificate: Certificate
@@ -107,7 +107,7 @@ class _Line:
         """Corner angles of the mesh."""
         return corner_angles(self.mesh.v, self.mesh.f)
 
-    def accept(self, name: str, x: FloatArray, stretch: float = 1.0) -> bool:
+    def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; take it if it is certified and its angle differences are the least so far."""
         certificate, mean = certify_checked(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
         before = self.last.foldings if self.rounds else certificate.foldings
@@ -118,7 +118,8 @@ class _Line:
         self.notify(x, energy, certificate.foldings)
         taken = certificate.folding_free and mean < self.mean
         if taken:
-            self.best, self.kept, self.mean, self.stretch, self.certificate = x, name, mean, stretch, certificate
+            self.best, self.kept, self.mean, self.certificate = x, name, mean, certificate
+            self.stretch, self.gauge = stretch, gauge
         return taken
 
     def notify(self, x: FloatArray, energy: float, foldings: int) -> None:
@@ -126,40 +127,32 @@ class _Line:
         if self.listener is not None:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
-    def angles(self, x: FloatArray) -> None:
+    def angles(self, x: FloatArray, centred: bool) -> None:
         """Angles that close, their layout, and room for it in float64."""
-        self.laid_out = laid_out = unroll(self.mesh, x, self.operators.A, self._blocks)
-        if laid_out is None:
+        self.laid_out = placed = unroll(self.mesh, x, self.operators.A, self._blocks)
+        if placed is None:
             return
+        gauge, deepest = "centred", floors(np.float64)[0]
+        if not centred and placed.depth.max() > deepest:
+            gauge, placed = "poles", at_poles(placed, deepest)
         for floor in floors(np.float64):
-            z, stretch = make_room(laid_out, self._source, floor)
-            y = onto_sphere(self.mesh, z, self.operators.A)
-            if not self.accept("angles", y, stretch):
-                placed = self.rounds[-1].mean_angle_difference
-                self.accept("embedding", repair_locally(self.mesh, y), stretch)
-                if self.rounds[-1].mean_angle_difference > WORSE * placed:
+            z, stretch = make_room(placed, self._source, floor)
+            y = onto_sphere(placed, z)
+            if not self.accept("angles", y, stretch, gauge):
+                before = self.rounds[-1].mean_angle_difference
+                self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
+                if self.rounds[-1].mean_angle_difference > WORSE * before:
                     continue
             return
 
-    def newton(self, name: str = "newton", quick: bool = False) -> None:
+    def newton(self, quick: bool = False) -> None:
         """Lower the angle differences of the best map."""
         assert self.best is not None
-        centroid = weighted_sum(self.operators.A, self.best) if name == "poles" else np.zeros(3)
+        centroid = weighted_sum(self.operators.A, self.best) if self.gauge == "poles" else np.zeros(3)
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
                          damping=UNDAMPED if self.laid_out is None else DAMPED,
                          systems=_QUICK if quick else _SYSTEMS, quick=quick)
-        self.accept(name, x, self.stretch)
-
-    def poles(self) -> None:
-        """The best map in the gauge that has its deepest tips at the poles."""
-        mesh, area = self.mesh, self.operators.A
-        floor = floors(np.float64)[0]
-        if self.laid_out is None or self.laid_out.depth.max() < floor:
-            return
-        z, stretch = make_room(between_tips(mesh, self.laid_out, area), self._source, floor)
-        x = onto_sphere(mesh, z, area, keep_axis=True)
-        if self.accept("poles", x, stretch) or self.accept("poles", repair_locally(mesh, x), stretch):
-            self.newton(name="poles")
+        self.accept("newton", x, self.stretch, self.gauge)
 
     def atlas(self) -> ChartAtlas | None:
         """The body in charts; None if its angles do not close."""
@@ -173,10 +166,10 @@ class _Line:
         """The best map, in the package's gauge."""
         assert self.best is not None
         x, certificate = self.best, self.certificate
-        if self.kept not in ("map", "poles"):
+        if self.kept != "map" and self.gauge == "centred":
             x = restore_gauge(self.mesh, x, self.operators.A)
             certificate = certify_checked(x, self.mesh.f)
         energy = first.energy if x is first.x else HarmonicEnergy(self.operators.L).evaluate(x)[0]
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
         return replace(first, x=x, energy=energy, certificate=certificate, rounds=rounds, stretch=self.stretch,
-                       gauge="poles" if self.kept == "poles" else "centred")
+                       gauge=self.gauge)

@@ -63,7 +63,7 @@ def test_records_are_frozen_and_equal_by_value():
 
 
 @pytest.mark.parametrize(("record", "wrong", "message"), [
-    (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'centred' or 'poles'"),
+    (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'poles' or 'centred'"),
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'angles' or 'mips'"),
     (ism.Lai2014, {"weights": "uniform"}, "unknown weights 'uniform': choose 'cotangent' or 'delaunay'"),
     (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'alternating' or 'tau_1' or 'tau_2'"),

@@ -15,7 +15,8 @@ from igl_spheremap.sphere.charts import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
 from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.layout import Inverted, Layout, lengths_and_directions
-from igl_spheremap.untangle.placed import as_mapped, between_poles, centred, onto_sphere, to_ball
+from igl_spheremap.untangle.placed import as_mapped, centred, onto_sphere, to_ball
+from igl_spheremap.untangle.poles import at_poles
 from igl_spheremap.untangle.room import make_room, tips_beyond
 from igl_spheremap.verify.certificate import certify_checked
 
@@ -26,6 +27,11 @@ def body():
     mesh = check_mesh(*random_body(2, depth=60))
     source = proper_angles(corner_angles(mesh.v, mesh.f))
     return mesh, source, close_angles(VertexBlocks(mesh.f), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
+
+
+def _centred(body):
+    mesh, _, closed = body
+    return centred(mesh, Layout(mesh.f, closed.angles, closed.hole), positive_areas(mesh))
 
 
 def test_angles_close_around_faces_and_vertices(body):
@@ -100,19 +106,18 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         area = positive_areas(mesh)
         source = proper_angles(corner_angles(mesh.v, mesh.f))
         hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
-        placed = centred(Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole), area)
+        placed = centred(mesh, Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole), area)
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
         assert np.abs(area @ to_ball(placed.z.astype(np.clongdouble))).max() < 1e-6 * max(1, depth)
 
 
 def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(body):
-    mesh, source, closed = body
-    area = positive_areas(mesh)
-    placed = centred(Layout(mesh.f, closed.angles, closed.hole), area)
+    mesh, source, _ = body
+    placed = _centred(body)
     assert placed.depth.max() > 37
     for floor in (35.0, 20.0):
         z, stretch = make_room(placed, source, floor)
-        x = onto_sphere(mesh, z, area)
+        x = onto_sphere(placed, z)
         assert stretch > 1
         assert -log_edges(x, mesh.f).min() < floor + 1.5
         assert certify_checked(x, mesh.f).foldings < 0.01 * len(mesh.f)
@@ -121,24 +126,44 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
     assert (z == placed.z).all()
 
 
-def test_between_the_poles_only_limbs_that_lead_elsewhere_are_shortened(body):
-    mesh, source, closed = body
-    area = positive_areas(mesh)
-    layout = Layout(mesh.f, closed.angles, closed.hole)
-    placed = between_poles(layout, area)
-    tip = int(np.argmin(layout.log_edge))
-    assert placed.z[tip] == 0
-    assert area[np.abs(placed.z) < 1].sum() == pytest.approx(area.sum() / 2, abs=0.01)
-    distance = np.abs(placed.z)
-    near = distance < np.exp(10) * distance[distance > 0].min()  # the limb of that tip alone
-    assert placed.depth[near].max() < 3 < 37 < centred(layout, area).depth[near].max()
-    x = onto_sphere(mesh, placed.z.astype(np.clongdouble), area, keep_axis=True)
-    assert np.abs(x[tip]).tolist() == [0, 0, 1]
-    drawn = make_room(placed, source, 20.0)[0]
-    assert (np.abs(drawn - placed.z)[near] <= 1e-12 * distance[near]).all()
-    turned = check_mesh(mesh.v @ np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]), mesh.f)
-    assert np.abs(onto_sphere(turned, placed.z.astype(np.clongdouble), area, keep_axis=True)[:, 2]
-                  ) == pytest.approx(np.abs(x[:, 2]))
+@pytest.mark.parametrize("limbs", [1, 2, 3, 5])
+def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
+    rng = np.random.default_rng(limbs)
+    mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
+    closed = close_angles(VertexBlocks(mesh.f), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
+    placed = centred(mesh, Layout(mesh.f, closed.angles, 0), positive_areas(mesh))
+    floor = 5.0
+    roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]
+    moved = at_poles(placed, floor)
+    x, y = (onto_sphere(p, p.z.astype(np.clongdouble)) for p in (placed, moved))
+    tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
+    assert (np.sort(np.abs(y[tips]), axis=1) == [0, 0, 1]).all()
+    assert len(np.unique(y[tips], axis=0)) == min(3, len(roots))
+    a, b, c, d = rng.integers(len(x), size=(4, 1000))
+    ratio = [[np.linalg.norm(z[i] - z[j], axis=1) for i, j in ((a, b), (c, d), (a, c), (b, d))] for z in (x, y)]
+    apart = np.min(ratio, axis=(0, 1)) > 1e-3
+    first, second = (p * q / np.where(apart, r * s, 1) for p, q, r, s in ratio)
+    assert first[apart] == pytest.approx(second[apart], rel=1e-9)
+    if len(roots) == 1:  # turned, no more
+        assert positive_areas(mesh) @ y == pytest.approx(np.zeros(3), abs=1e-6)
+    half = np.arcsin(np.linalg.norm(y[:, None] - y[tips], axis=2).min(axis=1) / 2)  # of the angle from the nearest tip
+    small = (log_edges(y, mesh.f) < -2) & (half > 1e-3)
+    found = -log_edges(y, mesh.f)[small] + np.log(np.minimum(1, np.tan(half[small])))
+    assert np.quantile(np.abs(moved.depth[small] - found), 0.95) < 0.2  # not beside the hole
+
+
+def test_at_ends_of_axes_only_limbs_that_lead_elsewhere_are_shortened(body):
+    placed = _centred(body)
+    moved = at_poles(placed, 35.0)
+    deep = (placed.depth > 37) & (moved.depth < 5)
+    assert deep.any()
+    assert moved.depth[placed.depth > 37].max() < 21  # twigs on these limbs
+    drawn, stretch = make_room(moved, body[1], 12.0)
+    assert stretch > 1
+    assert (np.abs(drawn - moved.z)[deep] <= 1e-12 * np.abs(moved.z)[deep]).all()
+    x = onto_sphere(moved, drawn)
+    assert log_edges(x, body[0].f)[deep].min() < -37
+    assert certify_checked(x, body[0].f).foldings < 0.01 * len(body[0].f)
 
 
 def test_a_map_with_room_for_its_limbs_is_as_shortened_in_its_chart_as_on_paper():
@@ -171,7 +196,8 @@ def test_tips_are_those_of_the_merge_tree():
 
 def test_a_random_body_beyond_float64_comes_back_certified_and_near_its_angles():
     v, f = random_body(1, depth=50)
-    result = spherical_conformal_map(v, f)
-    assert result.certificate.folding_free
-    assert result.stretch > 1
-    assert np.abs(result.angle_differences()).mean() < 10
+    for gauge, least, mean in (("poles", 1, 9), ("centred", 1.1, 10)):
+        result = spherical_conformal_map(v, f, gauge=gauge)
+        assert (result.gauge, result.certificate.folding_free) == (gauge, True)
+        assert result.stretch >= least
+        assert np.abs(result.angle_differences()).mean() < mean

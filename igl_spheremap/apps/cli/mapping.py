@@ -102,7 +102,7 @@ def _findings(source: Source, args: Namespace, result: SphereMap, written: Spher
     found.angles(result.angle_differences())
     found.ratios("area", result.area_ratios())
     if result.stretch != 1:
-        advice = "" if result.gauge == "poles" else "; --gauge poles may do better"
+        advice = "" if result.gauge == "poles" else "; without --gauge centred they may keep their angles"
         found.add("stretch", f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}")
     found.certificate(result.certificate)
     if result.atlas is not None:

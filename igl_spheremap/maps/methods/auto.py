@@ -37,7 +37,7 @@ def map_factorised(
     if found.status is Status.STOPPED:
         return found
     try:
-        found = untangle(mesh, operators, found, listener, poles=options.gauge == "poles", atlas=options.atlas)
+        found = untangle(mesh, operators, found, listener, centred=options.gauge == "centred", atlas=options.atlas)
     except StopIteration:
         return replace(found, status=Status.STOPPED)
     if options.polish is not None:

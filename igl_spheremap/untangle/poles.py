@@ -1,0 +1,81 @@
+"""The Moebius map that takes the deepest tips to ends of the coordinate axes.
+
+Two of the three coordinates are about 0 there, and float64 is finer for such numbers: it holds a limb as deep as it
+is, where elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so three limbs at the
+most are held so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+
+from ..mesh.arrays import ComplexArray, FloatArray
+from .placed import Placed, from_anchor, to_ball
+from .room import tips_beyond
+
+#: The ends of the axes.
+_ENDS = np.vstack((np.eye(3), -np.eye(3)))
+
+
+def at_poles(placed: Placed, floor: float) -> Placed:
+    """The same body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
+    roots = [tip for tip, parent, _ in tips_beyond(placed.depth, placed.f, floor) if parent < 0]
+    tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
+    t = to_ball(placed.z[tips].astype(np.clongdouble)).astype(np.float64) @ placed.turn
+    ends = _nearest_ends(t)
+    turn = _away_from_infinity(ends)
+    source, image = _completed(t, ends)
+    M = _frame(image @ turn.T) @ np.linalg.inv(_frame(source @ placed.turn.T))
+    (a, b), (c, d) = M / np.sqrt(np.linalg.det(M))
+    N, D = a * placed.z + b, c * placed.z + d
+    D = np.where(D == 0, np.finfo(float).tiny, D)
+
+    def about(tip: int) -> ComplexArray:
+        return placed.about(tip) / (D * D[tip])
+
+    at = ends @ turn.T
+    nearest = (to_ball((N / D).astype(np.clongdouble)).astype(np.float64) @ at.T).argmax(axis=1)
+    anchor = (at[:, 0] + 1j * at[:, 1])[nearest]
+    z = np.choose(nearest, [about(tip) for tip in tips])
+    distance = np.abs(from_anchor(z, anchor))
+    growth = np.log(np.hypot(1, np.abs(placed.z))) - np.log(np.hypot(np.abs(N), np.abs(D)))
+    depth = placed.depth - 2 * growth + np.log(np.clip(distance, np.finfo(float).tiny, 1))
+    return replace(placed, z=z, anchor=anchor, depth=np.where(z == 0, 0, depth), about=about, turn=turn)
+
+
+def _nearest_ends(t: FloatArray) -> FloatArray:
+    """Ends of axes, one for each of up to three points, that are nearest to them in squares."""
+    choices = np.array(list(permutations(range(6), len(t))))
+    return np.asarray(_ENDS[choices[np.einsum("pkj,kj->p", _ENDS[choices], t).argmax()]])
+
+
+def _away_from_infinity(ends: FloatArray) -> FloatArray:
+    """Rotation of rows that permutes the axes and takes (0, 0, -1), infinity, to an end that is not one of these."""
+    free = _ENDS[(_ENDS @ ends.T).max(axis=1).argmin()]
+    side = np.roll(free, 1)
+    return np.vstack((side, np.cross(side, free), -free))
+
+
+def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Three points and their images, given one to three: of one by a rotation, of two by the least boost."""
+    if len(t) == 1:
+        t, ends = np.vstack((t, -t)), np.vstack((ends, -ends))
+    if len(t) == 2:
+        middle, image = t.sum(axis=0), ends.sum(axis=0)
+        if np.linalg.norm(middle) < 1e-9:  # opposite tips
+            middle = np.cross(t[0], ends[0])
+            middle = middle if middle.any() else np.roll(ends[0], 1)
+        if not image.any():  # opposite ends
+            image = middle - (middle @ ends[0]) * ends[0]
+        t, ends = (np.vstack((rows, last / np.linalg.norm(last))) for rows, last in ((t, middle), (ends, image)))
+    return t, ends
+
+
+def _frame(x: FloatArray) -> ComplexArray:
+    """The matrix, up to a factor, whose Moebius map takes infinity, 0 and 1 of the plane to three points."""
+    across, north = x[:, 0] + 1j * x[:, 1], x[:, 2] >= 0
+    p = np.where(north, [across, 1 + x[:, 2]], [1 - x[:, 2], across.conj()])
+    return np.asarray(p[:, :2] * np.linalg.solve(p[:, :2], p[:, 2]), dtype=np.complex128)
