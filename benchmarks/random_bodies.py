@@ -13,7 +13,7 @@ import numpy as np
 import igl_spheremap as ism
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from bodies import random_body
+from bodies import body_and_rings, ring_floor
 
 _FIRST = 5000  # no test has seeds from here on
 
@@ -24,8 +24,8 @@ def draw(seed: int):
     depth, limbs = float(np.exp(rng.uniform(np.log(10), np.log(120)))), int(rng.integers(1, 5))
     least = int(rng.integers(6, 11))
     around = least, least + int(rng.integers(1, 9))
-    body = random_body(seed, depth=depth, limbs=limbs, around=around, noise=float(rng.uniform(0, 0.1)))
-    return body, {"seed": seed, "depth": depth, "ring": least}
+    v, f, rings = body_and_rings(seed, depth, limbs, around, float(rng.uniform(0, 0.1)))
+    return (v, f), {"seed": seed, "depth": depth, "ring": least, "floor": ring_floor(v, f, rings)}
 
 
 def mapped(seed: int) -> dict[str, object]:
@@ -34,6 +34,7 @@ def mapped(seed: int) -> dict[str, object]:
     start = time.process_time()
     result = ism.spherical_conformal_map(v, f)
     row |= {"vertices": len(v), "certified": bool(result.certificate), "cpu": time.process_time() - start}
+    row |= {"gauge": result.gauge, "stretch": result.stretch}
     size = np.abs(result.angle_differences())
     return row | {"mean": float(size.mean()), "p99": float(np.percentile(size, 99))}
 

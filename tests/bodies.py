@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 from triangulations import icosphere
 
@@ -11,20 +12,28 @@ def random_body(seed, depth=40.0, limbs=3, around=(8, 20), noise=0.05):
 
     Half of the limbs branch, some are coils. Surfaces may cross themselves: a conformal map does not see that.
     """
+    return body_and_rings(seed, depth, limbs, around, noise)[:2]
+
+
+def body_and_rings(seed, depth, limbs, around, noise):
+    """A random body, and the vertices of the rings that its tubes consist of."""
     rng = np.random.default_rng(seed)
-    v, f = icosphere(3)
+    (v, f), rings = icosphere(3), []
     for root in rng.choice(len(v), limbs, replace=False):
         deep = depth * rng.uniform(0.35, 1)
-        v, f, path = grow(rng, v, f, v[root], deep, int(rng.integers(*around)), noise)
+        v, f, path, own = grow(rng, v, f, v[root], deep, int(rng.integers(*around)), noise)
+        rings += own
         if rng.random() < 0.5:
             at = path[int(len(path) * rng.uniform(0.2, 0.8))]
-            v, f, _ = grow(rng, v, f, at, deep * rng.uniform(0.2, 0.6), int(rng.integers(*around)), noise)
+            v, f, _, own = grow(rng, v, f, at, deep * rng.uniform(0.2, 0.6), int(rng.integers(*around)), noise)
+            rings += own
     used, f = np.unique(f, return_inverse=True)
-    return v[used], f.reshape(-1, 3).astype(np.int64)
+    whole = [np.searchsorted(used, ring) for ring in rings if np.isin(ring, used).all()]
+    return v[used], f.reshape(-1, 3).astype(np.int64), whole
 
 
 def grow(rng, v, f, at, depth, around, noise):
-    """A tube of so many nepers and vertices around, in place of the star next to `at`; points along it."""
+    """A tube of so many nepers and vertices around, in place of the star next to `at`; points along it; its rings."""
     used = np.unique(f)
     centre = int(used[np.argmin(np.linalg.norm(v[used] - at, axis=1))])
     star = (f == centre).any(axis=1)
@@ -39,7 +48,7 @@ def grow(rng, v, f, at, depth, around, noise):
     r = 0.9 * np.linalg.norm(d, axis=1).mean()
     e = across(rng.normal(size=3), t)
     angle = np.arctan2(d @ np.cross(t, e), d @ e) / (2 * np.pi)
-    vertices, faces, path = [v], [f[~star]], []
+    vertices, faces, path, rings = [v], [f[~star]], [], []
     last, turns, n, gone, bend = np.array(loop), np.unwrap(angle, period=1), len(v), 0.0, 0.1 * rng.normal(size=2)
     k, coil = 0, rng.random() < 0.4
     while gone < depth:
@@ -57,9 +66,34 @@ def grow(rng, v, f, at, depth, around, noise):
         vertices.append(ring + noise * step * rng.normal(size=ring.shape))
         last, turns, n = ids, at_turns, n + around
         path.append(ring[0])
+        rings.append(ids)
     vertices.append((p + 0.6 * r * t)[None])
     faces.append(np.column_stack((last, np.roll(last, -1), np.full(len(last), n))))
-    return np.vstack(vertices), np.vstack(faces), path
+    return np.vstack(vertices), np.vstack(faces), path, rings
+
+
+def ring_floor(v, f, rings):
+    """Degrees of mean angle difference that no map to a plane can go below, given closed paths that share no vertex.
+
+    The image of a ring of n edges is a closed polygon: the corners inside sum to (n - 2) pi, those outside to
+    (n + 2) pi. On a straight tube both sum to n pi. On the sphere only rings near to a great circle do with less.
+    """
+    angles = igl.internal_angles(v, f)
+    ahead = {(g[k], g[(k + 1) % 3]): (g[(k + 2) % 3], a[k]) for g, a in zip(f.tolist(), angles, strict=True)
+             for k in range(3)}
+    change = 0.0
+    for ring in (np.asarray(ring).tolist() for ring in rings):
+        if any(edge not in ahead for edge in zip(ring, ring[1:] + ring[:1], strict=True)):
+            continue  # a limb branches off there
+        sides = np.zeros(2)
+        for before, at, after in zip(ring[-1:] + ring[:-1], ring, ring[1:] + ring[:1], strict=True):
+            for side, (u, end) in enumerate(((after, before), (before, after))):
+                while u != end:
+                    u, angle = ahead[at, u]
+                    sides[side] += angle
+        flat = (len(ring) + np.array([-2, 2])) * np.pi
+        change += min(np.abs(sides - flat).sum(), np.abs(sides - flat[::-1]).sum())
+    return np.degrees(change) / angles.size
 
 
 def across(e, t):

@@ -100,7 +100,7 @@ def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over
 
 def test_a_limb_comes_back_with_the_depth_that_was_planted():
     for depth in (15.0, 90.0):
-        v, f, _ = grow(np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0)
+        v, f, *_ = grow(np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0)
         used, f = np.unique(f, return_inverse=True)
         mesh = check_mesh(v[used], f.reshape(-1, 3).astype(np.int64))
         area = positive_areas(mesh)
