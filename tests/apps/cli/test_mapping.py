@@ -180,7 +180,7 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
 def test_charts_are_kept_and_certified(tmp_path, capsys):
     target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
     spring = ["map", "sample:spring:n_vertices=1200"]
-    assert main([*spring, str(target), "--atlas", "--json", str(figures)]) == 0
+    assert main([*spring, str(target), "--atlas", "--gauge", "centred", "--json", str(figures)]) == 0
     found = json.loads(figures.read_text())
     assert found["charts"]["certificate"]["folding_free"]
     assert found["charts"]["angle_differences"]["mean"] < found["angle_differences"]["mean"]
