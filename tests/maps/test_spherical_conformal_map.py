@@ -1,5 +1,9 @@
 """The front door: exact maps, symmetries, the gauge, determinism, and hard input."""
 
+import os
+import subprocess
+import sys
+
 import igl
 import numpy as np
 import pytest
@@ -87,6 +91,15 @@ def test_two_runs_agree_bit_for_bit(method):
     one, two = (ism.spherical_conformal_map(*BODIES[method], method) for _ in range(2))
     assert np.array_equal(one.sphere, two.sphere)
     assert [step[:4] for step in one.history] == [step[:4] for step in two.history]  # all but residuals, some NaN
+
+
+def test_two_runs_agree_bit_for_bit_with_any_number_of_blas_threads():
+    """On a map with steps on its angles, whose vectors are long enough for threads."""
+    code = ("import hashlib, igl_spheremap as ism; result = ism.spherical_conformal_map(*ism.samples.make('octopus'));"
+            "assert result.rounds; print(hashlib.sha1(result.sphere.tobytes()).hexdigest())")
+    runs = [subprocess.run([sys.executable, "-c", code], env=os.environ | {"OPENBLAS_NUM_THREADS": threads},
+                           capture_output=True, text=True, check=True).stdout for threads in ("1", "2")]
+    assert runs[0] == runs[1]
 
 
 @pytest.mark.parametrize("method", METHODS)

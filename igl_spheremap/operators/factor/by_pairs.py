@@ -1,19 +1,17 @@
-"""Systems of two unknowns a vertex, solved by conjugate gradients to a given number of digits."""
+"""Systems of two unknowns a vertex, solved by conjugate gradients to a given accuracy."""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import cg
 
 from ...errors import FactorisationFailed
 from .base import Factor
-
-_MAX_STEPS = 200  # a tenth of the residual takes some 10
+from .multigrid import by_rows, conjugate_gradients
 
 
 def by_pairs(P: sp.csr_matrix) -> Factor:
-    """A matrix and, as about its inverse, that of each vertex alone: no axes of the unknowns are preferred."""
+    """A matrix, preconditioned by the inverses of its 2 x 2 blocks: that does not depend on the axes at a vertex."""
     (a, c), b = P.diagonal().reshape(-1, 2).T, P.diagonal(1)[::2]
     det = a * c - b * b
     if not min(a.min(), det.min()) > 0.0:
@@ -21,7 +19,7 @@ def by_pairs(P: sp.csr_matrix) -> Factor:
     blocks, n = np.stack((c, -b, -b, a), axis=1) / det[:, None], len(det)
     inverse = sp.bsr_matrix((blocks.reshape(n, 2, 2), np.arange(n), np.arange(n + 1))).tocsr()
 
-    def refined(r: np.ndarray, accuracy: float) -> np.ndarray:
-        return np.column_stack([cg(P, column, rtol=accuracy, maxiter=_MAX_STEPS, M=inverse)[0] for column in r.T])
+    def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
+        return conjugate_gradients(by_rows(P), lambda r, _: (inverse @ r.T).T, b.T.copy(), accuracy).T
 
     return Factor("pairs", P, inverse.__matmul__, refined=refined)

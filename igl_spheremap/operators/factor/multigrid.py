@@ -52,16 +52,16 @@ def build(P: sp.csc_matrix) -> Factor:
     order = bandwidth_order(P.T)
     A, scale = _scaled(renumbered(P.T, order))
     root, levels, nnz = scale, [], 0
-    finest = rows = _by_rows(A)
+    finest = rows = by_rows(A)
     while A.shape[0] > _COARSEST:
         prolong = _prolongation(A, scale)
         restrict = prolong.T.tocsr()
         coarse, scale = _scaled((restrict @ A @ prolong).tocsr())
         prolong.data *= scale.take(prolong.indices)
         restrict.data *= scale.repeat(np.diff(restrict.indptr))
-        levels.append(_Level(rows, _by_rows(prolong), _by_rows(restrict)))
+        levels.append(_Level(rows, by_rows(prolong), by_rows(restrict)))
         nnz += A.nnz + 2 * prolong.nnz
-        A, rows = coarse, _by_rows(coarse)
+        A, rows = coarse, by_rows(coarse)
     coarsest = scipy_superlu.build(A.tocsc())
     cycle = partial(_cycle, levels, coarsest.apply)
 
@@ -72,7 +72,7 @@ def build(P: sp.csc_matrix) -> Factor:
     def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
         r = b.T
         r *= root
-        x = _conjugate_gradients(finest, cycle, r, accuracy)
+        x = conjugate_gradients(finest, cycle, r, accuracy)
         x *= root
         return x.T
 
@@ -94,7 +94,7 @@ def _scaled(A: sp.csr_matrix) -> tuple[sp.csr_matrix, np.ndarray]:
     return A, scale
 
 
-def _by_rows(A: sp.csr_matrix) -> Rows:
+def by_rows(A: sp.csr_matrix) -> Rows:
     """A matrix in blocks of rows, in its own memory."""
     blocks = []
     for first in range(0, A.shape[0], _BLOCK):
@@ -163,7 +163,7 @@ def _cycle(levels: list[_Level], coarsest: Solver, b: np.ndarray, r: np.ndarray)
     return x
 
 
-def _conjugate_gradients(
+def conjugate_gradients(
     A: Rows, precondition: Callable[..., np.ndarray], b: np.ndarray, accuracy: float
 ) -> np.ndarray:
     """Solve A x = b row by row of b, until each residual has fallen to `accuracy` in the preconditioner's norm.
