@@ -62,7 +62,7 @@ class VertexBlocks:
 
     @cached_property
     def _half_edges(self) -> tuple[IntArray, sp.csr_matrix]:
-        """The opposite of each half-edge, and a matrix's pattern, whose data number the vertices, then the half-edges."""
+        """The opposite of each half-edge, and a matrix's pattern, whose data number the vertices, then half-edges."""
         n, start, end = self.n, self.f.T.ravel(), self.f.T[[1, 2, 0]].ravel()
         ids = np.arange(1, len(start) + 1)
         order = sp.csr_matrix((ids, (start, end)), shape=(n, n))
