@@ -83,6 +83,11 @@ def correlation(p, q, w):
     return w @ (p * q) / np.sqrt((w @ p**2) * (w @ q**2))
 
 
+def curvature_of(result):
+    """The default feature of the surface that is its curvature."""
+    return FeatureSurface(ism.check_mesh(result.vertices, result.faces)).geometry[:, 0]
+
+
 def exact_coefficients(result, degree):
     """Integrals over the spherical triangles of the piecewise linear positions, faces split until they are small."""
     corners, values = result.sphere[result.faces], result.vertices[result.faces]
@@ -154,7 +159,7 @@ def rotation(data):
     print(f"planted rotation, B = 32: {np.radians(rotation_angle(found[0].rotation @ R.T)):.1e} rad, {seconds:.2f} s")
     for name in ("dino", "white_left"):
         fixed, copy = data.map(name, 0.0), ism.spherical_conformal_map(*decimated(*data.mesh(name)))
-        curvature = tuple(FeatureSurface(each).geometry[:, 0] for each in (copy, fixed))
+        curvature = curvature_of(copy), curvature_of(fixed)
         off = []
         for _ in range(3):
             Q = euler_rotation(rng.uniform(0, 6.28), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 6.28))
@@ -209,7 +214,7 @@ def warps(data):
         if not ism.certify(x, copy.faces).folding_free:
             x = ism.repair_foldings(copy.vertices, copy.faces, x).sphere
         moving = ism.sphere_map(copy.vertices, copy.faces, x)
-        curvature = tuple(FeatureSurface(each).geometry[:, 0] for each in (moving, fixed))
+        curvature = curvature_of(moving), curvature_of(fixed)
         rigid = ism.register(moving, fixed, curvature, stages=["rotation", "moebius"])
         result, seconds = timed(lambda: ism.register(moving, fixed, curvature))  # noqa: B023
         start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
