@@ -27,7 +27,7 @@ def metrics(mesh, x):
     return {
         "L2": Diagonal(problem.A),
         "row bounds": step_metric(problem.energy.L),
-        "H1": SobolevH1(operators.factor),
+        "H1": SobolevH1(operators.factor, operators.L),
         "H2": SobolevH2.of(problem.energy.L, mesh.f, x),
     }
 

@@ -62,7 +62,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None)
         raise ValueError(f"backend {backend!r} needs {_BACKENDS[backend][0]}, which is not installed")
     if not np.isfinite(P.data).all():
         raise FactorisationFailed("the matrix has entries that are not finite")
-    if like is not None and like.again and like.backend == backend and np.array_equal(like.P.indices, P.indices):
+    if like is not None and like.again and like.backend == backend and np.array_equal(like.indices, P.indices):
         return like.again(P)
     build: Callable[[sp.csc_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
     return build(P)

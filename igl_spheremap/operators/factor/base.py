@@ -15,10 +15,11 @@ Solver = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A symmetric positive definite matrix and a fixed operator that is its inverse, exactly or approximately."""
+    """A fixed operator that is the inverse of a symmetric positive definite matrix, exactly or approximately."""
 
     backend: str
-    P: sp.csr_matrix
+    n: int
+    indices: np.ndarray  # columns of the matrix's entries, row by row: its values are not kept
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
     nnz: int | None = None  # entries stored, where that is known without cost
     #: Factorises a matrix of the same pattern in less time. It may take the memory of this factor, which is lost then.
@@ -39,10 +40,11 @@ class Factor:
         each column has fallen to `accuracy` times that of `b`, in the norm of P^-1.
         """
         b = np.asarray(b, dtype=np.float64)
-        n = self.P.shape[0]
-        if b.ndim not in (1, 2) or b.shape[0] != n:
-            raise ValueError(f"right-hand side has shape {b.shape}; expected ({n},) or ({n}, k)")
-        return self.apply(b) if self.refined is None else self.refined(b.reshape(n, -1), accuracy).reshape(b.shape)
+        if b.ndim not in (1, 2) or b.shape[0] != self.n:
+            raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
+        if self.refined is None:
+            return self.apply(b)
+        return self.refined(b.reshape(self.n, -1), accuracy).reshape(b.shape)
 
 
 def inverse_permutation(order: np.ndarray) -> np.ndarray:

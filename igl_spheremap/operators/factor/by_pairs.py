@@ -22,4 +22,4 @@ def by_pairs(P: sp.csr_matrix) -> Factor:
     def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
         return conjugate_gradients(by_rows(P), lambda r, _: (inverse @ r.T).T, b.T.copy(), accuracy).T
 
-    return Factor("pairs", P, inverse.__matmul__, refined=refined)
+    return Factor("pairs", 2 * n, P.indices, inverse.__matmul__, refined=refined)

@@ -44,7 +44,7 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.nda
         return np.asarray(matrix(x)).reshape(b.shape)
 
     again = partial(_factorised, order=order, A=A, source=source, symbolic=symbolic)
-    return Factor("cvxopt", P.T, reordered(order, solve), again=again)
+    return Factor("cvxopt", len(order), P.indices, reordered(order, solve), again=again)
 
 
 def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:

@@ -77,7 +77,7 @@ def build(P: sp.csc_matrix) -> Factor:
         return x.T
 
     nnz += coarsest.nnz or 0
-    return Factor("multigrid", P.T, reordered(order, apply), nnz=nnz, refined=reordered(order, refined))
+    return Factor("multigrid", len(order), P.indices, reordered(order, apply), nnz, refined=reordered(order, refined))
 
 
 def _scaled(A: sp.csr_matrix) -> tuple[sp.csr_matrix, np.ndarray]:

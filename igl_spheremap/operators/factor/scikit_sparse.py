@@ -17,4 +17,4 @@ def build(P: sp.csc_matrix) -> Factor:
         factor = cholesky(P[order][:, order], mode="supernodal", ordering_method="amd")
     except CholmodError as error:
         raise FactorisationFailed(f"CHOLMOD: {error}") from error
-    return Factor("scikit-sparse", P.T, reordered(order, factor.solve_A))
+    return Factor("scikit-sparse", len(order), P.indices, reordered(order, factor.solve_A))

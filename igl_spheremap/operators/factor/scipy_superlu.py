@@ -42,7 +42,7 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, rule: str) -> Factor:
         raise FactorisationFailed(f"SuperLU: {error}") from error
     solve = reordered(order, lu.solve)
     _probe(P, solve)
-    return Factor("scipy", P.T, solve, nnz=lu.nnz, again=partial(_factorised, order=order, rule=rule))
+    return Factor("scipy", len(order), P.indices, solve, nnz=lu.nnz, again=partial(_factorised, order=order, rule=rule))
 
 
 def _probe(P: sp.csc_matrix, solve: Solver) -> None:
