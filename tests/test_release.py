@@ -46,8 +46,12 @@ def test_each_lower_bound_is_the_oldest_version_that_is_tried():
 
 def test_citation_and_changelog_are_of_this_version():
     version = __version__.removesuffix(".dev0")
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
-    assert re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)[1] == version
+    citation, changelog = ((ROOT / name).read_text("utf-8") for name in ("CITATION.cff", "CHANGELOG.md"))
+    newest, day = re.search(r"^## ([\d.]+) \((.+)\)", changelog, re.M).groups()
+    assert newest == version
+    assert f"\nversion: {version}\n" in citation
+    assert (day == "unreleased") == (version != __version__)
+    assert day == "unreleased" or f"\ndate-released: {day}\n" in citation
 
 
 @pytest.mark.parametrize("address", [None, "https://address.example"])
