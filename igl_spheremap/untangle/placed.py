@@ -1,8 +1,7 @@
 """Where a body lies in the plane, how deep each vertex is on the sphere, and the way onto the sphere.
 
-A vertex is deep by so many nepers as its edges on the sphere are shorter than those float64 holds everywhere: in a
-general position that is the logarithm of their length, beside a pole of the axis that of their length over the distance
-from the pole, as coordinates are finer there.
+The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere; beside an end of an
+axis where a tip lies (poles.py), of their length over the distance from it, as coordinates are finer there.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class Placed:
 
     f: IntArray
     z: ComplexArray
-    #: Nepers, see above.
+    #: Of each vertex, in nepers, see above.
     depth: FloatArray
     #: Positions relative to a vertex, precise relative to the distance from it.
     about: Callable[[int], ComplexArray]

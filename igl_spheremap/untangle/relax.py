@@ -24,7 +24,7 @@ from .kernel import Stars, stars_of
 
 Polish = Literal["angles", "mips"]
 
-#: Steps are over-relaxed, shortened while they are not accepted, and given up until the next sweep.
+#: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep.
 _LENGTHS = (1.8, 0.7, 0.2)
 #: Longest step, in units of the distance to the nearest neighbour.
 _REACH = 0.7

@@ -1,7 +1,7 @@
 """Making room in float64 for what is laid out beyond it: limbs are shortened about their tips.
 
 A limb of length l and circumference c shrinks like exp(-2 pi l / c); on a sphere in float64 edges end at exp(-35).
-Where limbs go deeper, log r about each tip is shortened by the profile of least angle differences, twigs first.
+Where limbs go deeper, log r about each tip is shortened by the profile of least angle differences, branches first.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from ..mesh.arrays import FloatArray, IntArray
 from .placed import LongComplex, Placed
 from .profile import Limb, choose_kappas
 
-#: Discs of limbs begin where edges are shorter than exp(-this), and fork where two tips lie so much deeper.
+#: Limbs begin where edges are shorter than exp(-this); a branch is a limb of its own if its tip is so much deeper.
 _ONSET = 4.0
-#: Limbs end so many nepers above the last bit of numbers about 1: tried one after the other.
+#: Limbs end this many nepers above the resolution of numbers about 1: tried one after the other.
 _ABOVE = (1.0, 3.0)
 
 
@@ -74,7 +74,7 @@ def _limbs(placed: Placed, floor: float) -> list[Limb]:
 def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int, int, IntArray]]:
     """Merge tree of the deep vertices: (tip, the deeper tip that its limb meets or -1, the limb), branches first.
 
-    The elder rule: where two limbs meet, the one of the less deep tip ends.
+    The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends.
     """
     if depth.max() <= floor:
         return []

@@ -1,10 +1,10 @@
-"""From a map with foldings to one that is certified to have none, and near the mesh's angles: one straight line.
+"""From a map with foldings to one that is certified to have none, and near the mesh's angles, in up to five steps.
 
-1. *map*: what the harmonic steps left, certified. Where it is nearly free of foldings it is kept.
-2. *angles*: else the body is laid out in the plane by angles that close, which know no scale, and put on the sphere. If
-   limbs go deeper than float64 does, the deepest tips are put where coordinates are finer (poles.py); what is still
-   deeper is shortened (room.py).
-3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding, which always works.
+1. *map*: the harmonic map is certified. If at most 1 percent of its faces are folded, it is kept.
+2. *angles*: else the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere.
+   If limbs go deeper than float64 does, the deepest tips are put where coordinates are finer (poles.py); limbs that are
+   still too deep are shortened (room.py).
+3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
 5. *atlas*, only if asked for: the layout itself in charts.
 
@@ -41,11 +41,11 @@ from .polish import UNDAMPED, is_worth_steps, match_angles
 from .room import floors, make_room
 from .unrolling import unroll
 
-#: Up to so many vertices the map itself is embedded, too, since coarse meshes suffer at the hole that angles need; and
+#: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
 #: steps and sweeps, which cost little there, are run three times, each from the end of the last.
 _SMALL = 1000
-#: Newton steps solve so many systems at the most, which only bodies of 60 nepers and more use up; quick ones, on maps
-#: without foldings, so many: all then costs at most about four maps.
+#: Systems that Newton steps solve at the most: only bodies of 60 nepers and more use them up. Quick steps, on maps
+#: without foldings, solve fewer: the whole map then costs at most about four times as much as without.
 _SYSTEMS, _QUICK = 20, 3
 #: Share of the mean angle difference that a sweep, or all further steps, must gain.
 _LEAST_GAIN = 0.025
@@ -56,32 +56,32 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
              centred: bool = False, atlas: bool = False) -> Candidate:
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
-    `first` is handed back with its positions where it is free of foldings and steps would gain little. Bodies beyond
-    float64 get the gauge "poles", but not if `centred`; with `atlas` they get charts beside the map.
+    Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
+    the gauge "poles", unless `centred`; with `atlas` they get charts beside the map.
     """
-    line, x = _Line(mesh, operators, listener), first.x
+    steps, x = _Steps(mesh, operators, listener), first.x
     assert first.certificate is not None
     free = first.certificate.folding_free
     worth_steps = free and is_worth_steps(mesh, x)
     if free and not (worth_steps or atlas):
-        line.notify(x, first.energy, 0)
+        steps.notify(x, first.energy, 0)
         return first
-    line.accept("map", x)
+    steps.accept("map", x)
     if not free:
-        few = has_few_foldings(line.last, mesh.f)
+        few = has_few_foldings(steps.last, mesh.f)
         if not few:
-            line.angles(x, centred)
-        if line.best is None or (not few and len(mesh.v) <= _SMALL):
-            line.accept("embedding", repair_locally(mesh, x))
+            steps.angles(x, centred)
+        if steps.best is None or (not few and len(mesh.v) <= _SMALL):
+            steps.accept("embedding", repair_locally(mesh, x))
     if worth_steps or not free:
         for _ in range(3 if len(mesh.v) <= _SMALL else 1):
-            line.newton(quick=free and len(mesh.v) > _SMALL)
-    found = line.result(first)
-    return replace(found, atlas=line.atlas()) if atlas else found
+            steps.newton(quick=free and len(mesh.v) > _SMALL)
+    found = steps.result(first)
+    return replace(found, atlas=steps.atlas()) if atlas else found
 
 
-class _Line:
-    """The best map so far, and the steps that lead to better ones."""
+class _Steps:
+    """The steps, and the best map so far."""
 
     best: FloatArray | None = None
     laid_out: Placed | None = None
