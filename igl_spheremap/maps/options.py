@@ -118,7 +118,8 @@ class Lai2014(Method):
     Raises
     ------
     ValueError
-        If `bb` or `weights` is unknown, or a number of iterations or rounds negative.
+        If `bb` or `weights` is unknown, a number of iterations or rounds negative, or `rho`, `delta` or `xi` not from
+        0 to 1.
 
     References
     ----------
@@ -142,6 +143,13 @@ class Lai2014(Method):
     xi: float = 0.85
     bb: BarzilaiBorwein = "alternating"
     weights: EdgeWeights = "cotangent"
+
+    def __post_init__(self) -> None:
+        """Refuse search parameters that Algorithm 1 excludes, too."""
+        super().__post_init__()
+        for name in ("rho", "delta", "xi"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} is {getattr(self, name):g}; give a number from 0 to 1")
 
 
 @dataclass(frozen=True)

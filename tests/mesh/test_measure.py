@@ -45,7 +45,7 @@ def test_angle_defects_sum_to_two_pi_times_the_characteristic():
 
 @pytest.mark.parametrize("exponent", [0, -60, -75, -80, -100, -150])
 def test_areas_are_right_as_long_as_float64_holds_them(exponent):
-    """Images of the deepest limbs are so small between the poles."""
+    """Images of the deepest limbs are so small at ends of axes."""
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0.3, 0.8, 0]]) * 10.0**exponent
     assert face_areas(triangle, np.array([[0, 1, 2]])) == pytest.approx(0.4 * 10.0 ** (2 * exponent), rel=1e-12, abs=0)
     assert face_areas(triangle, np.array([[0, 1, 1], [0, 0, 0]])).tolist() == [0, 0]
