@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import vertex_areas
 from ..operators.factor import Factor, factorize
-from ..sphere.rows import row_dots, tangent
+from ..sphere.rows import inner, row_dots, tangent
 
 #: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.
 _ACCURACY = 0.1
@@ -67,7 +67,7 @@ class SobolevH1(Metric):
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """The sum of a . L b, which is that of a . P b to nine digits."""
-        return float(np.vdot(a, self.L @ b))
+        return inner(a, self.L @ b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,4 +96,4 @@ class SobolevH2(Metric):
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """The sum of P a . B^-1 P b."""
-        return float(np.vdot(self.P @ a, (self.P @ b) / self.B[:, None]))
+        return inner(self.P @ a, (self.P @ b) / self.B[:, None])

@@ -49,7 +49,7 @@ class PHarmonicEnergy:
         side = self.sides @ x
         square = row_dots(side, side).reshape(-1, 3)
         density = np.maximum(row_dots(self.half_cotangents, square) / self.areas, 0.0)  # eq. (5)
-        value = float(self.areas @ density ** (self.p / 2)) / self.p  # eq. (8)
+        value = float(np.einsum("i,i->", self.areas, density ** (self.p / 2))) / self.p  # eq. (8)
         # Where the map is constant the gradient vanishes for every p > 1, though the weight may be infinite.
         weight = np.power(density, self.p / 2 - 1, out=np.zeros_like(density), where=density > 0)
         side *= (weight[:, None] * self.half_cotangents).reshape(-1, 1)
