@@ -13,8 +13,9 @@ from .arrays import FloatArray, IntArray
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
-#: The same for libigl, whose temporaries would come from the system page by page, and go back to it, at each call.
-_LIBIGL_BLOCK = 1 << 16
+#: The same for libigl: from 1,000 faces on it starts threads, which take longer than they save, and its temporaries
+#: for a million come from the system page by page, at each call.
+_LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
 

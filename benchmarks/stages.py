@@ -1,0 +1,129 @@
+"""CPU time of a map by stage, with cvxopt's CHOLMOD, beside that of another version.
+
+``python benchmarks/stages.py CHECKOUT`` takes a checkout of the other version, such as 0.1.0. The two take turns, each
+in a process of its own with one thread, after a warm-up; figures are the best of all rounds, in milliseconds. Prints
+tables, whose figures stand in docs/benchmarks.md under "Where the time goes".
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import igl
+import numpy as np
+
+import igl_spheremap as ism
+
+ROOT = Path(__file__).parents[1]
+#: Loop subdivisions of the brain sample, and maps in a process; first a spheroid.
+SIZES = ((None, 60), (0, 6), (1, 3), (2, 1))
+#: Stages that ordering, CHOLMOD and its solves bound, and those outside.
+LIMIT = ("order", "analysis", "factorisation", "solves")
+OWN = ("check", "Laplacian", "triangle for CHOLMOD", "start", "steps", "gauge", "certificate", "repair")
+
+
+def main() -> None:
+    """Compare the two versions at all sizes."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("checkout", type=Path)
+    parser.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
+    parser.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
+    parser.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by so many maps, and print JSON")
+    options = parser.parse_args()
+    if options.maps:
+        print(json.dumps(measure(options.checkout, options.maps)))
+        return
+    for subdivisions, maps in (SIZES[k] for k in options.meshes):
+        runs: dict[Path, list[dict[str, float]]] = {options.checkout: [], ROOT: []}
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "mesh.npz"
+            n = write(path, subdivisions)
+            for _ in range(options.rounds):
+                for version, done in runs.items():
+                    done.append(run(version, path, maps))
+        report(n, *(functools.reduce(best, done) for done in runs.values()))
+
+
+def write(path: Path, subdivisions: int | None) -> int:
+    """Write a mesh and return its number of vertices."""
+    name, n = ("spheroid", 2_562) if subdivisions is None else ("brain", 48_000)
+    v, f = ism.samples.make(name, n_vertices=n)
+    for _ in range(subdivisions or 0):
+        v, f = igl.loop(v, f)
+    np.savez(path, v=v, f=f)
+    return len(v)
+
+
+def run(version: Path, mesh: Path, maps: int) -> dict[str, float]:
+    """Measure a version in a process of its own."""
+    one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "IGL_NUM_THREADS"), "1")
+    command = [sys.executable, __file__, str(mesh), "--maps", str(maps)]
+    out = subprocess.run(command, env=os.environ | one | {"PYTHONPATH": str(version)}, check=True, capture_output=True)
+    seconds: dict[str, float] = json.loads(out.stdout)
+    return seconds
+
+
+def measure(mesh: Path, maps: int) -> dict[str, float]:
+    """CPU seconds of the stages that CHOLMOD bounds and of the whole, wall seconds of the others."""
+    arrays = np.load(mesh)
+    v, f = arrays["v"], arrays["f"]
+    ism.spherical_conformal_map(v, f, backend="cvxopt")
+    driver = next(module for name, module in sys.modules.items() if name.endswith("cvxopt_cholmod"))
+    spent: dict[str, float] = defaultdict(float)
+    for owner, name, stage in ((driver, "bandwidth_order", "order"), (driver, "nested_dissection", "order"),
+                               (driver.cholmod, "symbolic", "analysis"), (driver.cholmod, "numeric", "factorisation"),
+                               (driver.Factor, "solve", "solves")):
+        if hasattr(owner, name):
+            setattr(owner, name, clocked(getattr(owner, name), spent, stage))
+    rounds = []
+    for _ in range(maps):
+        spent.clear()
+        began = time.process_time()
+        result = ism.spherical_conformal_map(v, f, backend="cvxopt")
+        whole = time.process_time() - began
+        own = dict(getattr(result, "timings", {}))
+        own["triangle for CHOLMOD"] = own.pop("factorisation", 0.0) - sum(spent[stage] for stage in LIMIT[:3])
+        rounds.append(own | spent | {"outside": whole - sum(spent.values()), "whole": whole})
+    return functools.reduce(best, rounds)
+
+
+def clocked(function: Callable[..., Any], spent: dict[str, float], stage: str) -> Callable[..., Any]:
+    """The function, whose CPU time is added to that of a stage."""
+
+    def call(*args: Any, **options: Any) -> Any:
+        began = time.process_time()
+        try:
+            return function(*args, **options)
+        finally:
+            spent[stage] += time.process_time() - began
+
+    return call
+
+
+def best(a: dict[str, float], b: dict[str, float]) -> dict[str, float]:
+    """The lesser time of each stage."""
+    return {stage: min(a[stage], b[stage]) for stage in a}
+
+
+def report(n: int, old: dict[str, float], new: dict[str, float]) -> None:
+    """Print the table of a mesh in milliseconds."""
+    print(f"\n| {n:,} vertices | before | now | ratio |\n|---|---:|---:|---:|")
+    for stage in (*LIMIT, *OWN, "outside", "whole"):
+        before, now = old.get(stage, 0.0), new[stage]
+        ratio = f"{now / before:.2f}" if stage in (*LIMIT, "outside", "whole") else ""
+        print(f"| {stage} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
