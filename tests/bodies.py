@@ -120,9 +120,9 @@ def stitch(a, at, b, bt):
     return np.array(faces)
 
 
-def worm(turns_of_length):
-    """A tube of 20 vertices around, so many circumferences long, bent a little so that nothing is symmetric."""
-    around, length = 20, 2 * np.pi * turns_of_length
+def worm(circumferences, around=20):
+    """A tube so many circumferences long, of so many vertices around, bent a little so that nothing is symmetric."""
+    length = 2 * np.pi * circumferences
     s = np.linspace(-length / 2, length / 2, int(length / (2 * np.pi / around)))
     r = np.sqrt(np.maximum(1 - np.maximum(np.abs(s) - (length / 2 - 1), 0) ** 2, 0))[1:-1, None]
     t = np.arange(around) * 2 * np.pi / around

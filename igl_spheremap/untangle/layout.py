@@ -82,7 +82,8 @@ class Inverted(Layout):
 
     def about(self, root: int, log_unit: float) -> ComplexArray:
         """Positions relative to a vertex, in units of exp(log_unit)."""
-        return -self._layout.about(root, self._unit + log_unit) / (self._z * self._z[root])
+        z = self._layout.about(root, self._unit) / self._z / self._z[root]  # their product may overflow
+        return -z * np.exp(-log_unit)
 
 
 def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:

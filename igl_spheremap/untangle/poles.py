@@ -34,7 +34,7 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     D = np.where(D == 0, np.finfo(float).tiny, D)
 
     def about(tip: int) -> ComplexArray:
-        return placed.about(tip) / (D * D[tip])
+        return placed.about(tip) / D / D[tip]  # the product may overflow
 
     at = ends @ turn.T
     nearest = (to_ball((N / D).astype(np.clongdouble)).astype(np.float64) @ at.T).argmax(axis=1)
