@@ -113,7 +113,8 @@ class Lai2014(Method):
         iterations and tau_2 at even ones.
     weights : {"cotangent", "delaunay"}
         Of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some are
-        negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not.
+        negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
+        and eigen-projections are repeated with them until the energy of their star maps settles.
 
     Raises
     ------

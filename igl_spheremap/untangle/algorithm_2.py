@@ -19,6 +19,9 @@ from ..verify.certificate import certify_checked
 from .candidate import Candidate
 from .local_repair import has_few_foldings, repair_locally
 
+#: Share of the energy by which settled star maps differ.
+_SETTLED = 1e-3
+
 
 def unfold(
     mesh: Mesh,
@@ -29,10 +32,12 @@ def unfold(
     descend: Callable[[Iterate], Minimum],
     rounds: int,
     listener: Listener | None = None,
+    projections: int = 1,
 ) -> Candidate:
     """Alternate Algorithm 1, `descend`, and up to `rounds` eigen-projections until no folding is left.
 
-    L is the Laplacian of the problem's energy. `name` is what the first map is called in the record; the listener sees
+    L is the Laplacian of the problem's energy. A round has up to so many `projections`, each weighted by the star map
+    of the last, until the energy settles. `name` is what the first map is called in the record; the listener sees
     the start of every round. The map is that of the round that left the fewest foldings, of the last such.
     """
     done: list[Round] = []
@@ -49,7 +54,7 @@ def unfold(
         if done[-1].foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
         try:
-            start = _star_map(mesh, problem, L, minimum.last.x, k + 1)
+            start = _star_map(mesh, problem, L, minimum.last, k + 1, projections)
         except FactorisationFailed as error:  # of surfaces without normals, such as flat ones
             notes = (f"foldings were removed in {k} rounds only: there is no star map ({error})",)
             break
@@ -57,12 +62,17 @@ def unfold(
     return Candidate(best.last.x, best.last.energy, status, tuple(done), notes=notes)
 
 
-def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, x: FloatArray, round: int) -> Iterate:
-    """The start of a round: the star map of the eigenfunctions that `x` weights, which its details hold."""
-    projection = project(mesh, L, x)  # Algorithm 2, step 2
+def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round: int, projections: int) -> Iterate:
+    """The start of a round: the star map of the eigenfunctions that a map weights, which its details hold."""
+    x, energy = last.x, last.energy
+    for _ in range(projections):
+        projection = project(mesh, L, x)  # Algorithm 2, step 2
+        x, before = problem.centred(projection.star_map), energy  # Algorithm 2, step 3
+        energy = problem.energy.evaluate(x)[0]
+        if abs(energy - before) < _SETTLED * before:
+            break
     details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
-    star = problem.centred(projection.star_map)  # Algorithm 2, step 3
-    return Iterate("star map", round, 0, star, problem.energy.evaluate(star)[0], details=details)
+    return Iterate("star map", round, 0, x, energy, details=details)
 
 
 def _repaired(mesh: Mesh, start: Iterate) -> Iterate:

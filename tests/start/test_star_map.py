@@ -7,8 +7,12 @@ from scipy.linalg import eigh
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.descent.energies.harmonic import HarmonicEnergy
+from igl_spheremap.descent.problem import Problem
+from igl_spheremap.mesh.normals import mesh_gauss_map
 from igl_spheremap.sphere.moebius import moebius
-from igl_spheremap.start.star_map import stiffness, weighted_mass
+from igl_spheremap.start.star_map import project, stiffness, weighted_mass
+from igl_spheremap.verify.signs import folded_faces
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.5], F)
@@ -96,3 +100,16 @@ def test_star_maps_are_never_inside_out():
     for weights in (conformal, conformal * [1, 1, -1], np.abs(conformal)):
         star = ism.weighted_eigen_projection(v, f, weights).star_map
         assert ism.certify(star, f).folding_free
+
+
+def test_star_maps_of_star_maps_approach_a_conformal_map_without_foldings():
+    mesh = ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
+    energy = HarmonicEnergy.of(mesh, "delaunay")
+    problem, x, energies = Problem.of(mesh, energy), mesh_gauss_map(mesh), []
+    assert folded_faces(x, mesh.f).mean() > 0.2
+    for _ in range(8):
+        x = problem.centred(project(mesh, energy.L, x).star_map)
+        energies.append(energy.evaluate(x)[0])
+    assert not folded_faces(x, mesh.f).any()
+    assert abs(energies[-1] - energies[-2]) < 1e-3 * energies[-1]
+    assert energies[-1] < 1.01 * 4 * np.pi

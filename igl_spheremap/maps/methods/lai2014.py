@@ -14,6 +14,9 @@ from ...untangle.algorithm_2 import unfold
 from ...untangle.candidate import Candidate
 from ..options import Lai2014
 
+#: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
+_PROJECTIONS = 40
+
 
 def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, x0: FloatArray | None = None) -> Candidate:
     """Map a mesh from the Gauss map, or from another start, of unit rows."""
@@ -27,4 +30,5 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, x0: FloatArray | N
                         round=start.round)
 
     x, name = (mesh_gauss_map(mesh), "gauss map") if x0 is None else (x0, "given map")
-    return unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener)
+    projections = _PROJECTIONS if options.weights == "delaunay" else 1
+    return unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener, projections)
