@@ -20,7 +20,7 @@ from .candidate import Candidate
 from .local_repair import has_few_foldings, repair_locally
 
 #: Share of the energy by which settled star maps differ.
-_SETTLED = 1e-3
+_SETTLED = 1e-4
 
 
 def unfold(

@@ -44,9 +44,10 @@ from .unrolling import unroll
 #: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
 #: steps and sweeps, which cost little there, are run three times, each from the end of the last.
 _SMALL = 1000
-#: Systems that Newton steps solve at the most: only bodies of 60 nepers and more use them up. Quick steps, on maps
-#: without foldings, solve fewer: the whole map then costs at most about four times as much as without.
-_SYSTEMS, _QUICK = 20, 3
+#: Systems that Newton steps solve at the most: only bodies of 60 nepers and more use them up. Where nothing was folded
+#: one, and one more each time that so many vertices hold the mesh; above the last number, where factorisations take
+#: most of the time, steps are quick, and three: the whole map then costs at most about four times as much as without.
+_SYSTEMS, _OVERHEAD, _QUICK, _QUICK_FROM = 20, 3000, 3, 4000
 #: Share of the mean angle difference that a sweep, or all further steps, must gain.
 _LEAST_GAIN = 0.025
 
@@ -75,7 +76,7 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             steps.accept("embedding", repair_locally(mesh, x))
     if worth_steps or not free:
         for _ in range(3 if len(mesh.v) <= _SMALL else 1):
-            steps.newton(quick=free and len(mesh.v) > _SMALL)
+            steps.newton(free)
     found = steps.result(first)
     return replace(found, atlas=steps.atlas()) if atlas else found
 
@@ -145,13 +146,16 @@ class _Steps:
                     continue
             return
 
-    def newton(self, quick: bool = False) -> None:
-        """Lower the angle differences of the best map."""
+    def newton(self, free: bool = False) -> None:
+        """Lower the angle differences of the best map; `free` if it came without foldings."""
         assert self.best is not None
+        n = len(self.mesh.v)
+        quick = free and n > _QUICK_FROM
+        systems = _QUICK if quick else min(_SYSTEMS, 1 + _OVERHEAD // n) if free else _SYSTEMS
         centroid = weighted_sum(self.operators.A, self.best) if self.gauge == "poles" else np.zeros(3)
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
                          damping=UNDAMPED if self.laid_out is None else DAMPED,
-                         systems=_QUICK if quick else _SYSTEMS, quick=quick)
+                         systems=systems, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
 
     def atlas(self) -> ChartAtlas | None:
