@@ -65,6 +65,8 @@ class AngleNewton:
     damping: FloatArray
     systems: int
     exact: bool = True
+    #: Whether the last step was taken with the damping that it began with, so that its gain predicts the next.
+    at_once: bool = True
 
     def step(self, x: FloatArray, smoothing: float) -> tuple[FloatArray, float]:
         """A map free of foldings with a smaller mean difference, and that mean in degrees; `x` itself if none is found.
@@ -76,7 +78,7 @@ class AngleNewton:
         weight = 1 / np.sqrt(difference**2 + smoothing**2)
         H = self.blocks.gram(J * weight[:, None], J)
         g = self.blocks.load((J * (weight * difference)[:, None]).sum(axis=0))
-        mean, at_once = float(np.degrees(np.abs(difference).mean())), True
+        mean, self.at_once = float(np.degrees(np.abs(difference).mean())), True
         while self.systems > 0:
             self.systems -= 1
             try:
@@ -93,11 +95,11 @@ class AngleNewton:
             around[f[folded]] = True
             self.damping = np.minimum(_LARGEST, np.where(dilate(f, around, 1), _AROUND, 1) * self.damping)
             if after < mean:
-                self.damping *= _FALLS if at_once else 1
+                self.damping *= _FALLS if self.at_once else 1
                 return y, after
             if self.damping.min() >= _LARGEST:
                 break
-            self.damping, at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
+            self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
         return x, mean
 
     def _move(self, x: FloatArray, axes: FloatArray, H: sp.csr_matrix, g: FloatArray) -> FloatArray:

@@ -55,8 +55,8 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
 
     The centroid of the source's area goes to `centroid`. Steps end after so many systems, or when all further ones
     together would lower the mean by less than the share `least_gain`, if gains go on falling by the same factor
-    (Aitken). Sweeps, which help where limbs are too fine for steps, end when one lowers it by less than that
-    share. If `quick`, steps are not exact, and there are no sweeps.
+    (Aitken), which says nothing after a step that had to be shortened. Sweeps, which help where limbs are too fine for
+    steps, end when one lowers it by less than that share. If `quick`, steps are not exact, and there are no sweeps.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), systems,
@@ -67,7 +67,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
         x, mean = newton.step(x, _STEP_SMOOTHING * np.radians(max(mean, _EXACT)))
         gain = 1 - mean / max(before, _EXACT)
         falls = (last or 2 * gain) - gain
-        if gain <= 0 or gain**2 < least_gain * falls:
+        if gain <= 0 or (newton.at_once and gain**2 < least_gain * falls):
             break
         last = gain
     return x if quick else descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
