@@ -56,8 +56,8 @@ class Auto(Method):
     gauge : {"poles", "centred"}
         Of bodies whose limbs go deeper than float64 does in the centred gauge, that of all other maps. "poles", the
         default, takes the tips of their three deepest limbs to ends of the coordinate axes, where coordinates are
-        finer, by a Moebius map; the result's ``gauge`` says so. "centred" keeps the gauge and shortens the limbs, at
-        the cost of their angles.
+        finer, by a Moebius map, if shortened limbs would lose angles; the result's ``gauge`` says so. "centred" always
+        keeps the gauge and shortens the limbs.
     polish : {"angles", "mips"}, optional
         Lower the angle differences themselves (the mean falls by 10 percent and more on meshes with limbs), or the MIPS
         energy (the largest differences fall), when the map is done. Nothing by default.

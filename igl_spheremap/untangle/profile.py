@@ -69,15 +69,19 @@ class Limb:
         return np.where(distance > knots[-1], values[-1] + (distance - knots[-1]) * self.kappa[-1], inside)
 
 
-def choose_kappas(limbs: list[Limb], f: IntArray, source: FloatArray, depth: FloatArray, floor: float) -> None:
-    """Set the kappas of limbs, branches before what they branch off from."""
+def choose_kappas(limbs: list[Limb], f: IntArray, source: FloatArray, depth: FloatArray, floor: float) -> float:
+    """Set the kappas of limbs, branches before what they branch off from.
+
+    Returns what they are predicted to add to the angle differences, in degrees, summed over the faces.
+    """
     steps = int(max(depth.max() - floor + 5, 1) / QUANTUM) + len(KAPPA)
     branches = {id(branch) for limb in limbs for branch, _ in limb.branches}
     for limb in limbs:
         _plan(limb, f, source, depth, floor, steps)
-    for limb in reversed(limbs):
-        if id(limb) not in branches:
-            _follow(limb, 0)
+    roots = [limb for limb in limbs if id(limb) not in branches]
+    for limb in roots:
+        _follow(limb, 0)
+    return float(sum(limb.cost_to_go[0] for limb in roots))
 
 
 def _plan(limb: Limb, f: IntArray, source: FloatArray, depth: FloatArray, floor: float, steps: int) -> None:

@@ -24,6 +24,15 @@ def floors(dtype: type[np.floating]) -> list[float]:
     return [float(-np.log(np.finfo(dtype).eps) - above) for above in _ABOVE]
 
 
+def cost_of_room(placed: Placed, source: FloatArray, floor: float) -> float:
+    """What the room is predicted to add to the angle differences, in degrees, summed over the faces.
+
+    It is negative where shortened limbs suit the mesh: a ring of few vertices can't shrink from one to the next as a
+    smooth map does.
+    """
+    return choose_kappas(_limbs(placed, floor), placed.f, source, placed.depth, floor)
+
+
 def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongComplex, float]:
     """Positions in the plane whose edges on the sphere stay above exp(-floor), and the largest ratio by which a
     limb's depth was divided."""

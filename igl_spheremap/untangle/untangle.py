@@ -2,8 +2,8 @@
 
 1. *map*: the harmonic map is certified. If at most 1 percent of its faces are folded, it is kept.
 2. *angles*: else the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere.
-   If limbs go deeper than float64 does, the deepest tips are put where coordinates are finer (poles.py); limbs that are
-   still too deep are shortened (room.py).
+   Limbs deeper than float64 are shortened (room.py); where that costs angles, the deepest tips are first put where
+   coordinates are finer (poles.py).
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
 5. *atlas*, only if asked for: the layout itself in charts.
@@ -38,7 +38,7 @@ from .newton import DAMPED
 from .placed import Placed, onto_sphere
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
-from .room import floors, make_room
+from .room import cost_of_room, floors, make_room
 from .unrolling import unroll
 
 #: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
@@ -134,7 +134,7 @@ class _Steps:
         if placed is None:
             return
         gauge, deepest = "centred", floors(np.float64)[0]
-        if not centred and placed.depth.max() > deepest:
+        if not centred and cost_of_room(placed, self._source, deepest) > 0:
             gauge, placed = "poles", at_poles(placed, deepest)
         for floor in floors(np.float64):
             z, stretch = make_room(placed, self._source, floor)
