@@ -50,6 +50,9 @@ def map_factorised(
     if found.gauge == "centred" and is_off_centre(found.x, operators.A):
         note = "not Moebius-centred, which would fold huge faces or spoil their angles"
         found = replace(found, notes=(*found.notes, note))
+    elif found.gauge == "poles":
+        note = "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
+        found = replace(found, notes=(*found.notes, note))
     if options.atlas and found.atlas is None:
         found = replace(found, notes=(*found.notes, "no atlas: the angles did not close"))
     elif found.stretch > 1 and not options.atlas:
