@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..operators.factor import Factor, factorize
-from ..operators.factor.by_pairs import by_pairs
+from ..operators.factor.block_jacobi import block_jacobi
 
 
 class VertexBlocks:
@@ -27,7 +27,7 @@ class VertexBlocks:
         H = H.copy()
         H.setdiag((1 + damping) * H.diagonal() + added)
         if not exact:
-            return by_pairs(H)
+            return block_jacobi(H)
         self._factor = factorize(H, like=self._factor)
         if not self._factor.exact:  # multigrid is made for Laplacians
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")

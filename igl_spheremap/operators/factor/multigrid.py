@@ -10,7 +10,7 @@ Polynomial versus Gauss-Seidel*.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,7 +21,9 @@ from ...errors import FactorisationFailed
 from . import scipy_superlu
 from .aggregation import aggregate
 from .base import Factor, Solver, reordered
+from .conjugate_gradients import conjugate_gradients
 from .ordering import bandwidth_order, renumbered
+from .row_blocks import Rows, by_rows, times
 
 #: Levels of up to this size are factorised by SuperLU.
 _COARSEST = 2_000
@@ -29,15 +31,6 @@ _COARSEST = 2_000
 #: the coarse levels act on the rest.
 _SMOOTHED_FROM, _SMOOTHED_TO = 0.2, 1.1
 _POWER_STEPS = 12
-#: Steps of conjugate gradients at the most: meshes took up to 85.
-_MAX_STEPS = 200
-#: Rows whose products are made at once: they fit the cache, and their memory is used again. That of millions of rows
-#: would be taken from the system, page by page, for every product.
-_BLOCK = 1 << 14
-
-Rows = list[tuple[slice, sp.csr_matrix]]
-
-
 @dataclass(frozen=True)
 class _Level:
     """A matrix whose largest eigenvalue is about 1, and the way to the next coarser level."""
@@ -94,23 +87,6 @@ def _scaled(A: sp.csr_matrix) -> tuple[sp.csr_matrix, np.ndarray]:
     return A, scale
 
 
-def by_rows(A: sp.csr_matrix) -> Rows:
-    """A matrix in blocks of rows, in its own memory."""
-    blocks = []
-    for first in range(0, A.shape[0], _BLOCK):
-        start = A.indptr[first : first + _BLOCK + 1]
-        block = sp.csr_matrix((len(start) - 1, A.shape[1]))
-        block.indptr = start - start[0]  # given to the constructor, views are copied
-        block.data, block.indices = (values[start[0] : start[-1]] for values in (A.data, A.indices))
-        blocks.append((slice(first, first + _BLOCK), block))
-    return blocks
-
-
-def _times(block: sp.csr_matrix, x: np.ndarray) -> np.ndarray:
-    """Product with fields in rows: column by column takes two thirds of the time of all at once."""
-    return np.array([block @ field for field in x])
-
-
 def _prolongation(A: sp.csr_matrix, scale: np.ndarray) -> sp.csr_matrix:
     """The aggregates' indicator functions, smoothed by a step of Jacobi."""
     n = A.shape[0]
@@ -138,9 +114,15 @@ def _smoothed(A: Rows, b: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
     middle, radius = (_SMOOTHED_TO + _SMOOTHED_FROM) / 2.0, (_SMOOTHED_TO - _SMOOTHED_FROM) / 2.0
     for rows, block in A:
         x = 2.0 * middle * b[:, rows]
-        x -= _times(block, b)
+        x -= times(block, b)
         x *= 2.0 / (2.0 * middle**2 - radius**2)
         yield rows, x
+
+
+def _residual(A: Rows, b: np.ndarray, x: np.ndarray, r: np.ndarray) -> None:
+    """Set r to b - A x."""
+    for rows, block in A:
+        np.subtract(b[:, rows], times(block, x), out=r[:, rows])
 
 
 def _cycle(levels: list[_Level], coarsest: Solver, b: np.ndarray, r: np.ndarray) -> np.ndarray:
@@ -150,45 +132,12 @@ def _cycle(levels: list[_Level], coarsest: Solver, b: np.ndarray, r: np.ndarray)
     level, x = levels[0], np.empty_like(b)
     for rows, smooth in _smoothed(level.A, b):
         x[:, rows] = smooth
-    for rows, block in level.A:
-        np.subtract(b[:, rows], _times(block, x), out=r[:, rows])
-    coarse = np.concatenate([_times(block, r) for _, block in level.restrict], axis=1)
+    _residual(level.A, b, x, r)
+    coarse = np.concatenate([times(block, r) for _, block in level.restrict], axis=1)
     coarse = _cycle(levels[1:], coarsest, coarse, np.empty_like(coarse))
     for rows, block in level.prolong:
-        x[:, rows] += _times(block, coarse)
-    for rows, block in level.A:
-        np.subtract(b[:, rows], _times(block, x), out=r[:, rows])
+        x[:, rows] += times(block, coarse)
+    _residual(level.A, b, x, r)
     for rows, smooth in _smoothed(level.A, r):
         x[:, rows] += smooth
     return x
-
-
-def conjugate_gradients(
-    A: Rows, precondition: Callable[..., np.ndarray], b: np.ndarray, accuracy: float
-) -> np.ndarray:
-    """Solve A x = b row by row of b, until each residual has fallen to `accuracy` in the preconditioner's norm.
-
-    The residual takes the memory of `b`: there are millions of columns.
-    """
-    r, x, Ad = b, np.zeros_like(b), np.empty_like(b)
-    d = z = precondition(r, Ad)
-    rz = first = np.einsum("ij,ij->i", r, z)
-    for _ in range(_MAX_STEPS):
-        if (rz <= accuracy**2 * first).all():
-            break
-        for rows, block in A:
-            Ad[:, rows] = _times(block, d)
-        alpha = _ratio(rz, np.einsum("ij,ij->i", d, Ad))
-        Ad *= alpha
-        r -= Ad
-        x += np.multiply(d, alpha, out=Ad)
-        z = precondition(r, Ad)
-        before, rz = rz, np.einsum("ij,ij->i", r, z)
-        d *= _ratio(rz, before)
-        d += z
-    return x
-
-
-def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a / b as a column, and 0 where b is 0: a field that has converged exactly stays where it is."""
-    return np.divide(a, b, out=np.zeros_like(a), where=b != 0.0)[:, None]

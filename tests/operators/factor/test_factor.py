@@ -11,7 +11,7 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators import factor as factor_module
 from igl_spheremap.operators.factor import available_backends, factorize
-from igl_spheremap.operators.factor.by_pairs import by_pairs
+from igl_spheremap.operators.factor.block_jacobi import block_jacobi
 from igl_spheremap.operators.laplacian import laplacian
 
 BACKENDS = ("cvxopt", "scikit-sparse", "scipy")
@@ -182,11 +182,11 @@ def test_refinement_of_a_zero_column():
 @pytest.mark.parametrize("accuracy", [0.3, 1e-3, 1e-9])
 def test_conjugate_gradients_stop_at_the_residual_that_is_asked_for(accuracy):
     P, b = problem(3, 1.0).tocsr(), right_hand_sides(642)
-    residual = np.linalg.norm(b - P @ by_pairs(P).solve(b, accuracy), axis=0) / np.linalg.norm(b, axis=0)
+    residual = np.linalg.norm(b - P @ block_jacobi(P).solve(b, accuracy), axis=0) / np.linalg.norm(b, axis=0)
     assert (residual <= 1.001 * accuracy).all()
     assert residual.max() > accuracy / 10
 
 
-def test_pairs_that_are_singular_fail():
+def test_singular_blocks_fail():
     with pytest.raises(FactorisationFailed, match="not positive definite"):
-        by_pairs(sp.csr_matrix([[1.0, 1.0], [1.0, 1.0]]))
+        block_jacobi(sp.csr_matrix([[1.0, 1.0], [1.0, 1.0]]))

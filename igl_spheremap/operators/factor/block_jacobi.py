@@ -7,11 +7,12 @@ import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
 from .base import Factor
-from .multigrid import by_rows, conjugate_gradients
+from .conjugate_gradients import conjugate_gradients
+from .row_blocks import by_rows
 
 
-def by_pairs(P: sp.csr_matrix) -> Factor:
-    """A matrix, preconditioned by the inverses of its 2 x 2 blocks: that does not depend on the axes at a vertex."""
+def block_jacobi(P: sp.csr_matrix) -> Factor:
+    """A matrix, preconditioned by its 2 x 2 blocks, so that the axes at a vertex make no difference."""
     (a, c), b = P.diagonal().reshape(-1, 2).T, P.diagonal(1)[::2]
     det = a * c - b * b
     if not min(a.min(), det.min()) > 0.0:
@@ -22,4 +23,4 @@ def by_pairs(P: sp.csr_matrix) -> Factor:
     def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
         return conjugate_gradients(by_rows(P), lambda r, _: (inverse @ r.T).T, b.T.copy(), accuracy).T
 
-    return Factor("pairs", 2 * n, P.indices, inverse.__matmul__, refined=refined)
+    return Factor("block-jacobi", 2 * n, P.indices, inverse.__matmul__, refined=refined)
