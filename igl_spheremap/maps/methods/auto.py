@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from ...descent.energies.harmonic import HarmonicEnergy
@@ -47,16 +48,17 @@ def map_factorised(
         y = y if found.gauge == "poles" else restore_gauge(mesh, y, operators.A)
         energy = HarmonicEnergy(operators.L).evaluate(y)[0]
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))
+    return replace(found, notes=(*found.notes, *_remarks(found, operators, options)))
+
+
+def _remarks(found: Candidate, operators: Operators, options: Auto) -> Iterator[str]:
+    """What sets a map apart from others, for its notes."""
     if found.gauge == "centred" and is_off_centre(found.x, operators.A):
-        note = "not Moebius-centred, which would fold huge faces or spoil their angles"
-        found = replace(found, notes=(*found.notes, note))
+        yield "not Moebius-centred, which would fold huge faces or spoil their angles"
     elif found.gauge == "poles":
-        note = "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
-        found = replace(found, notes=(*found.notes, note))
+        yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
     if options.atlas and found.atlas is None:
-        found = replace(found, notes=(*found.notes, "no atlas: the angles did not close"))
+        yield "no atlas: the angles did not close"
     elif found.stretch > 1 and not options.atlas:
-        note = (f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter; "
-                "atlas=True keeps their angles")
-        found = replace(found, notes=(*found.notes, note))
-    return found
+        yield (f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter; "
+               "atlas=True keeps their angles")
