@@ -52,12 +52,12 @@ def centred(mesh: Mesh, layout: Layout, area: FloatArray) -> Placed:
     size = _median(np.abs(z - c), area) or float(np.abs(z - c).max())
     z, unit = (z - c) / size, unit + np.log(size)
     # The conformal barycentre is a point (c, size) of the half-space over the plane: an affine map centres it.
-    p = conformal_barycentre(to_ball(z.astype(np.clongdouble)).astype(np.float64), area)
+    p = conformal_barycentre(to_ball(z).astype(np.float64), area)
     square = p[0] ** 2 + p[1] ** 2 + (1 + p[2]) ** 2
     size = (1 - p @ p) / square
     z, unit = (z - 2 * (p[0] + 1j * p[1]) / square) / size, unit + np.log(size)
     depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
-    x = to_ball(z.astype(np.clongdouble)).astype(np.float64)
+    x = to_ball(z).astype(np.float64)
     turn = best_rotation(x, orientation_target(mesh, area), area)
     return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout, turn=turn)
 
@@ -74,18 +74,18 @@ def _median(values: FloatArray, area: FloatArray) -> float:
     return float(values[order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)]])
 
 
-def onto_sphere(placed: Placed, z: LongComplex) -> FloatArray:
+def onto_sphere(placed: Placed, z: ComplexArray | LongComplex) -> FloatArray:
     """Unit rows at positions relative to the anchors of a placement."""
     x = to_ball(z, placed.anchor) @ placed.turn.astype(np.longdouble)
     return (x / np.sqrt((x * x).sum(axis=1))[:, None]).astype(np.float64)
 
 
-def to_ball(z: LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
-    """Inverse stereographic projection, 0 to (0, 0, 1), without overflow near infinity.
+def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
+    """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
 
     Beside an anchor, 0 or of length 1, `z` and two of the coordinates keep their relative precision.
     """
-    z = from_anchor(z, anchor)
+    z = from_anchor(z.astype(np.clongdouble), anchor)
     far = np.abs(z) > 1
     u = np.where(far, 1 / np.where(far, z, 1).conj(), z)
     q = u.real**2 + u.imag**2

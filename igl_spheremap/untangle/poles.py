@@ -24,7 +24,7 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     """The same body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, placed.f, floor) if parent < 0]
     tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
-    t = to_ball(placed.z[tips].astype(np.clongdouble)).astype(np.float64) @ placed.turn
+    t = to_ball(placed.z[tips]).astype(np.float64) @ placed.turn
     ends = _nearest_ends(t)
     turn = _away_from_infinity(ends)
     source, image = _completed(t, ends)
@@ -37,7 +37,7 @@ def at_poles(placed: Placed, floor: float) -> Placed:
         return placed.about(tip) / D / D[tip]  # the product may overflow
 
     at = ends @ turn.T
-    nearest = (to_ball((N / D).astype(np.clongdouble)).astype(np.float64) @ at.T).argmax(axis=1)
+    nearest = (to_ball(N / D).astype(np.float64) @ at.T).argmax(axis=1)
     anchor = (at[:, 0] + 1j * at[:, 1])[nearest]
     z = np.choose(nearest, [about(tip) for tip in tips])
     distance = np.abs(from_anchor(z, anchor))
