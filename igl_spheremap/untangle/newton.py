@@ -107,6 +107,7 @@ class AngleNewton:
         n = len(x)
         factor = self.blocks.factorize(H, np.repeat(self.damping, 2), 1e-12, self.exact)
         C = self.A[:, None, None] * axes  # how the centroid moves
+        # The centroid gets to its place by any inverse in the columns of C, so that one that is not exact will do.
         solved = np.column_stack((factor.solve(g.ravel(), _ACCURACY), factor.apply(C.reshape(2 * n, 3))))
         solved = solved.reshape(n, 2, 4)
         shift = np.einsum("nai,nak->ik", C, solved)
