@@ -28,5 +28,5 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     laid_out = unroll(mesh, x, area, VertexBlocks(mesh.f))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR)[0])
+    y = onto_sphere(laid_out, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR).z)
     return y if certify_checked(y, mesh.f).folding_free else repair_locally(mesh, y)

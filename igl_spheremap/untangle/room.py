@@ -6,6 +6,8 @@ Where limbs go deeper, log r about each tip is shortened by the profile of least
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -24,22 +26,24 @@ def floors(dtype: type[np.floating]) -> list[float]:
     return [float(-np.log(np.finfo(dtype).eps) - above) for above in _ABOVE]
 
 
-def cost_of_room(placed: Placed, source: FloatArray, floor: float) -> float:
-    """What the room is predicted to add to the angle differences, in degrees, summed over the faces.
+class Room(NamedTuple):
+    """Positions that float64 resolves, and what they cost."""
 
-    It is negative where shortened limbs suit the mesh: a ring of few vertices can't shrink from one to the next as a
-    smooth map does.
-    """
-    return choose_kappas(_limbs(placed, floor), placed.f, source, placed.depth, floor)
+    #: In the plane, relative to the anchors of the placement.
+    z: LongComplex
+    #: The largest ratio by which a limb's depth was divided.
+    stretch: float
+    #: What it is predicted to add to the angle differences, in degrees, summed over the faces. Negative where shortened
+    #: limbs suit the mesh: a ring of few vertices can't shrink from one to the next as a smooth map does.
+    cost: float
 
 
-def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongComplex, float]:
-    """Positions in the plane whose edges on the sphere stay above exp(-floor), and the largest ratio by which a
-    limb's depth was divided."""
+def make_room(placed: Placed, source: FloatArray, floor: float) -> Room:
+    """Shorten limbs until no edge on the sphere is below exp(-floor)."""
     limbs = _limbs(placed, floor)
     if not limbs:
-        return placed.z.astype(np.clongdouble), 1.0
-    choose_kappas(limbs, placed.f, source, placed.depth, floor)
+        return Room(placed.z.astype(np.clongdouble), 1.0, 0.0)
+    cost = choose_kappas(limbs, placed.f, source, placed.depth, floor)
     branches = {id(branch) for limb in limbs for branch, _ in limb.branches}
     z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.z.shape)
     done: dict[int, tuple[IntArray, LongComplex]] = {}  # vertices that a limb moves, and where it puts them
@@ -57,7 +61,7 @@ def make_room(placed: Placed, source: FloatArray, floor: float) -> tuple[LongCom
         done[id(limb)] = where, w[where]
         if id(limb) not in branches:
             z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + w[where]
-    return z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs))
+    return Room(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)), cost)
 
 
 def _limbs(placed: Placed, floor: float) -> list[Limb]:

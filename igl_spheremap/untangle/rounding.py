@@ -75,7 +75,7 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
     for floor in floors(np.float32):
-        yield from_chart(make_room(placed, angles, floor)[0].astype(np.complex128), pole)
+        yield from_chart(make_room(placed, angles, floor).z.astype(np.complex128), pole)
     yield x
 
 

@@ -14,6 +14,7 @@ A step's map is taken if it is certified and its angle differences are the least
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -38,7 +39,7 @@ from .newton import DAMPED
 from .placed import Placed, onto_sphere
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
-from .room import cost_of_room, floors, make_room
+from .room import floors, make_room
 from .unrolling import unroll
 
 #: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
@@ -130,15 +131,10 @@ class _Steps:
 
     def angles(self, x: FloatArray, centred: bool) -> None:
         """Angles that close, their layout, and room for it in float64."""
-        self.laid_out = placed = unroll(self.mesh, x, self.operators.A, self._blocks)
-        if placed is None:
+        self.laid_out = unroll(self.mesh, x, self.operators.A, self._blocks)
+        if self.laid_out is None:
             return
-        gauge, deepest = "centred", floors(np.float64)[0]
-        if not centred and cost_of_room(placed, self._source, deepest) > 0:
-            gauge, placed = "poles", at_poles(placed, deepest)
-        for floor in floors(np.float64):
-            z, stretch = make_room(placed, self._source, floor)
-            y = onto_sphere(placed, z)
+        for y, stretch, gauge in self._placements(self.laid_out, centred):
             if not self.accept("angles", y, stretch, gauge):
                 before = self.rounds[-1].mean_angle_difference
                 self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
@@ -146,7 +142,19 @@ class _Steps:
                     continue
             return
 
-    def newton(self, free: bool = False) -> None:
+    def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
+        """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
+        deepest, *shallower = floors(np.float64)
+        gauge, room = "centred", make_room(placed, self._source, deepest)
+        if room.cost > 0 and not centred:
+            gauge, placed = "poles", at_poles(placed, deepest)
+            room = make_room(placed, self._source, deepest)
+        yield onto_sphere(placed, room.z), room.stretch, gauge
+        for floor in shallower:
+            room = make_room(placed, self._source, floor)
+            yield onto_sphere(placed, room.z), room.stretch, gauge
+
+    def newton(self, free: bool) -> None:
         """Lower the angle differences of the best map; `free` if it came without foldings."""
         assert self.best is not None
         n = len(self.mesh.v)
@@ -154,8 +162,7 @@ class _Steps:
         systems = _QUICK if quick else min(_SYSTEMS, 1 + _OVERHEAD // n) if free else _SYSTEMS
         centroid = weighted_sum(self.operators.A, self.best) if self.gauge == "poles" else np.zeros(3)
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
-                         damping=UNDAMPED if self.laid_out is None else DAMPED,
-                         systems=systems, quick=quick)
+                         damping=UNDAMPED if self.laid_out is None else DAMPED, systems=systems, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
 
     def atlas(self) -> ChartAtlas | None:
