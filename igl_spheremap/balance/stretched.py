@@ -7,7 +7,6 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges
-from ..operators.laplacian import positive_areas
 from ..operators.limb_scale import FLOAT64_LIMIT
 from ..untangle.blocks import VertexBlocks
 from ..untangle.local_repair import repair_locally
@@ -24,7 +23,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     """A map without foldings itself, or, if its shortest edges are rounding, one laid out anew with room for limbs."""
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
-    area = positive_areas(mesh)
+    area = mesh.A
     laid_out = unroll(mesh, x, area, VertexBlocks(mesh.f))
     if laid_out is None:
         return x

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..operators.laplacian import positive_areas
 from ..sphere.cayley import cayley_step
 from ..sphere.moebius import center
 from ..sphere.rows import along, weighted_moment, weighted_sum
@@ -40,7 +39,7 @@ class Problem:
     @classmethod
     def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
         """An energy over the maps of a mesh, in the L2 metric unless another is given."""
-        A = positive_areas(mesh)
+        A = mesh.A
         return cls(energy, Diagonal(A) if metric is None else metric, A, mesh.f, gauge)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:

@@ -15,7 +15,6 @@ from ..descent.recording import History
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import stage, timed
-from ..operators.laplacian import positive_areas
 from ..sphere.gauge import turn_to_gauss_map
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
@@ -156,7 +155,7 @@ def rebalance_checked(
         notes = (*notes, f"areas are off what balance {balance:g} aims at by a factor of {factor:.3g} on average; "
                          f"{status.value}")
         status = Status.SHORT
-    x = turn_to_gauss_map(mesh, minimum.last.x, positive_areas(mesh))
+    x = turn_to_gauss_map(mesh, minimum.last.x, mesh.A)
     certificate = certify_checked(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
         x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)

@@ -14,7 +14,6 @@ from ..descent.recording import History
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_directions, check_mesh
 from ..mesh.timings import timed, timings
-from ..operators.laplacian import positive_areas
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
 from ..untangle.candidate import Candidate
@@ -54,7 +53,7 @@ def finish(
     """Put a candidate into the gauge unless it is there, and certify the very numbers that are returned."""
     x, certificate, notes = found.x, found.certificate, found.notes
     if certificate is None:
-        x = fix_gauge(mesh, found.x, positive_areas(mesh))
+        x = fix_gauge(mesh, found.x, mesh.A)
         certificate = certify_checked(x, mesh.f)
         if not certificate.folding_free and certify_checked(found.x, mesh.f).folding_free:
             x = repair_locally(mesh, x)

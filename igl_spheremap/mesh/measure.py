@@ -78,9 +78,11 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """
     areas = np.asarray(igl.doublearea(v, f)) / 2
     small = np.flatnonzero(areas < _SHORT**2)
+    if not len(small):
+        return areas
     a, b, c = (v[f[small, k]] for k in range(3))
     sides = np.stack((b - a, c - a))
-    size = np.abs(sides).max(axis=(0, 2), initial=0)
+    size = np.abs(sides).max(axis=(0, 2))
     u, w = sides / np.where(size > 0, size, 1)[:, None]
     areas[small] = np.where(size < _SHORT, size**2 * np.linalg.norm(np.cross(u, w), axis=1) / 2, areas[small])
     return areas
@@ -88,7 +90,12 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Area that belongs to each vertex, A_i of eq. (13): a third of the faces around it."""
-    return np.asarray(np.bincount(f.ravel(), np.repeat(face_areas(v, f) / 3, 3), len(v)), float)  # eq. (13)
+    return vertex_shares(face_areas(v, f), f, len(v))
+
+
+def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
+    """What each of `n` vertices gets if every face divides its area among its corners."""
+    return np.asarray(np.bincount(f.ravel(), np.repeat(areas / 3, 3), n))  # eq. (13)
 
 
 def enclosed_volume(v: FloatArray, f: IntArray) -> float:

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, half_edges
-from ..mesh.measure import by_libigl, vertex_areas
+from ..mesh.measure import by_libigl
 from .flips import delaunay_triangulation
 
 #: "cotangent" are the mesh's own weights, eq. (13). "mollified" takes them from `mollified_edge_lengths`, which differ
@@ -23,10 +23,6 @@ Weights = Literal["cotangent", "mollified", "delaunay", "uniform"]
 _SLACK = 1e-5
 #: A half cotangent above this stems from an angle under 5e-9, where rounding decides its size.
 LARGEST_USABLE_WEIGHT = 1e8
-#: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
-_LEAST_AREA = 1e-9
-#: A total below this is rounding, as of vertices on a line (other sources have unit area): then all count alike.
-_LEAST_TOTAL = 1e-6
 
 
 def laplacian(
@@ -113,14 +109,3 @@ def summed_laplacian(weight: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
     W = sp.csr_matrix((weight.ravel(), opposite), shape=(n, n))
     W = W + W.T
     return (sp.diags(np.asarray(W.sum(axis=1)).ravel()) - W).tocsr()
-
-
-def positive_areas(mesh: Mesh) -> FloatArray:
-    """Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean."""
-    A = vertex_areas(mesh.v, mesh.f)
-    total = A.sum()
-    if total < _LEAST_TOTAL:
-        return np.full(len(A), 1 / len(A))
-    A = np.maximum(A, _LEAST_AREA * total / len(A))
-    return np.asarray(A / A.sum())
-

@@ -12,7 +12,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.timings import stage
 from .factor import Factor, factorize
-from .laplacian import Weights, is_usable, laplacian, positive_areas
+from .laplacian import Weights, is_usable, laplacian
 
 #: P = L + this times M: enough to factorise, too little to be seen.
 _REGULARISATION = 1e-9
@@ -37,7 +37,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
-    A = positive_areas(mesh)
+    A = mesh.A
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order:

@@ -10,7 +10,6 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
-from ..operators.laplacian import positive_areas
 from ..sphere.rows import weighted_sum
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
@@ -45,7 +44,7 @@ def polish_map(mesh: Mesh, x: FloatArray, kind: Polish) -> FloatArray:
     """
     if kind == "mips":
         return descend(x, mesh.f, MipsLoss.of(mesh.v, mesh.f), sweeps=_SWEEPS)
-    return match_angles(mesh, x, weighted_sum(positive_areas(mesh), x), VertexBlocks(mesh.f), damping=UNDAMPED,
+    return match_angles(mesh, x, weighted_sum(mesh.A, x), VertexBlocks(mesh.f), damping=UNDAMPED,
                         systems=_SYSTEMS, least_gain=_LEAST_GAIN)
 
 
@@ -59,7 +58,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
     steps, end when one lowers it by less than that share. If `quick`, steps are not exact, and there are no sweeps.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
-    newton = AngleNewton(blocks, loss.source, positive_areas(mesh), centroid, np.full(len(x), damping), systems,
+    newton = AngleNewton(blocks, loss.source, mesh.A, centroid, np.full(len(x), damping), systems,
                          exact=not quick)
     mean, last = newton.difference(x), 0.0
     while newton.systems:

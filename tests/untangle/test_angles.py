@@ -10,7 +10,6 @@ from triangulations import icosphere
 from igl_spheremap import spherical_conformal_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
-from igl_spheremap.operators.laplacian import positive_areas
 from igl_spheremap.sphere.charts import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
 from igl_spheremap.untangle.blocks import VertexBlocks
@@ -31,7 +30,7 @@ def body():
 
 def _centred(body):
     mesh, _, closed = body
-    return centred(mesh, Layout(mesh.f, closed.angles, closed.hole), positive_areas(mesh))
+    return centred(mesh, Layout(mesh.f, closed.angles, closed.hole), mesh.A)
 
 
 def test_angles_close_around_faces_and_vertices(body):
@@ -103,7 +102,7 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         v, f, *_ = grow(np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0)
         used, f = np.unique(f, return_inverse=True)
         mesh = check_mesh(v[used], f.reshape(-1, 3).astype(np.int64))
-        area = positive_areas(mesh)
+        area = mesh.A
         source = proper_angles(corner_angles(mesh.v, mesh.f))
         hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
         placed = centred(mesh, Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole), area)
@@ -131,7 +130,7 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     rng = np.random.default_rng(limbs)
     mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
     closed = close_angles(VertexBlocks(mesh.f), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
-    placed = centred(mesh, Layout(mesh.f, closed.angles, 0), positive_areas(mesh))
+    placed = centred(mesh, Layout(mesh.f, closed.angles, 0), mesh.A)
     floor = 5.0
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]
     moved = at_poles(placed, floor)
@@ -145,7 +144,7 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     first, second = (p * q / np.where(apart, r * s, 1) for p, q, r, s in ratio)
     assert first[apart] == pytest.approx(second[apart], rel=1e-9)
     if len(roots) == 1:  # turned, no more
-        assert positive_areas(mesh) @ y == pytest.approx(np.zeros(3), abs=1e-6)
+        assert mesh.A @ y == pytest.approx(np.zeros(3), abs=1e-6)
     half = np.arcsin(np.linalg.norm(y[:, None] - y[tips], axis=2).min(axis=1) / 2)  # of the angle from the nearest tip
     small = (log_edges(y, mesh.f) < -2) & (half > 1e-3)
     found = -log_edges(y, mesh.f)[small] + np.log(np.minimum(1, np.tan(half[small])))

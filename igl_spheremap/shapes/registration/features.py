@@ -12,7 +12,7 @@ from ...errors import MeshError
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...operators.factor import factorize
-from ...operators.laplacian import positive_areas, usable_laplacian
+from ...operators.laplacian import usable_laplacian
 
 _DEPTH = 0.6  # radians that the surface is smoothed by to distinguish outward folds from inward ones
 _NOISE = 0.16  # radians that curvature is smoothed by: below, that of a marching-cubes mesh is noise
@@ -23,7 +23,7 @@ class FeatureSurface:
 
     def __init__(self, mesh: Mesh) -> None:
         self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
-        self.areas = 4 * np.pi * positive_areas(mesh)
+        self.areas = 4 * np.pi * mesh.A
         self.L = usable_laplacian(mesh)
 
     def diffuse(self, values: FloatArray, sigma: float, steps: int = 2) -> FloatArray:

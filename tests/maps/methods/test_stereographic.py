@@ -5,7 +5,6 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.operators.laplacian import positive_areas
 from igl_spheremap.sphere.gauge import best_rotation
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.sphere.rows import unit_rows
@@ -24,7 +23,7 @@ def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
     x = unit_rows(X + 0.015 * np.random.default_rng(3).normal(size=X.shape))
     assert ism.certify(x, F).folding_free
     result = through(x, F, "conformal-equivalence")
-    centred = center(x, positive_areas(ism.check_mesh(x, F)))
+    centred = center(x, ism.check_mesh(x, F).A)
     assert np.abs(result.angle_differences()).max() < np.abs(ism.angle_differences(x, F, centred)).max() + 1e-5
     assert np.allclose(cross_ratios(result.sphere), cross_ratios(x), rtol=1e-6)
 
@@ -84,7 +83,7 @@ def exact_spheroid(x, c=2.0):
 
 
 def root_mean_square(x, exact, f):
-    A = positive_areas(ism.check_mesh(exact * [1, 1, 2], f))
+    A = ism.check_mesh(exact * [1, 1, 2], f).A
     turned = x @ best_rotation(x, exact, A)
     return np.sqrt(A @ ((turned - exact) ** 2).sum(axis=1))
 
