@@ -23,8 +23,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     """A map without foldings itself, or, if its shortest edges are rounding, one laid out anew with room for limbs."""
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
-    area = mesh.A
-    laid_out = unroll(mesh, x, area, VertexBlocks(mesh.f))
+    laid_out = unroll(mesh, x, VertexBlocks(mesh.f))
     if laid_out is None:
         return x
     y = onto_sphere(laid_out, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR).z)

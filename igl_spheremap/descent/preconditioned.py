@@ -101,7 +101,7 @@ def harmonic_map(
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
     last iterate is the start, if that keeps angles better.
     """
-    problem = Problem(HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L), operators.A, mesh.f)
+    problem = Problem(HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L), mesh.A, mesh.f)
     iterates = PreconditionedCayley().iterates(problem, punctured_start(mesh, operators) if x is None else x)
     first = next(iterates)
     minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)

@@ -155,7 +155,7 @@ def rebalance_checked(
         notes = (*notes, f"areas are off what balance {balance:g} aims at by a factor of {factor:.3g} on average; "
                          f"{status.value}")
         status = Status.SHORT
-    x = turn_to_gauss_map(mesh, minimum.last.x, mesh.A)
+    x = turn_to_gauss_map(mesh, minimum.last.x)
     certificate = certify_checked(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
         x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)

@@ -136,9 +136,9 @@ class SphereMapper:
         began = time.perf_counter()
         n = len(self.mesh.v)
         x = None if start is None else check_start(start, n)
-        operators = self.operators if weights is None else replace(self.operators, A=_shares(weights, n))
+        mesh = self.mesh if weights is None else replace(self.mesh, A=_shares(weights, n))
         history = History(listener)
-        found = map_factorised(self.mesh, operators, self.method, history, x)
+        found = map_factorised(mesh, self.operators, self.method, history, x)
         return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
 
     @own_errstate

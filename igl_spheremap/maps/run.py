@@ -53,7 +53,7 @@ def finish(
     """Put a candidate into the gauge unless it is there, and certify the very numbers that are returned."""
     x, certificate, notes = found.x, found.certificate, found.notes
     if certificate is None:
-        x = fix_gauge(mesh, found.x, mesh.A)
+        x = fix_gauge(mesh, found.x)
         certificate = certify_checked(x, mesh.f)
         if not certificate.folding_free and certify_checked(found.x, mesh.f).folding_free:
             x = repair_locally(mesh, x)

@@ -44,7 +44,7 @@ class Mesh:
         The pattern of sparse matrices on the mesh.
     A : (n,) float64 array
         Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean; all equal where the surface has
-        no area.
+        no area. What the gauge balances: weights given to `SphereMapper.map` take their place.
     """
 
     vertices: FloatArray

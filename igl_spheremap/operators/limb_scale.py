@@ -46,7 +46,7 @@ def log_scale(mesh: Mesh, operators: Operators) -> FloatArray:
         load[middle] += 4 * np.pi
         u = operators.factor.solve(load)
         order = np.argsort(u)
-        middle = int(order[np.searchsorted(np.cumsum(operators.A[order]), 0.5)])
+        middle = int(order[np.searchsorted(np.cumsum(mesh.A[order]), 0.5)])
     return np.asarray(u - u[middle])
 
 

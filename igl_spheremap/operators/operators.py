@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..mesh.edges import Indices
 from ..mesh.timings import stage
 from .factor import Factor, factorize
 from .laplacian import Weights, is_usable, laplacian
@@ -20,10 +20,9 @@ _REGULARISATION = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Operators:
-    """L, the vertex areas, and P^-1 for P = L + 1e-9 M."""
+    """L, and P^-1 for P = L + 1e-9 M."""
 
     L: sp.csr_matrix
-    A: FloatArray  # vertex areas, none vanishing, with sum 1
     factor: Factor
     weights: Weights
     notes: tuple[str, ...] = ()  # why the weights are not the first choice
@@ -37,7 +36,6 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
-    A = mesh.A
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order:
@@ -47,7 +45,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
             continue
         try:
             P = sp.csr_matrix((L.data.copy(), L.indices, L.indptr), shape=L.shape)  # both share the pattern
-            P.data[L.indices == np.arange(len(A), dtype=np.int32).repeat(np.diff(L.indptr))] += _REGULARISATION * A
+            P.data[_diagonal(L, mesh, choice)] += _REGULARISATION * mesh.A
             factor = factorize(P, backend, like.factor if like else None)
         except FactorisationFailed:
             if choice == "uniform":
@@ -55,4 +53,12 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
             notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             continue
         break
-    return Operators(L, A, factor, choice, tuple(notes))
+    return Operators(L, factor, choice, tuple(notes))
+
+
+def _diagonal(L: sp.csr_matrix, mesh: Mesh, weights: Weights) -> Indices:
+    """Entries on the diagonal; flips change the mesh's own pattern."""
+    if weights != "delaunay":
+        return mesh.edges.diagonal
+    rows = np.arange(L.shape[0], dtype=np.int32).repeat(np.diff(L.indptr))
+    return np.flatnonzero(L.indices == rows).astype(np.int32)

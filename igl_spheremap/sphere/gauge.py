@@ -17,27 +17,27 @@ _TIE_BREAK = 1e-3
 
 
 @stage("gauge")
-def fix_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
-    """Moebius map of `x` in the package's gauge; `A` are the vertex areas of the source.
+def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """Moebius map of `x` in the package's gauge.
 
     The source's area has its barycentre at the origin, and the rotation is the one that agrees best with the Gauss
     map, in the source's area.
     """
-    return turn_to_gauss_map(mesh, center(x, A), A)
+    return turn_to_gauss_map(mesh, center(x, mesh.A))
 
 
-def turn_to_gauss_map(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`x` rotated to agree best with the Gauss map, weighted by the source's area."""
-    turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh, A), A), np.ascontiguousarray(x.T))
+    turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh), mesh.A), np.ascontiguousarray(x.T))
     turned /= np.sqrt(row_dots(turned.T, turned.T))  # steps and Moebius maps add up rounding in the lengths
     return np.ascontiguousarray(turned.T)
 
 
-def orientation_target(mesh: Mesh, A: FloatArray) -> FloatArray:
+def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
     normals = mesh_gauss_map(mesh)
-    outward = mesh.v - weighted_sum(A, mesh.v) / A.sum()
-    inside_out = np.vdot(A, row_dots(normals, outward)) < 0
+    outward = mesh.v - weighted_sum(mesh.A, mesh.v)
+    inside_out = np.vdot(mesh.A, row_dots(normals, outward)) < 0
     outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
     outward += normals
     return outward

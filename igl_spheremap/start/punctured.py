@@ -51,7 +51,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
     for face in candidate_faces(mesh) if faces is None else faces:
         z = _placed_map(mesh, operators, face)
         z, stretch = _without_stretch(mesh, z)
-        x = center(to_sphere(z, operators.A), operators.A) if np.isfinite(z).all() else None
+        x = center(to_sphere(z, mesh.A), mesh.A) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
         tried.append((0.5 * inner(x, apply(operators.L, x)), x))
@@ -59,7 +59,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         if abs(stretch) < _LARGEST_STRETCH and tried[-1][0] < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
-        return center(mesh_gauss_map(mesh), operators.A)
+        return center(mesh_gauss_map(mesh), mesh.A)
     if coarse:  # large chords have so little energy that it can't rank maps
         return min((x for _, x in tried), key=lambda x: mean_angle_difference(mesh, x))
     return min(tried, key=lambda pair: pair[0])[1]

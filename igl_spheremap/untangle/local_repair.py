@@ -43,24 +43,24 @@ def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> Flo
     return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=0.01)
 
 
-def restore_gauge(mesh: Mesh, x: FloatArray, A: FloatArray) -> FloatArray:
+def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
     Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
     the angles of huge faces.
     """
-    y = fix_gauge(mesh, x, A)
+    y = fix_gauge(mesh, x)
     free = certify_checked(y, mesh.f).folding_free
     if free and not is_coarse(mesh, x):
         return y
     if not free:
-        if not is_off_centre(x, A):
+        if not is_off_centre(mesh, x):
             return x
         y = repair_locally(mesh, y)
     worth = mean_angle_difference(mesh, y) < WORSE * mean_angle_difference(mesh, x)
     return y if worth and certify_checked(y, mesh.f).folding_free else x
 
 
-def is_off_centre(x: FloatArray, A: FloatArray) -> bool:
+def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:
     """True if the centroid of the source's area is more than 1e-3 from the origin."""
-    return float(np.linalg.norm(weighted_sum(A, x))) > _OFF_CENTRE
+    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > _OFF_CENTRE

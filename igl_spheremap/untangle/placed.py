@@ -44,8 +44,9 @@ class Placed:
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
 
 
-def centred(mesh: Mesh, layout: Layout, area: FloatArray) -> Placed:
+def centred(mesh: Mesh, layout: Layout) -> Placed:
     """Lay out about the deepest vertex; inverse stereographic projection centres the area."""
+    area = mesh.A
     unit = _median(layout.log_edge, area)
     z = layout.about(int(np.argmin(layout.log_edge)), unit)
     c = complex(_median(z.real, area), _median(z.imag, area))
@@ -58,7 +59,7 @@ def centred(mesh: Mesh, layout: Layout, area: FloatArray) -> Placed:
     z, unit = (z - 2 * (p[0] + 1j * p[1]) / square) / size, unit + np.log(size)
     depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
     x = to_ball(z).astype(np.float64)
-    turn = best_rotation(x, orientation_target(mesh, area), area)
+    turn = best_rotation(x, orientation_target(mesh), area)
     return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout, turn=turn)
 
 

@@ -25,7 +25,7 @@ _SMALL = np.log(1e-4)
 _LOST = 0.25
 
 
-def unroll(mesh: Mesh, x: FloatArray, area: FloatArray, blocks: VertexBlocks) -> Placed | None:
+def unroll(mesh: Mesh, x: FloatArray, blocks: VertexBlocks) -> Placed | None:
     """The body laid out in the plane by closed angles, a face of its middle at infinity; None if they do not close."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
     lost = bool(folded_faces(x, mesh.f).mean() > _LOST)
@@ -34,10 +34,10 @@ def unroll(mesh: Mesh, x: FloatArray, area: FloatArray, blocks: VertexBlocks) ->
     if closed.residual > CLOSED:
         return None
     layout = Layout(mesh.f, closed.angles, hole)
-    placed = centred(mesh, layout, area)
+    placed = centred(mesh, layout)
     if hole in _largest(mesh.f, placed.depth):
         return placed
-    return centred(mesh, Inverted(layout, _hole(mesh.f, source, placed.depth)), area)
+    return centred(mesh, Inverted(layout, _hole(mesh.f, source, placed.depth)))
 
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:

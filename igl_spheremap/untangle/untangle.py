@@ -131,7 +131,7 @@ class _Steps:
 
     def angles(self, x: FloatArray, centred: bool) -> None:
         """Angles that close, their layout, and room for it in float64."""
-        self.laid_out = unroll(self.mesh, x, self.operators.A, self._blocks)
+        self.laid_out = unroll(self.mesh, x, self._blocks)
         if self.laid_out is None:
             return
         for y, stretch, gauge in self._placements(self.laid_out, centred):
@@ -160,7 +160,7 @@ class _Steps:
         n = len(self.mesh.v)
         quick = free and n > _QUICK_FROM
         systems = _QUICK if quick else min(_SYSTEMS, 1 + _OVERHEAD // n) if free else _SYSTEMS
-        centroid = weighted_sum(self.operators.A, self.best) if self.gauge == "poles" else np.zeros(3)
+        centroid = weighted_sum(self.mesh.A, self.best) if self.gauge == "poles" else np.zeros(3)
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
                          damping=UNDAMPED if self.laid_out is None else DAMPED, systems=systems, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
@@ -168,7 +168,7 @@ class _Steps:
     def atlas(self) -> ChartAtlas | None:
         """The body in charts; None if its angles do not close."""
         assert self.best is not None
-        laid_out = self.laid_out or unroll(self.mesh, self.best, self.operators.A, self._blocks)
+        laid_out = self.laid_out or unroll(self.mesh, self.best, self._blocks)
         if laid_out is None or laid_out.layout is None:
             return None
         return make_atlas(laid_out.layout.closed, int(np.argmin(laid_out.depth)))
@@ -178,7 +178,7 @@ class _Steps:
         assert self.best is not None
         x, certificate = self.best, self.certificate
         if self.kept != "map" and self.gauge == "centred":
-            x = restore_gauge(self.mesh, x, self.operators.A)
+            x = restore_gauge(self.mesh, x)
             certificate = certify_checked(x, self.mesh.f)
         energy = first.energy if x is first.x else HarmonicEnergy(self.operators.L).evaluate(x)[0]
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()

@@ -35,7 +35,7 @@ def test_any_puncture_is_within_a_tenth_of_the_harmonic_energys_minimum_and_the_
     lowest = ism.spherical_conformal_map(mesh.vertices, mesh.f).energy
     for faces, share in ((None, 1e-2), ([0], 0.1), ([500], 0.1)):
         x = punctured_start(mesh, operators, faces)
-        assert np.linalg.norm(operators.A @ x) < 1e-9
+        assert np.linalg.norm(mesh.A @ x) < 1e-9
         assert ism.harmonic_energy(mesh.vertices, mesh.f, x) < (1 + share) * lowest
 
 

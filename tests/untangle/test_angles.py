@@ -30,7 +30,7 @@ def body():
 
 def _centred(body):
     mesh, _, closed = body
-    return centred(mesh, Layout(mesh.f, closed.angles, closed.hole), mesh.A)
+    return centred(mesh, Layout(mesh.f, closed.angles, closed.hole))
 
 
 def test_angles_close_around_faces_and_vertices(body):
@@ -105,7 +105,7 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         area = mesh.A
         source = proper_angles(corner_angles(mesh.v, mesh.f))
         hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
-        placed = centred(mesh, Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole), area)
+        placed = centred(mesh, Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole))
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
         assert np.abs(area @ to_ball(placed.z)).max() < 1e-6 * max(1, depth)
 
@@ -130,7 +130,7 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     rng = np.random.default_rng(limbs)
     mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
     closed = close_angles(VertexBlocks(mesh.f), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
-    placed = centred(mesh, Layout(mesh.f, closed.angles, 0), mesh.A)
+    placed = centred(mesh, Layout(mesh.f, closed.angles, 0))
     floor = 5.0
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]
     moved = at_poles(placed, floor)

@@ -28,10 +28,10 @@ def auto(mesh: Mesh, options: Auto, listener: Listener) -> Candidate:
 def map_factorised(
     mesh: Mesh, operators: Operators, options: Auto, listener: Listener, start: FloatArray | None = None
 ) -> Candidate:
-    """Map a mesh whose Laplacian is factorised; the areas of its operators are what the gauge balances."""
+    """Map a mesh whose Laplacian is factorised."""
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
-    x = fix_gauge(mesh, minimum.last.x, operators.A)
+    x = fix_gauge(mesh, minimum.last.x)
     certificate = certify_checked(x, mesh.f)
     found = Candidate(x, minimum.last.energy, minimum.status, certificate=certificate,
                       backend=operators.factor.backend, notes=operators.notes)
@@ -45,15 +45,15 @@ def map_factorised(
         # The MIPS energy is least near the harmonic map; steps towards the mesh's angles lead away from there.
         harmonic = options.polish == "mips" and certificate.folding_free and found.gauge == "centred"
         y = polish_map(mesh, x if harmonic else found.x, options.polish)
-        y = y if found.gauge == "poles" else restore_gauge(mesh, y, operators.A)
+        y = y if found.gauge == "poles" else restore_gauge(mesh, y)
         energy = HarmonicEnergy(operators.L).evaluate(y)[0]
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))
-    return replace(found, notes=(*found.notes, *_remarks(found, operators, options)))
+    return replace(found, notes=(*found.notes, *_remarks(found, mesh, options)))
 
 
-def _remarks(found: Candidate, operators: Operators, options: Auto) -> Iterator[str]:
+def _remarks(found: Candidate, mesh: Mesh, options: Auto) -> Iterator[str]:
     """What sets a map apart from others, for its notes."""
-    if found.gauge == "centred" and is_off_centre(found.x, operators.A):
+    if found.gauge == "centred" and is_off_centre(mesh, found.x):
         yield "not Moebius-centred, which would fold huge faces or spoil their angles"
     elif found.gauge == "poles":
         yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"

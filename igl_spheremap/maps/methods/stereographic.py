@@ -28,7 +28,7 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Can
         z, notes = dipole_map(mesh, operators, face), [f"face {face} is punctured"]
     else:
         z, notes = _flattened(mesh, operators, faces, options)
-    x = _lifted(z, operators.A)
+    x = _lifted(z, mesh.A)
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
     status = Status.CONVERGED
     try:
@@ -44,7 +44,7 @@ def _flattened(
     """The conformally equivalent plane map that breaks the fewest faces, and notes on it."""
     best: tuple[int, FlatMetric] | None = None
     for face in faces:
-        first = to_sphere(dipole_map(mesh, operators, face), operators.A)
+        first = to_sphere(dipole_map(mesh, operators, face), mesh.A)
         flat = flat_metric(mesh, int(mesh.f[face, 0]), first, tolerance=options.tolerance,
                            max_iterations=options.max_iterations)
         if best is None or len(flat.broken) < len(best[1].broken):
