@@ -14,7 +14,7 @@ from ..mesh.measure import face_areas
 from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
-from ..start.punctured import is_coarse, punctured_start
+from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
 from .energies.harmonic import HarmonicEnergy
@@ -28,8 +28,6 @@ from .problem import Problem
 TOLERANCE = 1e-3
 #: Steps at the most; on most meshes two or three reach the tolerance.
 MAX_ITERATIONS = 30
-#: The weighted mean of the map may be this far from the origin before the Moebius gauge is restored.
-_OFF_CENTRE = 1e-4
 #: Rise of the energy, as a share of it, that is rounding.
 _ROUNDING = 1e-13
 #: With contraction 1/3 for the lowest mode, l = 2, the energy left after a step is g.D / 12; measured, it is less.
@@ -49,14 +47,19 @@ class PreconditionedCayley:
     where bad triangles make the energy rise.
     """
 
-    def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
+    def iterates(
+        self, problem: Problem, x: FloatArray, evaluated: tuple[float, FloatArray] | None = None
+    ) -> Iterator[Iterate]:
         """Yield the start and every iterate after it.
 
+        `evaluated` are the energy and its derivatives at a start that is centred, where they are known.
         Their residual is the energy that is estimated to be left above the minimum, in units of the gap between
         energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
         """
-        x = problem.centred(x, _OFF_CENTRE)
-        energy, H = problem.energy.evaluate(x)
+        if evaluated is None:
+            x = problem.centred(x, OFF_CENTRE)
+            evaluated = problem.energy.evaluate(x)
+        energy, H = evaluated
         yield Iterate("sobolev", 0, 0, x, energy, np.inf)
         for k in count(1):
             density = row_dots(x, H)  # lambda of eq. (9): twice the image area around each vertex
@@ -67,7 +70,7 @@ class PreconditionedCayley:
             D = problem.metric.solve(g)
             D -= weighted_sum(problem.A, D) / problem.A.sum()
             left = inner(g, D) / _LEFT
-            trial = problem.cayley_path(x, D, _OFF_CENTRE)  # Theorem 1, with P^-1 H for H
+            trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with P^-1 H for H
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
             step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
             if step is None:
@@ -102,7 +105,12 @@ def harmonic_map(
     last iterate is the start, if that keeps angles better.
     """
     problem = Problem(HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L), mesh.A, mesh.f)
-    iterates = PreconditionedCayley().iterates(problem, punctured_start(mesh, operators) if x is None else x)
+    solver = PreconditionedCayley()
+    if x is None:
+        start = punctured_start(mesh, operators)
+        iterates = solver.iterates(problem, start.x, start[1:])
+    else:
+        iterates = solver.iterates(problem, x)
     first = next(iterates)
     minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
     last, stopped = minimum.last, minimum.status is Status.STOPPED

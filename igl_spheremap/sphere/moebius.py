@@ -54,13 +54,13 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
     return _balance(x, weights)[0]
 
 
-def _balance(x: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> tuple[FloatArray, FloatArray]:
     """The conformal barycentre, and the map that it centres."""
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
     for _ in range(_STEPS):
         size = float(np.linalg.norm(mean))
-        if size <= _BALANCED:
+        if size <= within:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
         hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)
@@ -90,13 +90,13 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
     return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)
 
 
-def center(x: FloatArray, weights: FloatArray) -> FloatArray:
-    """Moebius map of `x` for which `weights` have their barycentre at the origin.
+def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:
+    """Moebius map of `x` for which `weights` have their barycentre at the origin, or `within` a distance from it.
 
-    It is computed in one step from `x`, so that rounding does not add up.
+    It is computed in one step from `x`, so that rounding does not add up; `x` itself if it is centred already.
 
     >>> x = moebius(np.vstack((np.eye(3), -np.eye(3))), [0.5, 0, 0])
     >>> bool(np.abs(center(x, np.ones(6)).sum(axis=0)).max() < 1e-9)
     True
     """
-    return _balance(x, weights)[1]
+    return _balance(x, weights, within)[1]

@@ -19,7 +19,7 @@ def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads()
                  + [face for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)) for face in ([a, b, b + 4], [a, b + 4, a + 4])])
     mesh = check_mesh(v, f)
     operators = build_operators(mesh)
-    start = punctured_start(mesh, operators)
+    start = punctured_start(mesh, operators).x
     seen = []
     last = harmonic_map(mesh, operators, listener=lambda iterate: seen.append(iterate.x)).last.x
     assert is_coarse(mesh, last)

@@ -68,8 +68,8 @@ def test_renumbering_the_input_renumbers_the_sphere(name, bound):
     rng, (v, f) = np.random.default_rng(1), ism.samples.make(name, n_vertices=1500)
     order = rng.permutation(len(v))
     faces = np.argsort(order)[f][rng.permutation(len(f))]
-    x = ism.spherical_conformal_map(v, f, tolerance=1e-9).sphere
-    y = ism.spherical_conformal_map(v[order], faces, tolerance=1e-9).sphere
+    x = ism.spherical_conformal_map(v, f, tolerance=1e-12).sphere
+    y = ism.spherical_conformal_map(v[order], faces, tolerance=1e-12).sphere
     assert distance(x[order], y) < bound
 
 
@@ -126,7 +126,7 @@ def test_the_record_is_complete(method):
 def test_methods_agree_up_to_the_mesh(method):
     v, f = ism.samples.make("spheroid", n_vertices=2000)
     x = ism.spherical_conformal_map(v, f, method).sphere
-    assert distance(x, ism.spherical_conformal_map(v, f, "auto", tolerance=1e-9).sphere) < 5e-3
+    assert distance(x, ism.spherical_conformal_map(v, f, "auto", tolerance=1e-12).sphere) < 5e-3
 
 
 @pytest.mark.parametrize(
@@ -184,8 +184,8 @@ def test_faces_without_area_are_mapped_and_certified(method):
 
 
 def test_an_inside_out_mesh_maps_to_the_antipodes():
-    x = ism.spherical_conformal_map(V, F, tolerance=1e-9).sphere
-    assert distance(ism.spherical_conformal_map(V, F[:, ::-1], tolerance=1e-9).sphere, -x) < 1e-5
+    x = ism.spherical_conformal_map(V, F, tolerance=1e-12).sphere
+    assert distance(ism.spherical_conformal_map(V, F[:, ::-1], tolerance=1e-12).sphere, -x) < 1e-5
 
 
 def test_input_is_not_touched():

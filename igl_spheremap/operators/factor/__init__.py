@@ -52,7 +52,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None)
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
     """
-    P = P.T if P.format == "csr" else sp.csc_matrix(P)  # symmetric: its transpose will do
+    P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
     available = available_backends()
     if backend == "auto":
         backend = _choose(P.shape[0], available)
@@ -64,7 +64,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None)
         raise FactorisationFailed("the matrix has entries that are not finite")
     if like is not None and like.again and like.backend == backend and np.array_equal(like.indices, P.indices):
         return like.again(P)
-    build: Callable[[sp.csc_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
+    build: Callable[[sp.csr_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
     return build(P)
 
 

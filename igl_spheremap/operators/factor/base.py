@@ -23,7 +23,7 @@ class Factor:
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
     nnz: int | None = None  # entries stored, where that is known without cost
     #: Factorises a matrix of the same pattern in less time. It may take the memory of this factor, which is lost then.
-    again: Callable[[sp.csc_matrix], Factor] | None = None
+    again: Callable[[sp.csr_matrix], Factor] | None = None
     #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
     refined: Callable[[np.ndarray, float], np.ndarray] | None = None
 

@@ -10,19 +10,17 @@ import scipy.sparse as sp
 from cvxopt import cholmod, matrix, sparse, spmatrix
 
 from ...errors import FactorisationFailed
-from .base import Factor, reordered
-from .ordering import bandwidth_order, nested_dissection, renumbered
+from .base import Factor, inverse_permutation, reordered
+from .ordering import bandwidth_order, nested_dissection
 
 #: From here on a dissection takes no longer than minimum degree, and on folded surfaces it fills less.
 _DISSECT_FROM = 100_000
-#: Columns of a matrix that are made at once: what cvxopt takes beside them then is memory that others have freed.
-_COLUMNS = 1 << 16
 
 
-def build(P: sp.csc_matrix) -> Factor:
+def build(P: sp.csr_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
     dissect = P.shape[0] >= _DISSECT_FROM
-    order = nested_dissection(P.T).order if dissect else bandwidth_order(P.T)
+    order = nested_dissection(P).order if dissect else bandwidth_order(P)
     A = _lower_triangle(P, order)
     given = {"p": matrix(np.arange(len(order)))} if dissect else {}  # the only order that CHOLMOD is to try
     cholmod.options.update(supernodal=2, nmethods=len(given))
@@ -31,7 +29,7 @@ def build(P: sp.csc_matrix) -> Factor:
     return _factorised(P, order, A, np.array(A.V, dtype=np.int32).ravel() - 1, symbolic)
 
 
-def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.ndarray, symbolic: Any) -> Factor:
+def _factorised(P: sp.csr_matrix, order: np.ndarray, A: spmatrix, source: np.ndarray, symbolic: Any) -> Factor:
     A.V = matrix(P.data.take(source))
     try:
         cholmod.numeric(A, symbolic)
@@ -47,17 +45,10 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, A: spmatrix, source: np.nda
     return Factor("cvxopt", len(order), P.indices, reordered(order, solve), again=again)
 
 
-def _lower_triangle(P: sp.csc_matrix, order: np.ndarray) -> spmatrix:
+def _lower_triangle(P: sp.csr_matrix, order: np.ndarray) -> spmatrix:
     """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored, from 1."""
+    n, rank = len(order), inverse_permutation(order)
+    rows, columns = rank.take(P.indices), rank.repeat(np.diff(P.indptr))
+    lower = np.flatnonzero(rows >= columns).astype(np.int32)
     # From 1, because `sparse` drops zeros.
-    n = len(order)
-    A = renumbered(sp.csr_matrix((np.arange(1, P.nnz + 1, dtype=np.int32), P.indices, P.indptr), shape=P.shape), order)
-    blocks = []
-    for k in range(0, n, _COLUMNS):
-        ends = A.indptr[k : k + _COLUMNS + 1]
-        part = slice(ends[0], ends[-1])
-        rows, columns = A.indices[part], np.arange(len(ends) - 1, dtype=np.int32).repeat(np.diff(ends))
-        lower = np.flatnonzero(rows >= columns + k)
-        source, i, j = (matrix(index.take(lower)) for index in (A.data[part], rows, columns))
-        blocks.append([spmatrix(source, i, j, (n, len(ends) - 1), "d")])
-    return sparse(blocks)
+    return spmatrix(matrix(lower + 1), matrix(rows.take(lower)), matrix(columns.take(lower)), (n, n), "d")

@@ -40,10 +40,10 @@ class _Level:
     restrict: Rows
 
 
-def build(P: sp.csc_matrix) -> Factor:
+def build(P: sp.csr_matrix) -> Factor:
     """Set up the hierarchy of `P`; raise FactorisationFailed where it can't be positive definite."""
-    order = bandwidth_order(P.T)
-    A, scale = _scaled(renumbered(P.T, order))
+    order = bandwidth_order(P)
+    A, scale = _scaled(renumbered(P, order))
     root, levels, nnz = scale, [], 0
     finest = rows = by_rows(A)
     while A.shape[0] > _COARSEST:
@@ -55,7 +55,7 @@ def build(P: sp.csc_matrix) -> Factor:
         levels.append(_Level(rows, by_rows(prolong), by_rows(restrict)))
         nnz += A.nnz + 2 * prolong.nnz
         A, rows = coarse, by_rows(coarse)
-    coarsest = scipy_superlu.build(A.tocsc())
+    coarsest = scipy_superlu.build(A)
     cycle = partial(_cycle, levels, coarsest.apply)
 
     def apply(b: np.ndarray) -> np.ndarray:

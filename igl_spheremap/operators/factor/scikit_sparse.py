@@ -7,14 +7,14 @@ from sksparse.cholmod import CholmodError, cholesky
 
 from ...errors import FactorisationFailed
 from .base import Factor, reordered
-from .ordering import bandwidth_order
+from .ordering import bandwidth_order, renumbered
 
 
-def build(P: sp.csc_matrix) -> Factor:
+def build(P: sp.csr_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
-    order = bandwidth_order(P.T)  # a subdivided mesh's own order misleads minimum degree
+    order = bandwidth_order(P)  # a subdivided mesh's own order misleads minimum degree
     try:
-        factor = cholesky(P[order][:, order], mode="supernodal", ordering_method="amd")
+        factor = cholesky(renumbered(P, order).T, mode="supernodal", ordering_method="amd")
     except CholmodError as error:
         raise FactorisationFailed(f"CHOLMOD: {error}") from error
     return Factor("scikit-sparse", len(order), P.indices, reordered(order, factor.solve_A))

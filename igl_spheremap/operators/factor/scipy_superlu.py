@@ -18,22 +18,22 @@ _DISSECT_FROM = 40_000
 _LARGEST_BACKWARD_ERROR = 1e-8
 
 
-def build(P: sp.csc_matrix) -> Factor:
+def build(P: sp.csr_matrix) -> Factor:
     """Factorise `P`; raise FactorisationFailed where its factors aren't those of a positive definite matrix.
 
     Minimum degree in a mesh's own order can make twenty times the fill (spikes): it breaks ties by index.
     """
     if P.shape[0] < _DISSECT_FROM:
-        order, rule = bandwidth_order(P.T), "MMD_AT_PLUS_A"
+        order, rule = bandwidth_order(P), "MMD_AT_PLUS_A"
     else:
-        order, rule = nested_dissection(P.T).order, "NATURAL"
+        order, rule = nested_dissection(P).order, "NATURAL"
     return _factorised(P, order, rule)
 
 
-def _factorised(P: sp.csc_matrix, order: np.ndarray, rule: str) -> Factor:
+def _factorised(P: sp.csr_matrix, order: np.ndarray, rule: str) -> Factor:
     try:
         lu = splu(
-            renumbered(P.T, order).T,
+            renumbered(P, order).T,
             permc_spec=rule,
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True, "Equil": False},
@@ -45,7 +45,7 @@ def _factorised(P: sp.csc_matrix, order: np.ndarray, rule: str) -> Factor:
     return Factor("scipy", len(order), P.indices, solve, nnz=lu.nnz, again=partial(_factorised, order=order, rule=rule))
 
 
-def _probe(P: sp.csc_matrix, solve: Solver) -> None:
+def _probe(P: sp.csr_matrix, solve: Solver) -> None:
     """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
     b = np.stack([np.ones_like(i), np.cos(i), np.cos(i * i % 1009.0)], axis=1)
