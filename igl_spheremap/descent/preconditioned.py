@@ -13,7 +13,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import face_areas
 from ..mesh.timings import stage
 from ..operators.operators import Operators
-from ..sphere.rows import along, inner, row_dots, weighted_moment, weighted_sum
+from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
@@ -30,8 +30,6 @@ TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 #: Rise of the energy, as a share of it, that is rounding.
 _ROUNDING = 1e-13
-#: With contraction 1/3 for the lowest mode, l = 2, the energy left after a step is g.D / 12; measured, it is less.
-_LEFT = 18.0
 #: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
 _LEAST_GAP = 1e-9
 #: A start with more foldings than the end is preferred if its angle differences are below this share of the end's.
@@ -40,11 +38,15 @@ _FAR_LESS = 0.5
 
 @dataclass(frozen=True)
 class PreconditionedCayley:
-    """Steps in the metric P = L + tiny M, in which the harmonic map's Hessian has condition number 1.5.
+    """Newton steps of a sphere's own harmonic map, by which that of any surface converges fast, too.
 
-    Beyond the Moebius gauge its eigenvalues on the sphere are (l (l + 1) - 2) / (l (l + 1)) for l >= 2, between 2/3
-    and 1, so that a step of length one gains a factor of three at the least. The search of Algorithm 1 shortens it only
-    where bad triangles make the energy rise.
+    Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
+    right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
+    of which the gauge disposes. With P = L + tiny M, factorised, P^-1 times it is 1 + 2 / (l (l + 1)) on gradients and
+    1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l + 1,
+    and of degree l. So steps along P^-1 H (eq. (11) with that for H) are Newton's for fine fields, and leave a third of
+    those of degree 2, whose ten are taken by their own Hessian instead: then a sixth is left of degree 3, and less of
+    all others. The search of Algorithm 1 shortens a step only where bad triangles make the energy rise.
     """
 
     def iterates(
@@ -68,8 +70,12 @@ class PreconditionedCayley:
             g -= (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost
             g -= density[:, None] * e
             D = problem.metric.solve(g)
-            D -= weighted_sum(problem.A, D) / problem.A.sum()
-            left = inner(g, D) / _LEFT
+            quadrupoles = _correct_quadrupoles(D, x, g)
+            D -= weighted_sum(problem.A, D)
+            # A step leaves at most a fifth of the square of what is not of degree 2, and of that the same share as of
+            # degree 3 or less, if its Hessian is the sphere's but for a sixth.
+            square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
+            left = (abs(square - quadrupoles) + quadrupoles / 4) / 5
             trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with P^-1 H for H
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
             step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
@@ -87,6 +93,21 @@ def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
     """
     gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
     return np.linalg.solve(gram, H.sum(axis=0) - weighted_sum(density, x))
+
+
+def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
+    """Make the fields of degree 2 in P^-1 g those of a Newton step; return their square, integrated over the sphere.
+
+    They are the tangent part of Q x, and x cross Q x, for symmetric Q without trace. The square of either integrates to
+    4 pi |Q|^2 / 5, the Hessian is 4 times that, and P^-1 g has 4/3 and 2/3 of the Newton step.
+    """
+    x_columns, g_columns = np.ascontiguousarray(x.T), np.ascontiguousarray(g.T)
+    moments = (np.einsum("ji,ki->jk", x_columns, y) for y in (g_columns, column_crosses(g_columns, x_columns)))
+    Q, turned = (5 / (16 * np.pi) * ((M + M.T) / 2 - np.trace(M) / 3 * np.eye(3)) for M in moments)
+    y = np.einsum("jk,ki->ji", turned, x_columns)
+    y += column_crosses(x_columns, np.einsum("jk,ki->ji", Q, x_columns))
+    D += column_crosses(x_columns, y).T / 3
+    return 4 * np.pi / 5 * float((Q**2).sum() + (turned**2).sum())
 
 
 @stage("steps")

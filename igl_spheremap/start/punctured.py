@@ -39,6 +39,9 @@ OFF_CENTRE = 1e-4
 #: a plane map is that of the faces beside the puncture: with 1e-6 the rest costs a step more at 2.6 million vertices.
 _ACCURACY = 1e-7
 _FINAL_ACCURACY = 1e-8
+#: The error of a puncture is measured where the distance from the middle is that of its corners over these: nearer to
+#: the corners it has further terms, and farther away it is lost in what is rough about the surface.
+_FAR, _NEAR = 8, 3
 #: Faces tried before the best of the poor starts is taken.
 _TRIES = 4
 
@@ -57,13 +60,12 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
 
     The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
     where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
-    (reference [11] of Lai et al.); its affine correction is ours, for the discretisation error of the puncture is
-    mostly one global stretch of the plane.
+    (reference [11] of Lai et al.); what takes out the discretisation error of the puncture is ours.
     """
     tried: list[Start] = []
     for face in candidate_faces(mesh) if faces is None else faces:
         z = _placed_map(mesh, operators, face)
-        z, stretch = _without_stretch(mesh, z)
+        z, stretch = _corrected(mesh, z, face)
         x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
@@ -94,7 +96,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     side, w = _in_their_planes(mesh, mesh.f[sample])
     area = side * w.imag / 2
     quality = area / (side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2)
-    middling = np.median(area)
+    middling = np.sort(area)[len(area) // 2]
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), 1e-300)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
     yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()  # of the best 160 on large meshes
@@ -138,21 +140,47 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
         return np.einsum("ij,j->i", green, coefficients)
 
 
-def _without_stretch(mesh: Mesh, z: ComplexArray) -> tuple[ComplexArray, complex]:
-    """Take out the mean Beltrami coefficient, z + nu conj(z), estimated from a sample of faces by medians."""
-    f = mesh.f[_spread(len(mesh.f), _SAMPLE)]
+def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, complex]:
+    """Take out the discretisation error of a puncture, and return its part nu.
+
+    With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2 but for terms
+    that matter only at the puncture. The first part stretches the whole plane, if the punctured face is not placed as
+    its surroundings ask for. The second has the threefold symmetry of a triangle, and is the larger one for a good
+    face: its Beltrami coefficient is about conj(z) over the distance of the corners.
+    """
+    z = _about_middle(z, mesh.A)
+    body = mesh.f[_spread(len(mesh.f), _SAMPLE)]
+    nu = _median(_beltrami(mesh, body, z))
+    if nu is None:
+        return z, 1.0
+    if abs(nu) < _LARGEST_CORRECTION:
+        z = z + nu * z.conj()
+    distance = np.abs(z)
+    corner = distance[mesh.f[face]].min()
+    near = (distance > corner / _FAR) & (distance < corner / _NEAR)
+    ring = mesh.f[near.take(mesh.f[:, 0])]
+    ring = ring[near[ring].all(axis=1)]
+    kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
+    return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu
+
+
+def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
+    """For each face the nu for which z + nu conj(z) is conformal there; NaN where it is rounding or not below 1."""
     side, w = _in_their_planes(mesh, f)
     with np.errstate(all="ignore"):
         first, second, third = z[f.T]
         dp, dq = second - first, third - first
         # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
         nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
-        known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z[f] - first[0]).max()
-    nu = nu[known & (w.imag > 0) & np.isfinite(nu) & (np.abs(nu) < 1)]
-    if not len(nu):
-        return z, 1.0
-    mean = complex(np.median(nu.real), np.median(nu.imag))
-    return (z + mean * z.conj() if abs(mean) < _LARGEST_CORRECTION else z), mean
+        known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z).max()
+        return np.where(known & (w.imag > 0) & (np.abs(nu) < 1), nu, np.nan)
+
+
+def _median(values: ComplexArray) -> complex | None:
+    """Median of the real parts and of the imaginary parts of numbers, NaN left out; None if there are none."""
+    values = values[np.isfinite(values)]
+    middle = len(values) // 2
+    return complex(np.sort(values.real)[middle], np.sort(values.imag)[middle]) if len(values) else None
 
 
 def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]:
@@ -171,13 +199,18 @@ def _spread(n: int, most: int) -> slice:
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
-    sample = _spread(len(z), _SAMPLE)  # an estimate is enough: centring comes later
-    w = weights[sample]
-    z = z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
-    radius = np.abs(z)
-    middle = _middle(radius[sample], w)
+    z = _about_middle(z, weights)
+    radius, sample = np.abs(z), _spread(len(z), _SAMPLE)
+    middle = _middle(radius[sample], weights[sample])
     z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
+
+
+def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
+    """Positions relative to about the middle of the weights: an estimate is enough, for centring comes later."""
+    sample = _spread(len(z), _SAMPLE)
+    w = weights[sample]
+    return z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
 
 
 def _middle(values: FloatArray, weights: FloatArray) -> float:
