@@ -82,8 +82,9 @@ class PreconditionedCayley:
             if step is None:
                 return
             (x, H), energy = step.trial, step.energy
-            gap = energy - float(face_areas(x, problem.f).sum())
-            yield Iterate("sobolev", 0, k, x, energy, left / max(gap, _LEAST_GAP), step.tau)
+            area = float(face_areas(x, problem.f).sum())
+            residual = left / max(energy - area, _LEAST_GAP)
+            yield Iterate("sobolev", 0, k, x, energy, residual, step.tau, {"area": area})
 
 
 def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
@@ -134,10 +135,10 @@ def harmonic_map(
         iterates = solver.iterates(problem, x)
     first = next(iterates)
     minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
-    last, stopped = minimum.last, minimum.status is Status.STOPPED
-    if not stopped and is_coarse(mesh, last.x) and _start_is_better(mesh, first.x, last.x):
-        return replace(minimum, last=first)
-    return minimum
+    last = minimum.last
+    if minimum.status is Status.STOPPED or last.details is None or not is_coarse(last.details["area"]):
+        return minimum
+    return replace(minimum, last=first) if _start_is_better(mesh, first.x, last.x) else minimum
 
 
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:

@@ -70,7 +70,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         if x is None or not np.isfinite(x).all():
             continue
         tried.append(_evaluated(x, operators))
-        coarse = is_coarse(mesh, x)
+        coarse = is_coarse(float(face_areas(x, mesh.f).sum()))
         if abs(stretch) < _LARGEST_STRETCH and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
@@ -85,9 +85,9 @@ def _evaluated(x: FloatArray, operators: Operators) -> Start:
     return Start(x, 0.5 * inner(x, derivative), derivative)  # eq. (6)
 
 
-def is_coarse(mesh: Mesh, x: FloatArray) -> bool:
-    """True if faces cut so deep through the sphere that 5 percent of its area are lost."""
-    return float(face_areas(x, mesh.f).sum()) < _COARSE * 4 * np.pi
+def is_coarse(area: float) -> bool:
+    """True if flat faces of so much area in all cut so deep through the sphere that 5 percent of its area are lost."""
+    return area < _COARSE * 4 * np.pi
 
 
 def candidate_faces(mesh: Mesh) -> Iterator[int]:
