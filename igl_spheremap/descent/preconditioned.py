@@ -26,7 +26,7 @@ from .problem import Problem
 
 #: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
 TOLERANCE = 1e-3
-#: Steps at the most; on most meshes two or three reach the tolerance.
+#: Steps at the most; on most meshes one or two reach the tolerance.
 MAX_ITERATIONS = 30
 #: Rise of the energy, as a share of it, that is rounding.
 _ROUNDING = 1e-13
@@ -68,7 +68,7 @@ class PreconditionedCayley:
             e = _boost(x, H, density)
             g = H  # in its memory
             g -= (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost
-            g -= density[:, None] * e
+            g -= (e[:, None] * density).T
             D = problem.metric.solve(g)
             quadrupoles = _correct_quadrupoles(D, x, g)
             D -= weighted_sum(problem.A, D)

@@ -34,7 +34,11 @@ def row_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def column_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross products of vectors whose coordinates run along the first axis."""
-    return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+    c = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    for k in range(3):
+        np.multiply(a[k - 2], b[k - 1], out=c[k])
+        c[k] -= a[k - 1] * b[k - 2]
+    return c
 
 
 def row_dets(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

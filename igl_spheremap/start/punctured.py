@@ -39,9 +39,9 @@ OFF_CENTRE = 1e-4
 #: a plane map is that of the faces beside the puncture: with 1e-6 the rest costs a step more at 2.6 million vertices.
 _ACCURACY = 1e-7
 _FINAL_ACCURACY = 1e-8
-#: The error of a puncture is measured where the distance from the middle is that of its corners over these: nearer to
-#: the corners it has further terms, and farther away it is lost in what is rough about the surface.
-_FAR, _NEAR = 8, 3
+#: The error of a puncture is measured up to the first of these shares of its corners' distance, beyond which it has
+#: further terms; from the second on, or from half way to the body, where it is lost in what is rough about the surface.
+_NEAR, _FAR = 1 / 3, 1 / 8
 #: Faces tried before the best of the poor starts is taken.
 _TRIES = 4
 
@@ -155,11 +155,12 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
         return z, 1.0
     if abs(nu) < _LARGEST_CORRECTION:
         z = z + nu * z.conj()
-    distance = np.abs(z)
-    corner = distance[mesh.f[face]].min()
-    near = (distance > corner / _FAR) & (distance < corner / _NEAR)
+    distance, sample = np.abs(z), _spread(len(z), _SAMPLE)
+    corner, middle = distance[mesh.f[face]].min(), _middle(distance[sample], mesh.A[sample])
+    near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)
     ring = mesh.f[near.take(mesh.f[:, 0])]
     ring = ring[near[ring].all(axis=1)]
+    ring = ring[_spread(len(ring), _SAMPLE)]
     kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
     return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu
 
@@ -194,7 +195,7 @@ def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]
 
 def _spread(n: int, most: int) -> slice:
     """Every so many-th of `n`, at most so many in all."""
-    return slice(None, None, -(-n // most))
+    return slice(None, None, max(1, -(-n // most)))
 
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:

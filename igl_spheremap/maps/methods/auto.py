@@ -1,4 +1,4 @@
-"""The default: one factorisation, a start by two solves, two or three steps, and repair where the map folds."""
+"""The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds."""
 
 from __future__ import annotations
 
