@@ -36,16 +36,22 @@ def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
 
 def half_edges(f: IntArray, n: int) -> HalfEdges | None:
     """Half-edges of faces whose indices are in range; None unless each has exactly one twin."""
-    faces, loops = f.astype(np.int32), np.arange(n, dtype=np.int32)
-    a, b, c = np.ascontiguousarray(faces.T)
-    start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
-    number = np.append(np.arange(f.size, dtype=np.int32).reshape(f.shape).T, loops + f.size) + 1  # 0 is no entry
-    there = csr_matrix((number, (start, stop)), shape=(n, n))
+    faces = f.astype(np.int32)
+    there = _numbered(faces, n)
     back = there.T.tocsr()
     same = np.array_equal(there.indptr, back.indptr) and np.array_equal(there.indices, back.indices)
-    if there.nnz < len(start) or not same:
+    if there.nnz < f.size + n or not same:
         return None
     there.data -= 1
     back.data -= 1
     diagonal = np.flatnonzero(there.data >= f.size).astype(np.int32)
     return HalfEdges(faces, there.indptr, there.indices, there.data, back.data, diagonal)
+
+
+def _numbered(faces: Indices, n: int) -> csr_matrix:
+    """Matrix of the numbers of half-edges, from 1, then of vertices on the diagonal; those of one entry are added."""
+    loops = np.arange(n, dtype=np.int32)
+    a, b, c = np.ascontiguousarray(faces.T)
+    start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
+    number = np.append(np.arange(faces.size, dtype=np.int32).reshape(faces.shape).T, loops + faces.size) + 1
+    return csr_matrix((number, (start, stop)), shape=(n, n))

@@ -43,15 +43,17 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
             continue
+        diagonal = _diagonal(L, mesh, choice)
+        kept = L.data[diagonal]
+        L.data[diagonal] += _REGULARISATION * mesh.A  # P, in the memory of L: factors keep the pattern only
         try:
-            P = sp.csr_matrix((L.data.copy(), L.indices, L.indptr), shape=L.shape)  # both share the pattern
-            P.data[_diagonal(L, mesh, choice)] += _REGULARISATION * mesh.A
-            factor = factorize(P, backend, like.factor if like else None)
+            factor = factorize(L, backend, like.factor if like else None)
         except FactorisationFailed:
             if choice == "uniform":
                 raise
             notes.append(f"{choice} weights are not positive definite: obtuse slivers")
             continue
+        L.data[diagonal] = kept
         break
     return Operators(L, factor, choice, tuple(notes))
 

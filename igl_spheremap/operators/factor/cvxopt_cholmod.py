@@ -26,11 +26,14 @@ def build(P: sp.csr_matrix) -> Factor:
     cholmod.options.update(supernodal=2, nmethods=len(given))
     symbolic = cholmod.symbolic(A, **given)
     cholmod.options["nmethods"] = 0  # the default
-    return _factorised(P, order, A, np.array(A.V, dtype=np.int32).ravel() - 1, symbolic)
+    return _factorised(P, A, order, symbolic)
 
 
-def _factorised(P: sp.csr_matrix, order: np.ndarray, A: spmatrix, source: np.ndarray, symbolic: Any) -> Factor:
-    A.V = matrix(P.data.take(source))
+def _again(P: sp.csr_matrix, order: np.ndarray, symbolic: Any) -> Factor:
+    return _factorised(P, _lower_triangle(P, order), order, symbolic)
+
+
+def _factorised(P: sp.csr_matrix, A: spmatrix, order: np.ndarray, symbolic: Any) -> Factor:
     try:
         cholmod.numeric(A, symbolic)
     except ArithmeticError as error:
@@ -41,14 +44,14 @@ def _factorised(P: sp.csr_matrix, order: np.ndarray, A: spmatrix, source: np.nda
         x = cholmod.spsolve(symbolic, sparse(matrix(np.asfortranarray(b.reshape(len(b), -1)))))
         return np.asarray(matrix(x)).reshape(b.shape)
 
-    again = partial(_factorised, order=order, A=A, source=source, symbolic=symbolic)
+    again = partial(_again, order=order, symbolic=symbolic)
     return Factor("cvxopt", len(order), P.indices, reordered(order, solve), again=again)
 
 
 def _lower_triangle(P: sp.csr_matrix, order: np.ndarray) -> spmatrix:
-    """Lower triangle of the symmetric matrix P[order, order]; its entries are where those of P are stored, from 1."""
+    """Lower triangle of the symmetric matrix P[order, order]."""
     n, rank = len(order), inverse_permutation(order)
     rows, columns = rank.take(P.indices), rank.repeat(np.diff(P.indptr))
-    lower = np.flatnonzero(rows >= columns).astype(np.int32)
-    # From 1, because `sparse` drops zeros.
-    return spmatrix(matrix(lower + 1), matrix(rows.take(lower)), matrix(columns.take(lower)), (n, n), "d")
+    lower = np.flatnonzero(rows >= columns)
+    index = (matrix(which.take(lower)) for which in (rows, columns))
+    return spmatrix(matrix(P.data.take(lower)), *index, (n, n))
