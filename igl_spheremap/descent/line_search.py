@@ -10,8 +10,6 @@ T = TypeVar("T")
 #: Which quotient of eq. (12) is the first step tried.
 BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
-#: Reductions after which no step is taken to exist: with delta = 0.1 the step is below rounding long before.
-_MAX_REDUCTIONS = 40
 
 
 @dataclass(frozen=True)
@@ -43,6 +41,8 @@ class NonmonotoneSearch:
     delta: float = 0.1
     #: Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
     xi: float = 0.85
+    #: Reductions after which no step is taken to exist: with delta = 0.1 the step is below rounding long before 40.
+    reductions: int = 40
 
     def __post_init__(self) -> None:
         self._C = self.energy
@@ -54,7 +54,7 @@ class NonmonotoneSearch:
         `trial` takes a step size, and returns the energy there and whatever the caller wants back; `slope` is the
         derivative of the energy along the path at 0. None if no size above rounding is acceptable.
         """
-        for _ in range(_MAX_REDUCTIONS):
+        for _ in range(self.reductions):
             energy, extra = trial(tau)
             if energy <= self._C + self.rho * tau * slope:  # Algorithm 1, step 3; a NaN is refused
                 return Accepted(tau, energy, extra)

@@ -30,6 +30,9 @@ TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 #: Rise of the energy, as a share of it, that is rounding.
 _ROUNDING = 1e-13
+#: Halvings of a step at the most. Shorter ones are of bodies with limbs beyond float64, whose maps fold anyway: they
+#: gained less than 1e-4 of the energy, and went on doing so until rounding stopped them.
+_HALVINGS = 10
 #: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
 _LEAST_GAP = 1e-9
 #: A start with more foldings than the end is preferred if its angle differences are below this share of the end's.
@@ -77,7 +80,7 @@ class PreconditionedCayley:
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
             left = (abs(square - quadrupoles) + quadrupoles / 4) / 5
             trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with P^-1 H for H
-            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5)
+            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, reductions=_HALVINGS)
             step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
             if step is None:
                 return

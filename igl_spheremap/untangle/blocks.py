@@ -28,7 +28,7 @@ class VertexBlocks:
         H.setdiag((1 + damping) * H.diagonal() + added)
         if not exact:
             return block_jacobi(H)
-        self._factor = factorize(H, like=self._factor)
+        self._factor = factorize(H, like=self._factor, many=True)
         if not self._factor.exact:  # multigrid is made for Laplacians
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
         return self._factor

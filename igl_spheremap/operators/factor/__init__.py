@@ -38,12 +38,13 @@ def available_backends() -> tuple[str, ...]:
 
 
 @stage("factorisation")
-def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None) -> Factor:
+def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None, *, many: bool = False) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
     "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
     memory, "multigrid", which only approximates the inverse. If `like` is given, the factor of a matrix with the same
-    pattern, its order is used again, and that factor is lost.
+    pattern, its order is used again, and that factor is lost. If `many` are to follow, a solver may search for a
+    better order.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
@@ -64,8 +65,8 @@ def factorize(P: sp.spmatrix, backend: str = "auto", like: Factor | None = None)
         raise FactorisationFailed("the matrix has entries that are not finite")
     if like is not None and like.again and like.backend == backend and np.array_equal(like.indices, P.indices):
         return like.again(P)
-    build: Callable[[sp.csr_matrix], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
-    return build(P)
+    build: Callable[[sp.csr_matrix, bool], Factor] = import_module(f".{_BACKENDS[backend][1]}", __name__).build
+    return build(P, many)
 
 
 def _choose(n: int, available: tuple[str, ...]) -> str:

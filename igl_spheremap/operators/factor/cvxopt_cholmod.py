@@ -17,13 +17,16 @@ from .ordering import bandwidth_order, nested_dissection
 _DISSECT_FROM = 100_000
 
 
-def build(P: sp.csr_matrix) -> Factor:
-    """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
+def build(P: sp.csr_matrix, many: bool = False) -> Factor:
+    """Factorise `P`; raise FactorisationFailed where it is not positive definite.
+
+    If `many` of its pattern follow, a dissection competes with minimum degree, which fills less on limbs.
+    """
     dissect = P.shape[0] >= _DISSECT_FROM
     order = nested_dissection(P).order if dissect else bandwidth_order(P)
     A = _lower_triangle(P, order)
-    given = {"p": matrix(np.arange(len(order)))} if dissect else {}  # the only order that CHOLMOD is to try
-    cholmod.options.update(supernodal=2, nmethods=len(given))
+    given = {"p": matrix(np.arange(len(order)))} if dissect else {}
+    cholmod.options.update(supernodal=2, nmethods=(1 + many) * dissect)  # to try, `given` first; 0 is the default
     symbolic = cholmod.symbolic(A, **given)
     cholmod.options["nmethods"] = 0  # the default
     return _factorised(P, A, order, symbolic)

@@ -40,7 +40,7 @@ class _Level:
     restrict: Rows
 
 
-def build(P: sp.csr_matrix) -> Factor:
+def build(P: sp.csr_matrix, many: bool = False) -> Factor:
     """Set up the hierarchy of `P`; raise FactorisationFailed where it can't be positive definite."""
     order = bandwidth_order(P)
     A, scale = _scaled(renumbered(P, order))

@@ -10,7 +10,7 @@ from .base import Factor, reordered
 from .ordering import bandwidth_order, renumbered
 
 
-def build(P: sp.csr_matrix) -> Factor:
+def build(P: sp.csr_matrix, many: bool = False) -> Factor:
     """Factorise `P`; raise FactorisationFailed where it is not positive definite."""
     order = bandwidth_order(P)  # a subdivided mesh's own order misleads minimum degree
     try:

@@ -18,7 +18,7 @@ _DISSECT_FROM = 40_000
 _LARGEST_BACKWARD_ERROR = 1e-8
 
 
-def build(P: sp.csr_matrix) -> Factor:
+def build(P: sp.csr_matrix, many: bool = False) -> Factor:
     """Factorise `P`; raise FactorisationFailed where its factors aren't those of a positive definite matrix.
 
     Minimum degree in a mesh's own order can make twenty times the fill (spikes): it breaks ties by index.

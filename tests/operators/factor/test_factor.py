@@ -59,14 +59,16 @@ def test_pinned_vertices(backend):
 
 
 @pytest.mark.parametrize(("name", "module"), [("cvxopt", "cvxopt_cholmod"), ("scipy", "scipy_superlu")])
-@pytest.mark.parametrize("dissect_from", [0, 10**9])
-def test_both_orders_of_a_backend_solve_a_matrix_and_another_of_its_pattern(name, module, dissect_from, monkeypatch):
+@pytest.mark.parametrize(("dissect_from", "many"), [(0, False), (0, True), (10**9, True)])
+def test_all_orders_of_a_backend_solve_a_matrix_and_another_of_its_pattern(
+    name, module, dissect_from, many, monkeypatch
+):
     if name not in available_backends():
         pytest.skip(f"{name} is not installed")
     monkeypatch.setattr(import_module(f"igl_spheremap.operators.factor.{module}"), "_DISSECT_FROM", dissect_from)
     P = problem(4, 1e-3)
     b = right_hand_sides(P.shape[0])
-    first = factorize(P, name)
+    first = factorize(P, name, many=many)
     x = first.solve(b)
     np.testing.assert_allclose(P @ x, b, atol=1e-10)
     np.testing.assert_allclose(factorize(4 * P, name, like=first).solve(b), x / 4, rtol=1e-15)
