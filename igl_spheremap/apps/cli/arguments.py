@@ -121,6 +121,9 @@ OPTIONS = (
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
+)
+#: For one map, which an .npz file keeps.
+ATLAS = (
     switch("--atlas", help="write charts of the plane beside the map, where limbs beyond float64 keep their angles "
            "(auto; .npz)", default=None),
 )

@@ -58,6 +58,7 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
         *shared.MAPPING,
         shared.method("auto", "default: auto, the fast pipeline"),
         *shared.OPTIONS,
+        *shared.ATLAS,
         shared.BALANCE,
     ),
     "check": (*shared.pair(optional=True), *shared.OUTPUT),
@@ -152,6 +153,7 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
                  "{folder}/lh.sphere.conformal or spheres/{stem}.ply; default with --subjects-dir: "
                  "{folder}/{name}.conformal, or .balanced"),
         shared.method("auto", "default: auto"),
+        *shared.OPTIONS,
         shared.BALANCE,
         argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
         argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "

@@ -16,6 +16,7 @@ from ....populations.executors import connect
 from ....populations.map_many import map_many
 from ....populations.table import Row, check_table, write_table
 from ....populations.targets import manifest_of, targets_of
+from ..chosen import chosen_method
 from ..exits import Exit
 from ..failures import UsageError
 from ..inputs import expand, subjects
@@ -25,7 +26,7 @@ from .summarise import STATUS, counts, with_flags_in_notes
 
 def run(args: Namespace) -> Exit:
     """Map what is not mapped yet; the status is the largest of any file."""
-    sources = _sources(args)
+    sources, method = _sources(args), chosen_method(args)
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
     _check_summary(args.summary, [*sources, *targets, args.manifest or manifest_of(pattern)])
@@ -43,7 +44,7 @@ def run(args: Namespace) -> Exit:
             interrupt(row)
 
         rows = map_many(
-            sources, pattern, executor=executor, processes=args.jobs, method=args.method,
+            sources, pattern, executor=executor, processes=args.jobs, method=method,
             balance=args.balance, repair=args.repair, keep_largest=args.keep_largest, force=args.force,
             manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
             memory=args.memory, retries=args.retries, report=args.report, listener=listen,

@@ -48,10 +48,20 @@ def test_a_batch_maps_what_can_be_mapped_and_goes_on(desk, capsys):
     assert capsys.readouterr().out == ""
 
 
+def test_a_batch_takes_the_options_of_a_method_as_map_does(desk, capsys):
+    options = ["--polish", "angles", "--gauge", "centred"]
+    assert main(["batch", "300.ply", "--out", "{stem}_batch.ply", *options, "-q"]) == Exit.OK
+    assert main(["map", "300.ply", "300_map.ply", *options, "-q"]) == Exit.OK
+    sphere, mesh = read_mesh("300_batch.ply").v, read_mesh("300.ply")
+    assert (sphere == read_mesh("300_map.ply").v).all()
+    assert abs(sphere - ism.spherical_conformal_map(mesh.v, mesh.f).sphere).max() > 1e-5
+
+
 @pytest.mark.parametrize(
     ("arguments", "status"),
     [
         (["300.ply", "600.ply", "--out", "same.ply"], 64),
+        (["300.ply", "--out", "{stem}.obj", "--weights", "delaunay"], 64),
         (["300.ply", "--out", "{folder}/{name}"], 64),
         (["300.ply", "600.ply", "--out", "600.ply", "--force"], 64),
         (["300.ply", "--out", "{stem}_sphere.stl"], 64),
