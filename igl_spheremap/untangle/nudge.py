@@ -31,8 +31,8 @@ def nudge(x: FloatArray, f: IntArray, watch: Watch | None = None) -> FloatArray:
 
     >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
     >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
-    >>> folded_faces(x, f).tolist(), folded_faces(nudge(x, f), f).any()
-    ([False, True, False, False], np.False_)
+    >>> folded_faces(x, f).tolist(), bool(folded_faces(nudge(x, f), f).any())
+    ([False, True, False, False], False)
     """
     bad = folded_faces(x, f)
     near = np.zeros(len(x), dtype=bool)
