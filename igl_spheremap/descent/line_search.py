@@ -11,7 +11,6 @@ T = TypeVar("T")
 BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
 
-
 @dataclass(frozen=True)
 class Accepted(Generic[T]):
     """A step that the search accepts: its size, the energy there, and what the trial returned beside it."""

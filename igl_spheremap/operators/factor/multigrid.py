@@ -31,6 +31,8 @@ _COARSEST = 2_000
 #: the coarse levels act on the rest.
 _SMOOTHED_FROM, _SMOOTHED_TO = 0.2, 1.1
 _POWER_STEPS = 12
+
+
 @dataclass(frozen=True)
 class _Level:
     """A matrix whose largest eigenvalue is about 1, and the way to the next coarser level."""
