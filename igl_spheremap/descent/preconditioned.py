@@ -10,7 +10,7 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.measure import face_areas
+from ..mesh.measure import surface_area
 from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
@@ -85,7 +85,7 @@ class PreconditionedCayley:
             if step is None:
                 return
             (x, H), energy = step.trial, step.energy
-            area = float(face_areas(x, problem.f).sum())
+            area = surface_area(x, problem.f)
             residual = left / max(energy - area, _LEAST_GAP)
             yield Iterate("sobolev", 0, k, x, energy, residual, step.tau, {"area": area})
 

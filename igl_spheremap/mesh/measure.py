@@ -33,6 +33,15 @@ def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) 
     return np.concatenate([measure(v, f[k : k + _LIBIGL_BLOCK]) for k in starts])
 
 
+def spread(n: int, most: int) -> slice:
+    """Every so many-th of `n`, at most so many in all.
+
+    >>> list(range(10))[spread(10, 4)]
+    [0, 3, 6, 9]
+    """
+    return slice(None, None, max(1, -(-n // most)))
+
+
 def _unit_scale(d: FloatArray) -> FloatArray:
     """Rows divided by their largest entry, so that products neither over- nor underflow."""
     size = np.abs(d).max(axis=1, keepdims=True)
@@ -86,6 +95,11 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     u, w = sides / np.where(size > 0, size, 1)[:, None]
     areas[small] = np.where(size < _SHORT, size**2 * np.linalg.norm(np.cross(u, w), axis=1) / 2, areas[small])
     return areas
+
+
+def surface_area(v: FloatArray, f: IntArray) -> float:
+    """Flat area of all faces together."""
+    return float(face_areas(v, f).sum())
 
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:

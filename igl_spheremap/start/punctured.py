@@ -9,7 +9,7 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.measure import face_areas
+from ..mesh.measure import spread, surface_area
 from ..mesh.normals import mesh_gauss_map
 from ..mesh.timings import stage
 from ..operators.laplacian import apply
@@ -70,7 +70,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         if x is None or not np.isfinite(x).all():
             continue
         tried.append(_evaluated(x, operators))
-        coarse = is_coarse(float(face_areas(x, mesh.f).sum()))
+        coarse = is_coarse(surface_area(x, mesh.f))
         if abs(stretch) < _LARGEST_STRETCH and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
@@ -92,7 +92,7 @@ def is_coarse(area: float) -> bool:
 
 def candidate_faces(mesh: Mesh) -> Iterator[int]:
     """Four well-shaped faces of middling size, spread over the mesh: good ones to puncture."""
-    sample = _spread(len(mesh.f), _CANDIDATES)
+    sample = spread(len(mesh.f), _CANDIDATES)
     side, w = _in_their_planes(mesh, mesh.f[sample])
     area = side * w.imag / 2
     quality = area / (side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2)
@@ -150,20 +150,20 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     vertices, that the body reaches to an eighth of that do without.
     """
     z = _about_middle(z, mesh.A)
-    body = mesh.f[_spread(len(mesh.f), _SAMPLE)]
+    body = mesh.f[spread(len(mesh.f), _SAMPLE)]
     nu = _median(_beltrami(mesh, body, z))
     if nu is None:
         return z, 1.0
     if abs(nu) < _LARGEST_CORRECTION:
         z = z + nu * z.conj()
-    distance, sample = np.abs(z), _spread(len(z), _SAMPLE)
+    distance, sample = np.abs(z), spread(len(z), _SAMPLE)
     corner, middle = distance[mesh.f[face]].min(), _middle(distance[sample], mesh.A[sample])
     if _FAR * corner < middle:
         return z, nu
     near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)
     ring = mesh.f[near.take(mesh.f[:, 0])]
     ring = ring[near[ring].all(axis=1)]
-    ring = ring[_spread(len(ring), _SAMPLE)]
+    ring = ring[spread(len(ring), _SAMPLE)]
     kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
     return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu
 
@@ -196,15 +196,10 @@ def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]
     return side, along + 1j * np.sqrt(np.maximum((q * q).sum(axis=0) - along**2, 0.0))
 
 
-def _spread(n: int, most: int) -> slice:
-    """Every so many-th of `n`, at most so many in all."""
-    return slice(None, None, max(1, -(-n // most)))
-
-
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
     z = _about_middle(z, weights)
-    radius, sample = np.abs(z), _spread(len(z), _SAMPLE)
+    radius, sample = np.abs(z), spread(len(z), _SAMPLE)
     middle = _middle(radius[sample], weights[sample])
     z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
@@ -212,7 +207,7 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
 
 def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
     """Positions relative to about the middle of the weights: an estimate is enough, for centring comes later."""
-    sample = _spread(len(z), _SAMPLE)
+    sample = spread(len(z), _SAMPLE)
     w = weights[sample]
     return z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.measure import face_areas
+from ..mesh.measure import surface_area
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import weighted_sum
 from ..start.punctured import is_coarse
@@ -52,7 +52,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """
     y = fix_gauge(mesh, x)
     free = certify_checked(y, mesh.f).folding_free
-    if free and not is_coarse(float(face_areas(x, mesh.f).sum())):
+    if free and not is_coarse(surface_area(x, mesh.f)):
         return y
     if not free:
         if not is_off_centre(mesh, x):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.measure import corner_angles
+from ..mesh.measure import corner_angles, spread
 from ..mesh.timings import stage
 from ..sphere.rows import weighted_sum
 from ..verify.distortion import mean_difference
@@ -74,8 +74,8 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     """True if the angle differences of a map without foldings are large and steps would lower them, by a sample."""
-    spread = mesh.f[:: -(-len(mesh.f) // _FACES)]
-    if mean_difference(corner_angles(mesh.v, spread), x, spread) <= _GOOD:
+    sample = mesh.f[spread(len(mesh.f), _FACES)]
+    if mean_difference(corner_angles(mesh.v, sample), x, sample) <= _GOOD:
         return False
     movable = np.zeros(len(x), dtype=bool)
     movable[:: max(1, len(x) // _STARS)] = True

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh, check_rows
-from ..mesh.measure import face_areas
+from ..mesh.measure import face_areas, surface_area
 
 
 @own_errstate
@@ -92,7 +92,7 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 def mesh_edge_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`edge_distortion` for a checked mesh."""
-    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(face_areas(p, mesh.f).sum())
+    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(surface_area(p, mesh.f))
                      for p in (x, mesh.v))
     return _log_ratio(image, source)
 
