@@ -32,7 +32,7 @@ from igl_spheremap.apps.viewer.stage import Stage, draw_legend
 from igl_spheremap.draw.palette import LINES
 from igl_spheremap.draw.plot import angle_histogram
 from igl_spheremap.maps.options import METHODS
-from igl_spheremap.mesh.normals import mesh_gauss_map
+from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.verify.distortion import mesh_angle_differences
 from igl_spheremap.verify.signs import folded_faces
 
@@ -63,7 +63,7 @@ class Contender:
 
 def contenders(mesh: ism.Mesh, methods: list[str]) -> list[Contender]:
     """The Gauss map, and the map by each method."""
-    maps = [("Gauss map", mesh_gauss_map(mesh))]
+    maps = [("Gauss map", vertex_normals(mesh.v, mesh.f))]
     for method in methods:
         maps.append((method, ism.spherical_conformal_map(mesh.vertices, mesh.f, method).sphere))
     return [Contender.of(mesh, name, x) for name, x in maps]

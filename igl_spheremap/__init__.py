@@ -48,7 +48,6 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .mesh.check import check_mesh as check_mesh
     from .mesh.clean import RepairedMesh as RepairedMesh
     from .mesh.clean import repair_mesh as repair_mesh
-    from .mesh.normals import gauss_map as gauss_map
     from .populations.map_many import map_many as map_many
     from .populations.table import Row as Row
     from .shapes.grid import from_grid as from_grid
@@ -67,6 +66,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .shapes.transfer import transfer as transfer
     from .sphere.cayley import cayley_update as cayley_update
     from .start.star_map import EigenProjection as EigenProjection
+    from .start.star_map import gauss_map as gauss_map
     from .start.star_map import weighted_eigen_projection as weighted_eigen_projection
     from .verify.atlas import ChartAtlas as ChartAtlas
     from .verify.atlas import atlas_angle_differences as atlas_angle_differences
@@ -102,7 +102,6 @@ _NAMES = {
     "maps.spherical_conformal_map": "spherical_conformal_map",
     "mesh.check": "Mesh check_faces check_mesh",
     "mesh.clean": "RepairedMesh repair_mesh",
-    "mesh.normals": "gauss_map",
     "populations.map_many": "map_many",
     "populations.table": "Row",
     "samples": "samples",
@@ -113,7 +112,7 @@ _NAMES = {
     "shapes.texture": "Atlas texture_atlas",
     "shapes.transfer": "resample transfer",
     "sphere.cayley": "cayley_update",
-    "start.star_map": "EigenProjection weighted_eigen_projection",
+    "start.star_map": "EigenProjection gauss_map weighted_eigen_projection",
     "verify.atlas": "ChartAtlas atlas_angle_differences",
     "verify.certificate": "Certificate certify",
     "verify.distortion": "angle_differences conformal_factor",

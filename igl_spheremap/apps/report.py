@@ -20,7 +20,7 @@ from ..io.replacing import replacing
 from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.normals import mesh_gauss_map
+from ..mesh.measure import vertex_normals
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
 from .viewer.pose import fit, pose
@@ -83,7 +83,7 @@ def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
     if len(mesh.f) > MOST_FACES:
         return f"<p>A mesh of {len(mesh.f):,} faces is too large to be turned in a page.</p>"
     turn = pose(mesh.v, up)
-    gauss = mesh_gauss_map(mesh)
+    gauss = vertex_normals(mesh.v, mesh.f)
     views = []
     for name, x in (("Gauss map", gauss), ("Result", sphere)):
         colours = colouring(mesh, x, SUBJECTS[0])
@@ -101,7 +101,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
-    shots.insert(0, ("Gauss map", mesh_gauss_map(mesh), SUBJECTS[0]))
+    shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
     try:
         return [
             picture(_shot(mesh, x, title, subject, up), f"{title}. {_CAPTIONS[subject]}") for title, x, subject in shots

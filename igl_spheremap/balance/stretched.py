@@ -6,8 +6,7 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.measure import corner_angles, log_edges
-from ..operators.limb_scale import FLOAT64_LIMIT
+from ..mesh.measure import FLOAT64_LIMIT, corner_angles, log_edges
 from ..untangle.blocks import VertexBlocks
 from ..untangle.local_repair import repair_locally
 from ..untangle.placed import onto_sphere

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_values
+from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
 from . import npz
 from .reading import reading

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh.check import check_rows, check_triangles
+from ..mesh.arrays import check_rows, check_triangles
 from . import npz
 from .formats import format_of
 from .gifti import structure_of

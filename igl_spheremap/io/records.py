@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_triangles
+from ..mesh.arrays import FloatArray, IntArray, check_triangles
 
 PathLike = str | os.PathLike[str]
 Metadata = Mapping[str, Any]

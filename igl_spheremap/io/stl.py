@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.clean import weld
+from ..mesh.arrays import FloatArray, IntArray, weld
 from .records import Format, Metadata, RawMesh, of_triangles
 from .text import numbers, read_rows
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import FileError, MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_faces, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.check import check_faces
 from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
 from ..verify.atlas import certify_atlas

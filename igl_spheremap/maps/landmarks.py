@@ -13,8 +13,8 @@ from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_rows, plain_array
+from ..mesh.arrays import FloatArray, check_rows, plain_array
+from ..mesh.check import Mesh
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows

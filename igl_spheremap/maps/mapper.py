@@ -13,8 +13,8 @@ from ..balance.family import Family
 from ..descent.iterate import Listener
 from ..descent.recording import History
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import check_mesh, move_mesh, plain_array
+from ..mesh.arrays import FloatArray, plain_array
+from ..mesh.check import check_mesh, move_mesh
 from ..mesh.timings import timed
 from ..operators.operators import build_operators
 from .balanced import check_balance, rebalance_checked

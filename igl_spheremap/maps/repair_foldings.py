@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.iterate import Iterate, Listener, Round, Status
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_directions
+from ..mesh.arrays import FloatArray, check_directions
+from ..mesh.check import Mesh
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
 from ..descent.recording import History
-from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_directions, check_mesh
+from ..mesh.arrays import FloatArray, check_directions
+from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import timed, timings
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows

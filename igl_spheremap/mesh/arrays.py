@@ -1,11 +1,119 @@
-"""Types of arrays."""
+"""Types of arrays, and the checks of arrays that callers give."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+
+
+def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
+    """`values` as an array, or MeshError where rows differ in length or entries are masked."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise MeshError(f"{name} are a masked array; give plain numbers and fill what is masked")
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
+
+
+def _real_array(values: ArrayLike, name: str) -> NDArray[Any]:
+    array = plain_array(values, name)
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
+    return array
+
+
+def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
+    """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
+    array = _real_array(values, name)
+    if array.ndim not in (1, 2) or len(array) != n_vertices:
+        raise MeshError(f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each")
+    array = array.reshape(n_vertices, -1).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(bad):
+        raise MeshError(f"{name} are not finite at {len(bad)} vertices, e.g. {bad[:3].tolist()}; fill them in")
+    return array
+
+
+def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+    """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
+
+    Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
+    """
+    array = _real_array(x, name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per "
+                        f"vertex{_transposed(array)}")
+    if n_vertices is not None and len(array) != n_vertices:
+        raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+    """`check_rows`, and MeshError for rows that are zero or not finite."""
+    rows = check_rows(x, n_vertices, name)
+    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1) | ~rows.any(axis=1))
+    if len(bad):
+        raise MeshError(f"{name} are zero or not finite in {count(bad, 'row')}, {examples(bad)}; give each a direction")
+    return rows
+
+
+def check_triangles(f: ArrayLike) -> IntArray:
+    """Whole numbers of any dtype, byte order and layout as a new (m, 3) int64 array, in range or not.
+
+    Raises MeshError for anything else, and where there are no faces.
+    """
+    array = plain_array(f, "faces")
+    if array.size == 0:
+        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices "
+                        f"each{_transposed(array)}; triangulate polygons first")
+    if array.dtype.kind == "f":
+        if not np.isfinite(array).all() or (array != np.floor(array)).any():
+            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
+    elif array.dtype.kind not in "iu":
+        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
+    return np.array(array, dtype=np.int64, order="C")
+
+
+def _transposed(array: NDArray[Any]) -> str:
+    return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+
+
+def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
+    return f"{len(items)} {singular if len(items) == 1 else plural or singular + 's'}"
+
+
+def listed(items: NDArray[Any], most: int = 5) -> str:
+    shown = ", ".join(str(int(item)) for item in items[:most])
+    return shown + (", ..." if len(items) > most else "")
+
+
+def examples(indices: NDArray[Any]) -> str:
+    return "e.g. " + listed(indices, 3).removesuffix(", ...")
+
+
+def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Each distinct row once, in the order of first appearance, and for each row of `points` the one that equals it.
+
+    >>> weld(np.array([[1.0, 0, 0], [0, 0, 0], [1, 0, 0]]))[1]
+    array([0, 1, 0])
+    """
+    order = np.lexsort(points.T[::-1])  # stable: the first of equals comes first
+    fresh = np.ones(len(points), dtype=bool)
+    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    first = order[fresh]
+    group = np.empty(len(points), dtype=np.int64)
+    group[order] = np.cumsum(fresh) - 1
+    kept = np.sort(first)
+    return points[kept], np.searchsorted(kept, first[group])

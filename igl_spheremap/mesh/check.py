@@ -1,21 +1,26 @@
-"""The check of a mesh: once, in numpy, before libigl gets it."""
+"""The check of a mesh, once, in numpy, before libigl gets it, and the figures that decide how good its map can be."""
 
 from __future__ import annotations
 
-import weakref
 from dataclasses import dataclass
-from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray
-from .edges import HalfEdges, half_edges
-from .explain import REPAIR, REPAIR_LARGEST, count, examples, explain_characteristic, explain_edges, listed
-from .measure import face_areas, vertex_shares
+from .arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, listed, weld
+from .edges import (
+    REPAIR,
+    REPAIR_LARGEST,
+    HalfEdges,
+    edge_keys,
+    explain_characteristic,
+    explain_half_edges,
+    half_edges,
+)
+from .measure import corner_angles, enclosed_volume, face_areas, vertex_shares
 from .timings import stage
 
 _EPS = np.finfo(float).eps
@@ -23,9 +28,6 @@ _EPS = np.finfo(float).eps
 _FLAT = 512 * _EPS
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
 _LEAST_AREA = 1e-9
-#: Those of the last mesh that was checked: the same faces come again when its map is certified, and when only its
-#: positions change.
-_last: weakref.ref[HalfEdges] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +92,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     """
     vertices = _positions(v)
     faces = check_triangles(f)
-    global _last
-    edges = _sphere_edges(faces, len(vertices))
-    _last = weakref.ref(edges)
-    return _normalised(vertices, faces, edges)
+    return _normalised(vertices, faces, _check_sphere(faces, len(vertices)))
 
 
 @stage("check")
@@ -132,83 +131,8 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     (4, 3)
     """
     faces = check_triangles(f)
-    _sphere_edges(faces, n_vertices)
+    _check_sphere(faces, n_vertices)
     return faces
-
-
-def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
-    """`values` as an array, or MeshError where rows differ in length or entries are masked."""
-    if isinstance(values, np.ma.MaskedArray):
-        raise MeshError(f"{name} are a masked array; give plain numbers and fill what is masked")
-    try:
-        return np.asarray(values)
-    except ValueError as error:
-        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
-
-
-def _real_array(values: ArrayLike, name: str) -> NDArray[Any]:
-    array = plain_array(values, name)
-    if array.dtype.kind not in "fiub":
-        raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
-    return array
-
-
-def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
-    """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
-    array = _real_array(values, name)
-    if array.ndim not in (1, 2) or len(array) != n_vertices:
-        raise MeshError(f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each")
-    array = array.reshape(n_vertices, -1).astype(np.float64)
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if len(bad):
-        raise MeshError(f"{name} are not finite at {len(bad)} vertices, e.g. {bad[:3].tolist()}; fill them in")
-    return array
-
-
-def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
-    """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
-
-    Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
-    """
-    array = _real_array(x, name)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per "
-                        f"vertex{_transposed(array)}")
-    if n_vertices is not None and len(array) != n_vertices:
-        raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
-def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
-    """`check_rows`, and MeshError for rows that are zero or not finite."""
-    rows = check_rows(x, n_vertices, name)
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1) | ~rows.any(axis=1))
-    if len(bad):
-        raise MeshError(f"{name} are zero or not finite in {count(bad, 'row')}, {examples(bad)}; give each a direction")
-    return rows
-
-
-def check_triangles(f: ArrayLike) -> IntArray:
-    """Whole numbers of any dtype, byte order and layout as a new (m, 3) int64 array, in range or not.
-
-    Raises MeshError for anything else, and where there are no faces.
-    """
-    array = plain_array(f, "faces")
-    if array.size == 0:
-        raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices "
-                        f"each{_transposed(array)}; triangulate polygons first")
-    if array.dtype.kind == "f":
-        if not np.isfinite(array).all() or (array != np.floor(array)).any():
-            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
-    elif array.dtype.kind not in "iu":
-        raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
-    return np.array(array, dtype=np.int64, order="C")
-
-
-def _transposed(array: NDArray[Any]) -> str:
-    return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
 
 
 def _positions(v: ArrayLike) -> FloatArray:
@@ -232,23 +156,6 @@ def _check_indices(f: IntArray, n: int) -> None:
                         f"{f[bad[0]].tolist()}; {hint}")
 
 
-def _explain_half_edges(f: IntArray, n: int) -> NoReturn:
-    repeated = (f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0])
-    if repeated.any():
-        bad = np.flatnonzero(repeated)
-        raise MeshError(f"degenerate: {count(bad, 'face')} with a repeated vertex index, {examples(bad)}; "
-                        f"remove them ({REPAIR} does)")
-    explain_edges(f, n)
-
-
-def _sphere_edges(f: IntArray, n: int) -> HalfEdges:
-    """`_check_sphere`, or its last result if that mesh still exists and has the same faces."""
-    last = None if _last is None else _last()
-    if last is not None and len(last.diagonal) == n and np.array_equal(last.faces, f):
-        return last
-    return _check_sphere(f, n)
-
-
 def _check_sphere(f: IntArray, n: int) -> HalfEdges:
     """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
@@ -258,7 +165,7 @@ def _check_sphere(f: IntArray, n: int) -> HalfEdges:
     _check_indices(f, n)
     m, edges = len(f), half_edges(f, n)
     if edges is None:
-        _explain_half_edges(f, n)
+        explain_half_edges(f, n)
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         bad = np.flatnonzero(alone)
@@ -296,3 +203,89 @@ def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges) -> Mesh:
         A = np.maximum(vertex_shares(areas, f, n), _LEAST_AREA * area / n)
         A /= A.sum()
     return Mesh(vertices, np.ascontiguousarray(v.T), f, edges, A)
+
+
+@dataclass(frozen=True)
+class MeshQuality:
+    """Figures of a closed genus-0 mesh, in the units of its file where not said otherwise.
+
+    Attributes
+    ----------
+    extent : tuple of 3 floats
+        Size of the bounding box.
+    area : float
+        Of the surface.
+    volume : float
+        Enclosed; negative where the mesh is oriented inwards.
+    shortest_edge, mean_edge, longest_edge : float
+        Edge lengths.
+    smallest_angle, largest_angle : float
+        Degrees, over all corners.
+    slivers : int
+        Faces with an angle below 1 degree.
+    zero_area_faces : int
+        Faces without area, up to rounding.
+    non_delaunay_edges : int
+        Edges whose opposite angles exceed 180 degrees together: their cotangent weights are negative.
+    coincident_vertices : int
+        Vertices at the place of another one.
+    largest_valence : int
+        Most edges at one vertex.
+    """
+
+    extent: tuple[float, float, float]
+    area: float
+    volume: float
+    shortest_edge: float
+    mean_edge: float
+    longest_edge: float
+    smallest_angle: float
+    largest_angle: float
+    slivers: int
+    zero_area_faces: int
+    non_delaunay_edges: int
+    coincident_vertices: int
+    largest_valence: int
+
+
+def mesh_quality(mesh: Mesh) -> MeshQuality:
+    """Measure a checked mesh.
+
+    >>> from igl_spheremap import check_mesh
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> quality = mesh_quality(check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
+    >>> round(quality.volume, 9), round(quality.smallest_angle, 6), quality.non_delaunay_edges
+    (2.666666667, 60.0, 0)
+    """
+    p, f = mesh.vertices, mesh.f
+    i, j = f.ravel(), f[:, [1, 2, 0]].ravel()
+    length = np.linalg.norm(p[i] - p[j], axis=1)[i < j]
+    angles = corner_angles(mesh.v, f)
+    areas = face_areas(mesh.v, f)
+    # `check_mesh` scales lengths by one factor: undo it in the volume.
+    scale = float(np.ptp(p, axis=0).max() / np.ptp(mesh.v, axis=0).max())
+    extent = np.ptp(p, axis=0).tolist()
+    smallest, largest = float(angles.min()), float(angles.max())
+    return MeshQuality(
+        extent=(extent[0], extent[1], extent[2]),
+        area=float(areas.sum()) * scale**2,
+        volume=enclosed_volume(mesh.v, f) * scale**3,
+        shortest_edge=float(length.min()),
+        mean_edge=float(length.mean()),
+        longest_edge=float(length.max()),
+        smallest_angle=float(np.degrees(smallest)),
+        largest_angle=float(np.degrees(largest)),
+        slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
+        zero_area_faces=int((areas <= 4 * np.finfo(float).eps * areas.mean()).sum()),
+        non_delaunay_edges=_non_delaunay(f, angles, len(p)),
+        coincident_vertices=len(p) - len(weld(p)[0]),
+        largest_valence=int(np.bincount(i).max()),
+    )
+
+
+def _non_delaunay(f: IntArray, angles: FloatArray, n: int) -> int:
+    """Edges whose opposite angles sum to more than pi."""
+    start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
+    order = np.argsort(edge_keys(start, stop, n), kind="stable")
+    opposite = angles.ravel()[order]
+    return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())  # the sum is pi in rectangles, to rounding

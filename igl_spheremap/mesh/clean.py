@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from .arrays import BoolArray, FloatArray, IntArray
-from .check import check_mesh, check_rows, check_triangles
-from .edges import edge_keys
-from .explain import components, direction_components
+from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, weld
+from .check import check_mesh
+from .edges import components, direction_components, edge_keys
 from .measure import enclosed_volume
 
 
@@ -101,22 +100,6 @@ def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> Repai
         done = "; ".join(work.actions) or "nothing"
         raise MeshError(f"repair (done: {done}) is not enough: {error}") from None
     return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
-
-
-def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Each distinct row once, in the order of first appearance, and for each row of `points` the one that equals it.
-
-    >>> weld(np.array([[1.0, 0, 0], [0, 0, 0], [1, 0, 0]]))[1]
-    array([0, 1, 0])
-    """
-    order = np.lexsort(points.T[::-1])  # stable: the first of equals comes first
-    fresh = np.ones(len(points), dtype=bool)
-    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
-    first = order[fresh]
-    group = np.empty(len(points), dtype=np.int64)
-    group[order] = np.cumsum(fresh) - 1
-    kept = np.sort(first)
-    return points[kept], np.searchsorted(kept, first[group])
 
 
 class _Work:

@@ -1,4 +1,4 @@
-"""Angles, areas and volume of triangle meshes in space."""
+"""Angles, areas, normals and volume of triangle meshes in space."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ _BLOCK = 1 << 14
 _LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
+#: Next to coordinates of size 1, edges below this length have less than three digits in float64.
+FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
+#: Shorter normals have lost digits, for their squares underflow.
+_SHORTEST = np.sqrt(np.finfo(float).tiny)
+#: Sums of unit vectors shorter than this are rounding.
+_CANCELLED = 4096 * np.finfo(float).eps
 
 
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
@@ -116,3 +122,37 @@ def enclosed_volume(v: FloatArray, f: IntArray) -> float:
     """Volume inside a closed surface, negative if its faces are oriented inwards."""
     a, b, c = ((v - v.mean(axis=0))[f[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
+
+
+def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:
+    """Area-weighted unit normals at the vertices: the Gauss map."""
+    normals = igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
+    return fill_directions(normals, f)
+
+
+def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
+    """Unit rows along those of `x`; rows without direction take the mean of their neighbours', ring by ring.
+
+    Where nothing has a direction, all get the z axis.
+    """
+    length = np.sqrt(np.einsum("ij,ij->i", x, x))
+    known = (length > _SHORTEST) & (length < np.inf)
+    if known.all():
+        return x / length[:, None]
+    x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)
+    edges = np.vstack((f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]))
+    while not known.all():
+        reach = edges[known[edges[:, 0]] & ~known[edges[:, 1]]]
+        if not len(reach):
+            x[~known] = [0.0, 0.0, 1.0]
+            break
+        total = np.column_stack([np.bincount(reach[:, 1], x[reach[:, 0], k], minlength=len(x)) for k in range(3)])
+        new = np.unique(reach[:, 1])
+        size = np.linalg.norm(total[new], axis=1)
+        flat = size < _CANCELLED
+        if flat.any():  # opposite neighbours cancel: any one of them will do then
+            _, first = np.unique(reach[:, 1], return_index=True)
+            total[new[flat]] = x[reach[first[flat], 0]]
+        x[new] = total[new] / np.linalg.norm(total[new], axis=1, keepdims=True)
+        known[new] = True
+    return x

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.explain import components
+from ..mesh.edges import components
 from .arguments import number
 
 Field = Callable[[FloatArray], FloatArray]

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_rows, plain_array
+from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..sphere.rows import unit_rows
 from .harmonics.transform import gauss_rows, grid_points, longitudes
 from .transfer import transfer, weighted

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FoldingsRemain, own_errstate
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_directions, check_faces, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
+from ..mesh.check import check_faces
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, certify_checked
 from ..verify.signs import determinant_signs

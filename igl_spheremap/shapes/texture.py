@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
 from ..errors import own_errstate
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.check import check_directions, check_faces, plain_array
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
+from ..mesh.check import check_faces
 from ..sphere.cut import CutMesh, cut_along_planes
 from ..sphere.rows import unit_rows
 

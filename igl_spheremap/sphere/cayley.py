@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import check_rows
+from ..mesh.arrays import FloatArray, check_rows
 from .rows import row_dots
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.normals import mesh_gauss_map
+from ..mesh.measure import vertex_normals
 from ..mesh.timings import stage
 from .moebius import center
 from .rows import row_dots, weighted_moment, weighted_sum
@@ -35,7 +35,7 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
-    normals = mesh_gauss_map(mesh)
+    normals = vertex_normals(mesh.v, mesh.f)
     outward = mesh.v - weighted_sum(mesh.A, mesh.v)
     inside_out = np.vdot(mesh.A, row_dots(normals, outward)) < 0
     outward *= -_TIE_BREAK if inside_out else _TIE_BREAK

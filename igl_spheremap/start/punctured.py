@@ -9,8 +9,7 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.measure import spread, surface_area
-from ..mesh.normals import mesh_gauss_map
+from ..mesh.measure import spread, surface_area, vertex_normals
 from ..mesh.timings import stage
 from ..operators.laplacian import apply
 from ..operators.operators import Operators
@@ -74,7 +73,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         if abs(stretch) < _LARGEST_STRETCH and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
-        return _evaluated(center(mesh_gauss_map(mesh), mesh.A), operators)
+        return _evaluated(center(vertex_normals(mesh.v, mesh.f), mesh.A), operators)
     if coarse:  # large chords have so little energy that it can't rank maps
         return min(tried, key=lambda start: mean_angle_difference(mesh, start.x))
     return min(tried, key=lambda start: start.energy)

@@ -1,4 +1,4 @@
-"""The weighted Laplace-Beltrami eigenproblem and the star map of Theorem 2."""
+"""The Gauss map, and the star map of Theorem 2 by the weighted Laplace-Beltrami eigenproblem."""
 
 from __future__ import annotations
 
@@ -11,16 +11,52 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from ..errors import FactorisationFailed, own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_directions, check_mesh
-from ..mesh.measure import enclosed_volume, face_areas, vertex_areas
-from ..mesh.normals import fill_directions
+from ..mesh.arrays import FloatArray, check_directions
+from ..mesh.check import Mesh, check_mesh
+from ..mesh.measure import enclosed_volume, face_areas, fill_directions, vertex_areas, vertex_normals
 from ..operators.factor import factorize
 from ..operators.laplacian import usable_laplacian
 from ..verify.distortion import mesh_conformal_factor
 
 #: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5
+
+
+@own_errstate
+def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
+    """Gauss map: each vertex goes to its unit normal, Definition 1.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+
+    Returns
+    -------
+    (n, 3) float64 array
+        Unit rows: libigl's area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
+        its neighbours' normals stands in.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh.
+
+    References
+    ----------
+    Lai et al., Definition 1.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    >>> ism.gauss_map(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])[0].round(3)
+    array([0.577, 0.577, 0.577])
+    """
+    mesh = check_mesh(v, f)
+    return vertex_normals(mesh.v, mesh.f)
 
 
 @dataclass(frozen=True, eq=False)

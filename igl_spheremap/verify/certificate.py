@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import check_faces, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.check import check_faces
 from ..mesh.timings import stage
 from ..sphere.rows import row_lengths, scale_rows
 from .signs import determinant_signs, orientation_signs

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import Mesh, check_mesh, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import corner_angles, vertex_areas
 
 

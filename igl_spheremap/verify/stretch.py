@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_mesh, check_rows
+from ..mesh.arrays import FloatArray, check_rows
+from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import face_areas, surface_area
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.check import check_mesh, check_rows
+from ..mesh.arrays import FloatArray, check_rows
+from ..mesh.check import check_mesh
 from .distortion import mesh_angle_differences, mesh_conformal_factor
 
 

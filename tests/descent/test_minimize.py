@@ -9,7 +9,7 @@ import igl_spheremap as ism
 from igl_spheremap.descent.algorithm_1 import CayleyBB
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import harmonic_problem
-from igl_spheremap.mesh.normals import mesh_gauss_map
+from igl_spheremap.mesh.measure import vertex_normals
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
@@ -18,7 +18,7 @@ PROBLEM = harmonic_problem(MESH)
 
 def run(problem=PROBLEM, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(CayleyBB().iterates(problem, mesh_gauss_map(MESH)), **options)
+    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.v, MESH.f)), **options)
 
 
 def test_each_way_to_end_has_its_status():

@@ -8,7 +8,8 @@ from corpus import CORPUS
 
 from igl_spheremap import MeshError, check_mesh, samples
 from igl_spheremap.io import read_mesh
-from igl_spheremap.mesh.clean import repair_mesh, weld
+from igl_spheremap.mesh.arrays import weld
+from igl_spheremap.mesh.clean import repair_mesh
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from igl_spheremap.mesh.measure import (
     corner_angles,
     enclosed_volume,
     face_areas,
+    fill_directions,
     log_edges,
     vertex_areas,
 )
@@ -70,3 +71,12 @@ def test_log_edges_of_a_regular_solid_and_of_none():
     f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
     assert np.allclose(log_edges(tetrahedron, f), np.log(np.sqrt(8)))
     assert np.allclose(log_edges(0 * tetrahedron, f), np.log(1e-300))
+
+
+def test_missing_directions_are_filled_ring_by_ring():
+    x = np.where(X[:, [2]] > 0, 0.0, X)
+    filled = fill_directions(x, F)
+    assert np.allclose(np.linalg.norm(filled, axis=1), 1)
+    known = X[:, 2] <= 0
+    assert np.allclose(filled[known], X[known])
+    assert np.allclose(np.linalg.norm(fill_directions(np.full_like(X, np.nan), F), axis=1), 1)

@@ -1,4 +1,4 @@
-"""The weighted eigenproblem: exact integrals, the spectrum of the sphere, and Theorem 2."""
+"""The Gauss map, and the weighted eigenproblem: exact integrals, the spectrum of the sphere, and Theorem 2."""
 
 import igl
 import numpy as np
@@ -9,7 +9,7 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.descent.energies.harmonic import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
-from igl_spheremap.mesh.normals import mesh_gauss_map
+from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.start.star_map import project, stiffness, weighted_mass
 from igl_spheremap.verify.signs import folded_faces
@@ -105,7 +105,7 @@ def test_star_maps_are_never_inside_out():
 def test_star_maps_of_star_maps_approach_a_conformal_map_without_foldings():
     mesh = ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
     energy = HarmonicEnergy.of(mesh, "delaunay")
-    problem, x, energies = Problem.of(mesh, energy), mesh_gauss_map(mesh), []
+    problem, x, energies = Problem.of(mesh, energy), vertex_normals(mesh.v, mesh.f), []
     assert folded_faces(x, mesh.f).mean() > 0.2
     for _ in range(8):
         x = problem.centred(project(mesh, energy.L, x).star_map)
@@ -113,3 +113,30 @@ def test_star_maps_of_star_maps_approach_a_conformal_map_without_foldings():
     assert not folded_faces(x, mesh.f).any()
     assert abs(energies[-1] - energies[-2]) < 1e-3 * energies[-1]
     assert energies[-1] < 1.01 * 4 * np.pi
+
+
+def test_gauss_map_is_libigls_area_weighted_normal():
+    v = X * [1, 1.3, 2]
+    normals = igl.per_vertex_normals(v, F, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)
+    assert np.allclose(ism.gauss_map(v, F), normals)  # Definition 1
+
+
+def test_gauss_map_of_a_spheroid_is_its_exact_normal_in_the_limit():
+    errors = []
+    for level in (3, 4):
+        x, f = icosphere(level)
+        exact = x / [1, 1, 2]
+        exact /= np.linalg.norm(exact, axis=1)[:, None]
+        errors.append(np.sqrt(((ism.gauss_map(x * [1, 1, 2], f) - exact) ** 2).sum(1).mean()))
+    assert errors[0] / errors[1] > 2
+
+
+def test_gauss_map_of_an_inside_out_mesh_points_inward():
+    assert np.allclose(ism.gauss_map(X, F[:, ::-1]), -ism.gauss_map(X, F))
+
+
+def test_every_vertex_has_a_direction_even_where_faces_have_no_area():
+    v = X.copy()
+    v[X[:, 2] > 0.7] = [0, 0, 1]
+    normals = ism.gauss_map(v, F)
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1)

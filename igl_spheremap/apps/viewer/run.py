@@ -17,7 +17,7 @@ from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
-from ...mesh.normals import mesh_gauss_map
+from ...mesh.measure import vertex_normals
 from .timeline import GAUSS_MAP, Slide, stage_of, thin
 
 Source = tuple[FloatArray, IntArray]
@@ -102,7 +102,7 @@ class Run:
         steps, x = content
         assert self.mesh is not None
         if not self.slides and stage_of(steps[-1]) != stage_of(GAUSS_MAP):
-            self.slides.append(Slide.of(0, GAUSS_MAP, mesh_gauss_map(self.mesh), self.mesh.f))
+            self.slides.append(Slide.of(0, GAUSS_MAP, vertex_normals(self.mesh.v, self.mesh.f), self.mesh.f))
         self.iterates += len(steps)
         if steps[-1].iteration == 0 and self.slides and np.abs(self.slides[-1].x - x).max() < _SAME:
             return

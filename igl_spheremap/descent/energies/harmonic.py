@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ...errors import own_errstate
-from ...mesh.arrays import FloatArray
-from ...mesh.check import Mesh, check_mesh, check_rows
+from ...mesh.arrays import FloatArray, check_rows
+from ...mesh.check import Mesh, check_mesh
 from ...operators.laplacian import Weights, apply, usable_laplacian
 from ...sphere.rows import inner
 

@@ -13,7 +13,7 @@ from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem, harmonic_problem
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
-from ...mesh.normals import mesh_gauss_map
+from ...mesh.measure import vertex_normals
 from ...operators.laplacian import laplacian, usable_laplacian
 from ...untangle.candidate import Candidate
 from ..options import GuYau
@@ -39,7 +39,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> Candidate:
         rounds.append(minimum.as_round(mesh, start, time.perf_counter() - began))
         return minimum
 
-    name, x = "gauss map", mesh_gauss_map(mesh)
+    name, x = "gauss map", vertex_normals(mesh.v, mesh.f)
     if options.tutte:
         minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
         name, x = "tutte map", minimum.last.x

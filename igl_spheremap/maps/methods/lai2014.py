@@ -9,7 +9,7 @@ from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
-from ...mesh.normals import mesh_gauss_map
+from ...mesh.measure import vertex_normals
 from ...untangle.algorithm_2 import unfold
 from ...untangle.candidate import Candidate
 from ..options import Lai2014
@@ -29,6 +29,6 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, x0: FloatArray | N
                         max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
                         round=start.round)
 
-    x, name = (mesh_gauss_map(mesh), "gauss map") if x0 is None else (x0, "given map")
+    x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if x0 is None else (x0, "given map")
     projections = _PROJECTIONS if options.weights == "delaunay" else 1
     return unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener, projections)

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MeshError, own_errstate
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import check_rows, check_values
+from ...mesh.arrays import FloatArray, IntArray, check_rows, check_values
 from ...mesh.measure import vertex_areas
 from ...sphere.rows import unit_rows
 from ..locate import SphereLocator

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray
-from ...mesh.check import check_mesh, check_values
+from ...mesh.arrays import FloatArray, check_values
+from ...mesh.check import check_mesh
 from ..harmonics.transform import expand
 from ..locate import SphereLocator
 from ..transfer import transfer

@@ -1,4 +1,4 @@
-"""Measure a mesh: size, triangle quality, and limbs that float64 can't resolve on the sphere.
+"""Measure a mesh: size, quality of its triangles, and which weights its Laplacian can have.
 
     igl-spheremap info sample:octopus
     igl-spheremap info lh.pial --json -
@@ -6,19 +6,14 @@
 
 from __future__ import annotations
 
-import math
 from argparse import Namespace
 from dataclasses import asdict
 
-from ....mesh.check import Mesh, check_mesh
-from ....mesh.quality import MeshQuality, mesh_quality
-from ....operators.limb_scale import FLOAT64_LIMIT, Limb, deep_limbs, log_scale, shortest_image_edges
+from ....mesh.check import MeshQuality, check_mesh, mesh_quality
 from ....operators.operators import build_operators
 from ..output import Findings
 from ..source import load_source
 from ..streams import check_outputs
-
-_SHOWN = 3  # limbs that the summary names
 
 
 def run(args: Namespace) -> None:
@@ -29,14 +24,9 @@ def run(args: Namespace) -> None:
     mesh = check_mesh(source.v, source.f)
     quality = mesh_quality(mesh)
     operators = build_operators(mesh)
-    scale = log_scale(mesh, operators)
-    limbs = deep_limbs(mesh, scale)
-    shortest = float(shortest_image_edges(mesh, scale).min())
     found = Findings(genus=0, components=1, weights=operators.weights, notes=operators.notes, **asdict(quality))
     found.source(source)
     _describe(found, quality, len(mesh.f) * 3 // 2)
-    found.add("limbs", _limbs(mesh, shortest, limbs), shortest_image_edge=shortest,
-              deep_limbs=[asdict(limb) | {"position": mesh.vertices[limb.tip]} for limb in limbs])
     found.report(args)
 
 
@@ -61,14 +51,3 @@ def _describe(found: Findings, quality: MeshQuality, edges: int) -> None:
         f"{quality.coincident_vertices} coincident vertices",
     )
     found.add("weights", f"{quality.non_delaunay_edges} of {edges} edges are not Delaunay: negative weights there")
-
-
-def _limbs(mesh: Mesh, shortest: float, limbs: tuple[Limb, ...]) -> str:
-    power = f"1e{math.floor(math.log10(shortest))}" if shortest > 0 else "below 1e-308"
-    predicted = f"predicted shortest image edge: {power}"
-    if not limbs:
-        return f"none that float64 can't hold; {predicted}"
-    tips = "{} vertices at vertex {} ({:.4g}, {:.4g}, {:.4g})"
-    where = "; ".join(tips.format(limb.vertices, limb.tip, *mesh.vertices[limb.tip]) for limb in limbs[:_SHOWN])
-    more = f"; and {len(limbs) - _SHOWN} more" if len(limbs) > _SHOWN else ""
-    return f"{len(limbs)} shrink below {FLOAT64_LIMIT:.0e}, where float64 ends: {where}{more}; {predicted}"

@@ -13,4 +13,4 @@ def test_info_counts(capsys):
     assert main(["info", SAMPLE, "--json", "-"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert figures["vertices"] - figures["edges"] + figures["faces"] == 2
-    assert figures["deep_limbs"] == []
+    assert figures["weights"] == "cotangent"
