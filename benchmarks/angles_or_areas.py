@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 from PIL import Image
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.pose import pose
+from igl_spheremap.draw.plot import pose
 
 BODIES, BALANCES = ("dino", "brain", "octopus"), (0, 0.25, 0.5, 0.75, 1)
 LIGHT = np.array([0.3, 0.4, 0.87])

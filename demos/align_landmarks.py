@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.app import open_for, run_app
+from igl_spheremap.apps.viewer.body import follow
 from igl_spheremap.apps.viewer.colouring import places
-from igl_spheremap.apps.viewer.lens import follow
-from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.row_view import Part, RowView
+from igl_spheremap.apps.viewer.compare import Part, RowView
+from igl_spheremap.draw.plot import fit, pose
 from igl_spheremap.verify.signs import folded_faces
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)

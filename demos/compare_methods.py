@@ -22,15 +22,13 @@ from polyscope import imgui, implot
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.source import Source
-from igl_spheremap.apps.viewer.app import App
+from igl_spheremap.apps.viewer.app import App, subject_combo
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.choices import SUBJECTS
 from igl_spheremap.apps.viewer.colouring import FOLDED_LEGEND, colouring
-from igl_spheremap.apps.viewer.panel import subject_combo
-from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, draw_legend
 from igl_spheremap.draw.palette import LINES
-from igl_spheremap.draw.plot import angle_histogram
+from igl_spheremap.draw.plot import angle_histogram, fit, pose
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.verify.distortion import mesh_angle_differences

@@ -23,13 +23,12 @@ from polyscope import imgui
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.source import Source
-from igl_spheremap.apps.viewer.app import App
+from igl_spheremap.apps.viewer.app import App, panel, paragraph
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.colouring import colouring
-from igl_spheremap.apps.viewer.panel import panel, paragraph
-from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.apps.viewer.stage import Stage, packed
 from igl_spheremap.draw.palette import FOLDED, INK
+from igl_spheremap.draw.plot import fit, pose
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.distortion import mesh_conformal_factor
 

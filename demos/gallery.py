@@ -20,14 +20,12 @@ from PIL import Image
 import igl_spheremap as ism
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.viewer import window
-from igl_spheremap.apps.viewer.body import Body
+from igl_spheremap.apps.viewer.body import Body, follow, look_at
 from igl_spheremap.apps.viewer.colouring import colouring, places
-from igl_spheremap.apps.viewer.lens import follow, look_at
-from igl_spheremap.apps.viewer.pose import fit, pose
-from igl_spheremap.apps.viewer.row_view import registration_view
+from igl_spheremap.apps.viewer.compare import registration_view
 from igl_spheremap.apps.viewer.stage import Stage
 from igl_spheremap.descent.recording import Recording
-from igl_spheremap.draw.plot import plot_run
+from igl_spheremap.draw.plot import fit, plot_run, pose
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.verify.signs import folded_faces
 

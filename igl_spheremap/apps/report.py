@@ -10,11 +10,11 @@ from html import escape
 from importlib import metadata
 from pathlib import Path
 
+from ..descent.iterate import title_of
 from ..descent.recording import Recording
-from ..draw.markup import page, picture, table
+from ..draw.markup import MOST_FACES, View, page, picture, scene, table
 from ..draw.palette import FOLDED
-from ..draw.plot import plot_run
-from ..draw.scene import MOST_FACES, View, scene
+from ..draw.plot import fit, plot_run, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
 from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
@@ -23,9 +23,7 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import vertex_normals
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
-from .viewer.pose import fit, pose
 from .viewer.result_view import count_foldings, picture_of
-from .viewer.timeline import title_of
 
 _SIZE = (900, 470)
 _CAPTIONS = {

@@ -90,6 +90,28 @@ class Step(NamedTuple):
     tau: float
 
 
+#: What stages are called where people read of them.
+_NAMES = {"harmonic": "Algorithm 1", "sobolev": "preconditioned Cayley steps", "tutte": "Tutte energy"}
+
+
+def title_of(step: Step | Iterate) -> str:
+    """What an iterate is, in words.
+
+    >>> title_of(Step("harmonic", 1, 20, 12.6, 0.1, 0.5))
+    'Algorithm 1, round 1, iteration 20'
+    """
+    name = _NAMES.get(step.stage, step.stage)
+    name = name[0].upper() + name[1:]
+    if step.stage == "repair" and not step.round:
+        return "Harmonic map"
+    if step.stage in ("star map", "repair"):
+        return f"{name} {step.round}"
+    if step.stage == "gauss map":
+        return name
+    where = f", round {step.round}" if step.round else ""
+    return f"{name}{where}, iteration {step.iteration}"
+
+
 @dataclass(frozen=True)
 class Round:
     """One iteration of Algorithm 2, or one step of untangling.

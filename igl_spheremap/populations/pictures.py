@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..draw.palette import FOLDED, diverging
-from ..draw.raster import raster, shading, view_of
+from ..draw.plot import raster, shading, view_of
 from ..io import read_mesh, read_sphere, write_picture
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh

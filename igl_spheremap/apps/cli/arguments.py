@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Iterable
 from typing import Any, get_args
 
 from ...maps.options import METHODS, EdgeWeights, Gauge, Polish
-from ..numbers import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, number
 from ..viewer.choices import LENGTH, SIZE, UPS
 
 #: What `ArgumentParser.add_argument` takes.
@@ -17,6 +18,28 @@ SAMPLES = ("bird", "brain", "dino", "dumbbell", "octopus", "pear", "sphere", "sp
 READ = ("obj", "off", "ply", "stl", "glb", "gii", "pial", "npz")
 WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a terminal
 
+
+def number(words: str, allowed: Callable[[float], bool], kind: type[float] = float) -> Callable[[str], Any]:
+    """A type of arguments for argparse: finite numbers that are allowed, which the words describe.
+
+    >>> number("from 0", lambda n: n >= 0, int)("7")
+    7
+    """
+
+    def parse(text: str) -> float:
+        value = kind(text)
+        if not (math.isfinite(value) and allowed(value)):
+            raise ArgumentTypeError(f"{text} is out of range: give a {'whole ' * (kind is int)}number {words}")
+        return value
+
+    parse.__name__ = "number"  # argparse: "invalid number value: 'x'"
+    return parse
+
+
+COUNT = number("from 0", lambda n: n >= 0, int)
+POSITIVE_COUNT = number("from 1", lambda n: n >= 1, int)
+FROM_ZERO = number("from 0", lambda n: n >= 0)
+POSITIVE = number("above 0", lambda n: n > 0)
 _FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
 #: Pixels that the panels need, and those that OpenGL draws everywhere.
 _SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)

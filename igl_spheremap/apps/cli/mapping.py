@@ -8,13 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...descent.iterate import Iterate, Listener, Status
+from ...descent.iterate import Iterate, Listener, Status, title_of
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import ROUNDS, SphereMap, round_rows
 from ...mesh.timings import stage
 from ...verify.atlas import ChartAtlas, atlas_angle_differences
 from ...verify.figures import angle_figures, describe_angles
-from ..viewer.timeline import title_of
 from .exits import Exit
 from .failures import UsageError
 from .interrupt import Interrupt

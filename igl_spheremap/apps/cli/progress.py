@@ -9,11 +9,10 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ...descent.iterate import Iterate, Listener
+from ...descent.iterate import Iterate, Listener, title_of
 from ...mesh.arrays import IntArray
 from ...mesh.timings import LOGGER
 from ...verify.signs import folded_faces
-from ..viewer.timeline import title_of
 
 #: Stages of the library that take long on large meshes, by what they do.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}

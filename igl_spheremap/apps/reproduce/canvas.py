@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ...draw.palette import FOLDED, INK, SURFACE, diverging
-from ...draw.raster import shading, view_of
+from ...draw.plot import shading, view_of
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
-from ..viewer.lens import clusters, follow
+from ..viewer.body import clusters, follow
 from .surfaces import Surface
 
 _NONE = np.empty(0, dtype=np.int64)

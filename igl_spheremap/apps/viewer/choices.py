@@ -8,8 +8,8 @@ PLAYER_SIZE = (1400, 560)
 REGISTRATION_SIZE = (1200, 440)
 #: Different pictures of a video at the most.
 LENGTH = 120
-#: Directions that may be up, by the names that users give.
-UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
+#: Directions that may be up.
+UPS = ("x", "-x", "y", "-y", "z", "-z")
 _Y_UP = (".obj", ".glb", ".gltf")
 #: What colours can show, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...maps.options import Method
+import numpy as np
+
+from ... import samples
+from ...draw import palette
+from ...draw.plot import fit, pose
+from ...maps.options import METHODS, Method
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
-from .app import App
-from .body import Body
+from .app import App, panel, paragraph, subject_combo, zoom_slider
+from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
-from .inset import Inset
-from .lens import Lens, follow
-from .pose import fit, pose
 from .result_view import count_foldings, edge_width
-from .run import Run, Source
-from .stage import Stage
-from .timeline import Slide, stops
+from .run import Run, Slide, Source, stops
+from .stage import PANEL, Inset, Stage
+from .window import imgui, implot
 
 #: Seconds of each frame that a window spends on new iterates at the most.
 _POLL = 0.02
@@ -141,3 +147,173 @@ class Player(App):
             self.stage.place(0, k, Body(name, v, mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
         ]
         self.inset = Inset(self.stage, 0, 1, mesh.f, v)
+
+
+SPEEDS = (1, 2, 5, 10, 25)
+#: Beside a computation, drawing rests for so many times as long as the last picture took.
+_REST = 4
+
+
+def parameters(method: Method) -> dict[str, int | float]:
+    """The numbers of a method.
+
+    >>> parameters(METHODS["lai2014"]())["max_iterations"]
+    5000
+    """
+    values = {field.name: getattr(method, field.name) for field in fields(method)}
+    return {name: value for name, value in values.items() if type(value) in (int, float)}
+
+
+class PlayerWindow(Player):
+    """A player with a panel; the run is live."""
+
+    def __init__(self, load: Callable[[str], Source], name: str, method: Method, **layout: Any) -> None:
+        self.method = method
+        self.playing, self.speed = True, 0
+        self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
+        super().__init__(load, name, method, panel=PANEL, live=True, **layout)
+
+    def tick(self) -> None:
+        """Move on while playing, beside a computation now and then."""
+        super().tick()
+        cpu, now = time.process_time(), time.monotonic()
+        if self._moved:
+            self._rest_until = now + _REST * (cpu - self._cpu)
+        self._cpu, self._moved = cpu, False
+        if not self.playing or not self.run.slides or (self.run.running and now < self._rest_until):
+            return
+        before = self.after
+        self._step_to(before + SPEEDS[self.speed] - 1)
+        self._moved = self.after != before
+
+    def panel(self) -> None:
+        super().panel()
+        with panel("Player", self.stage.panel):
+            self._run_widgets()
+            if self.run.slides:
+                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets):
+                    widgets()
+                self._plots()
+
+    def _plots(self) -> None:
+        at = self.run.slides[self.after].index
+        room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
+        steps = np.array([slide.index for slide in self.run.slides])
+        energy_plot(steps, np.array([slide.step.energy for slide in self.run.slides]), at, room)
+        folding_plot(steps, np.array([slide.foldings for slide in self.run.slides]), at, room)
+
+    def _run_widgets(self) -> None:
+        _, self.name = imgui.InputText("##mesh", self.name)
+        imgui.SameLine()
+        if imgui.BeginCombo("mesh", "", imgui.ImGuiComboFlags_NoPreview):
+            for name in samples.names():
+                if imgui.Selectable(f"sample:{name}", False)[0]:
+                    self.name = f"sample:{name}"
+            imgui.EndCombo()
+        methods = list(METHODS)
+        changed, chosen = imgui.Combo("method", methods.index(self.method.name), methods)
+        if changed:
+            self.method = METHODS[methods[chosen]]()
+        if imgui.TreeNode("parameters"):
+            for name, value in parameters(self.method).items():
+                enter = imgui.InputInt if isinstance(value, int) else _enter_number
+                changed, value = enter(name.replace("_", " "), value)
+                if changed:
+                    self.method = replace(self.method, **{name: max(value, 0)})
+            imgui.TreePop()
+        run = self.run
+        if run.running:
+            if imgui.Button("stop"):
+                run.stop()
+            imgui.SameLine()
+            imgui.TextUnformatted(f"computing: {run.iterates:,} iterates")
+        elif imgui.Button("run"):
+            run.close()
+            self.start(self.name, self.method)
+            self.playing = True
+        if run.error is not None:
+            paragraph(f"{type(run.error).__name__}: {run.error}")
+
+    def _play_widgets(self) -> None:
+        at, last = self.after - 1, self.frames() - 1
+        if imgui.Button("pause" if self.playing else "play "):
+            if not self.playing and at >= last:
+                self._step_to(0)
+            self.playing = not self.playing
+        for label, step in (("<", -1), (">", 1)):
+            imgui.SameLine()
+            if imgui.Button(label):
+                self._leave_for(at + step)
+        imgui.SameLine()
+        imgui.PushItemWidth(70)
+        _, self.speed = imgui.Combo("speed", self.speed, [f"x{speed}" for speed in SPEEDS])
+        imgui.PopItemWidth()
+        moved, frame = imgui.SliderInt("step", max(at, 0), 0, last)
+        if moved:
+            self._leave_for(frame)
+
+    def _stop_combo(self) -> None:
+        marks = stops(self.run.slides)
+        here = [name for name, k in marks if k == self.after or k == 0 == self.before]
+        if not imgui.BeginCombo("stops", here[-1] if here else ""):
+            return
+        for name, k in marks:
+            if imgui.Selectable(name, name in here)[0]:
+                self._leave_for(k - 1)
+        imgui.EndCombo()
+
+    def _leave_for(self, frame: int) -> None:
+        self.playing = False
+        self._step_to(frame)
+
+    def _step_to(self, frame: int) -> None:
+        self.go_to(min(max(frame, 0), self.frames() - 1))
+
+    def _view_widgets(self) -> None:
+        self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
+        self.show(self.before, self.after)
+
+
+def _enter_number(label: str, value: float) -> tuple[bool, float]:
+    changed, value = imgui.InputDouble(label, value, format="%.1e")
+    return bool(changed), float(value)
+
+
+#: Points of a curve that are drawn at the most.
+_POINTS = 500
+_TICKS = np.array([0.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6])
+
+
+def energy_plot(at: IntArray, energies: FloatArray, shown: int, height: float) -> None:
+    """Plot how far energies are above that of a conformal map, over the iterates `at`."""
+    gap = np.maximum(np.abs(energies - 4 * math.pi), 1e-12)
+    known = np.isfinite(gap)
+    _curve("energy above 4 pi", at[known], gap[known], shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
+
+
+def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
+    """Plot the number of folded faces over the iterates `at`."""
+    _curve("folded faces", at, foldings.astype(np.float64), shown, height, implot.ImPlotScale_SymLog, palette.FOLDED)
+
+
+def _curve(
+    title: str, x: IntArray, y: FloatArray, shown: int, height: float, scale: int, colour: palette.Colour
+) -> None:
+    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
+    if not implot.BeginPlot(title, (-1, height), flags):
+        return
+    implot.SetupAxes("iterate", title, fit, fit)
+    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
+    if scale == implot.ImPlotScale_SymLog:  # it has no ticks of its own
+        implot.SetupAxisTicks(implot.ImAxis_Y1, _TICKS, [f"{tick:g}" for tick in _TICKS])
+    if len(y):
+        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
+        implot.SetNextLineStyle((*colour, 1.0), 1.5)
+        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
+        if scale == implot.ImPlotScale_SymLog:  # so that 0 is always in sight
+            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
+            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
+        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
+        implot.PlotInfLines("shown", np.array([float(shown)]))
+    implot.EndPlot()

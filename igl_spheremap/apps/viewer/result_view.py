@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 
+from ...draw.plot import fit, pose
 from ...maps.balanced import rebalance
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
@@ -16,16 +17,12 @@ from ...verify.figures import angle_figures, describe_angles, describe_logs, log
 from ...verify.signs import folded_faces
 from ...verify.stretch import mesh_area_distortion
 from . import window
-from .app import App, draw_app, show_app
-from .body import Body
+from .app import App, draw_app, panel, paragraph, show_app, subject_combo, zoom_slider
+from .body import Body, Lens, follow
 from .choices import SIZE, SUBJECTS
 from .colouring import colouring
-from .inset import Inset
-from .lazy import imgui, ps
-from .lens import Lens, follow
-from .panel import panel, paragraph, subject_combo, zoom_slider
-from .pose import fit, pose
-from .stage import PANEL, Stage
+from .stage import PANEL, Inset, Stage
+from .window import imgui, ps
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
 _EDGES = 15_000

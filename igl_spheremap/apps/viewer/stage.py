@@ -1,4 +1,4 @@
-"""A grid of surfaces that turn together, with captions and legends: the layout of all pictures."""
+"""A grid of surfaces that turn together, with captions, legends and insets: the layout of all pictures."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...draw import palette
-from ...mesh.arrays import FloatArray
-from .body import Body, Legend
-from .lazy import imgui, ps
-from .window import UNITS_PER_PIXEL, aim, to_world
+from ...mesh.arrays import FloatArray, IntArray
+from .body import Body, Legend, Lens
+from .colouring import Colouring
+from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
 
@@ -23,6 +23,8 @@ _LEGEND = 44
 _GROUND = 0xD0FFFFFF
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
+#: Radius of the circle that marks the place of the lens, in pixels.
+_CIRCLE = 7
 
 
 class Stage:
@@ -251,3 +253,36 @@ def wrapped(paragraphs: str, width: float) -> list[str]:
 def text_width(line: str) -> float:
     """Width of a line in pixels, in the current font."""
     return float(imgui.CalcTextSize(line)[0])
+
+
+
+
+class Inset:
+    """Shown while a lens magnifies."""
+
+    def __init__(self, stage: Stage, row: int, column: int, f: IntArray, x: FloatArray) -> None:
+        self._stage, self._cell = stage, (row, column)
+        self._body = stage.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
+        self._lens = Lens()
+
+    def show(self, x: FloatArray, lens: Lens, colours: Colouring) -> None:
+        """Show a map without the lens through which its cell shows it."""
+        self._lens = lens
+        self._body.visible = lens.power > 1
+        self._body.set_positions(x)
+        self._body.paint(colours.colours, colours.folded)
+
+    def annotate(self) -> None:
+        """Draw the circle and the text; to be called every frame."""
+        if not self._body.visible:
+            return
+        canvas = imgui.GetForegroundDrawList()
+        x, y = self._stage.inset_pixels(*self._cell, self._lens.place)
+        canvas.AddCircle((x, y), _CIRCLE, packed((1.0, 1.0, 1.0)), 0, 4.0)
+        canvas.AddCircle((x, y), _CIRCLE, packed(palette.INK), 0, 2.0)
+        left, bottom = self._stage.inset_corner(*self._cell)
+        power = float(f"{self._lens.power:.2g}")
+        sentence = f"circled: magnified {power:,.{int(power < 10)}f}x"
+        lines = wrapped(sentence, left - 12 - self._stage.cell(*self._cell)[0])
+        for k, line in enumerate(reversed(lines)):
+            text(canvas, left - 6 - text_width(line) / 2, bottom - _LINE * (k + 1), line)

@@ -8,18 +8,40 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...draw import palette
-from ...draw.raster import LIGHT
+from ...draw.plot import LIGHT
 from ...errors import DisplayError, FileError
 from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
 from .choices import SIZE
-from .lazy import PACKAGES, ps
+
+#: Packages of Debian and Ubuntu that polyscope needs.
+PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
+
+
+class _Lazy:
+    """A module that is imported at its first use, which raises a DisplayError if it can't be."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return getattr(import_module(self._module), name)
+        except ImportError as error:
+            hint = f"Debian and Ubuntu: apt install {PACKAGES}"
+            raise DisplayError(f"polyscope can't be loaded ({error}); {hint}") from None
+
+
+ps, imgui, implot = (_Lazy(module) for module in ("polyscope", "polyscope.imgui", "polyscope.implot"))
+
 
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the stage lays things out in pixels.

@@ -12,7 +12,7 @@ from igl_spheremap.apps.reproduce import ITEMS, canvas, runs, surfaces
 from igl_spheremap.apps.reproduce.items import reproduce
 from igl_spheremap.apps.reproduce.paper import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, Surface, load_surface
-from igl_spheremap.draw.raster import shading, view_of
+from igl_spheremap.draw.plot import shading, view_of
 
 
 @pytest.fixture

@@ -10,15 +10,14 @@ from checkerboard import COLOURS
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.run import Run
-from igl_spheremap.apps.viewer.timeline import Slide, stops, thin
+from igl_spheremap.apps.viewer.run import Run, Slide, stops, thin
 from igl_spheremap.descent.iterate import Step
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw import palette
 
 _PLAYER = """
 from igl_spheremap.apps.viewer.player import Player
-from igl_spheremap.apps.viewer.player_window import PlayerWindow
+from igl_spheremap.apps.viewer.player import PlayerWindow
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 

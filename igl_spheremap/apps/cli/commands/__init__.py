@@ -15,11 +15,10 @@ from types import ModuleType
 
 from ....shapes.harmonics import LARGEST_DEGREE
 from ....shapes.registration import STAGES
-from ...numbers import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, number
 from ...reproduce import ALL, ITEMS
 from ...viewer.choices import PLAYER_SIZE, SHOWN
 from .. import arguments as shared
-from ..arguments import Argument, argument, choice, switch
+from ..arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
 
 _EXPONENT = number("above 1", lambda p: p > 1)
 _DEGREE = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGREE, int)

@@ -14,8 +14,7 @@ from functools import partial
 from ....mesh.arrays import FloatArray, IntArray
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import guess_up
-from ...viewer.player import Player
-from ...viewer.player_window import PlayerWindow
+from ...viewer.player import Player, PlayerWindow
 from ..chosen import chosen_method
 from ..output import Findings
 from ..source import Source, load_source, read_source

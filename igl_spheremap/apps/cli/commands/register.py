@@ -16,7 +16,7 @@ from ....shapes.registration import STAGES
 from ....shapes.registration.register import Registration, register
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE
-from ...viewer.row_view import registration_view
+from ...viewer.compare import registration_view
 from ..exits import Exit
 from ..failures import UsageError
 from ..output import Findings, certificate_figures

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.lens import Lens, follow
+from igl_spheremap.apps.viewer.body import Lens, follow
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.certificate import orientation_signs
 

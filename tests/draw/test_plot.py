@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from igl_spheremap import samples
-from igl_spheremap.draw.raster import raster
+from igl_spheremap.draw.plot import raster
 
 RED, BLUE = [1.0, 0, 0], [0, 0, 1.0]
 

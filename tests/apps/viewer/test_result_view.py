@@ -9,17 +9,21 @@ from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.viewer import window
-from igl_spheremap.apps.viewer.choices import SUBJECTS, UPS
+from igl_spheremap.apps.viewer import choices, window
+from igl_spheremap.apps.viewer.choices import SUBJECTS
 from igl_spheremap.apps.viewer.colouring import colouring, log_factor, relief
-from igl_spheremap.apps.viewer.pose import fit, pose
 from igl_spheremap.draw import palette
+from igl_spheremap.draw.plot import UPS, fit, pose
 from igl_spheremap.errors import DisplayError
 
 
 @pytest.fixture(scope="module")
 def dino():
     return ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
+
+
+def test_the_help_lists_the_directions_that_there_are():
+    assert tuple(UPS) == choices.UPS
 
 
 @pytest.mark.parametrize("up", UPS)
