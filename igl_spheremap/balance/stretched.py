@@ -8,9 +8,9 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, corner_angles, log_edges
 from ..untangle.blocks import VertexBlocks
+from ..untangle.deep_limbs import floors, shorten_limbs
 from ..untangle.local_repair import repair_locally
 from ..untangle.placed import onto_sphere
-from ..untangle.room import floors, make_room
 from ..untangle.unrolling import unroll
 from ..verify.certificate import certify_checked
 
@@ -25,5 +25,5 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     laid_out = unroll(mesh, x, VertexBlocks(mesh.f))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, make_room(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR).z)
+    y = onto_sphere(laid_out, shorten_limbs(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR).z)
     return y if certify_checked(y, mesh.f).folding_free else repair_locally(mesh, y)

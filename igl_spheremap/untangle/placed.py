@@ -99,3 +99,9 @@ def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) 
 def from_anchor(z: AnyComplex, anchor: ComplexArray | complex) -> AnyComplex:
     """Positions relative to anchors after the rotations of the sphere that take these to 0."""
     return np.asarray(z / (1 + np.abs(anchor) ** 2 + np.conj(anchor) * z))
+
+
+def plane_angles(z: ComplexArray) -> FloatArray:
+    """Signed corner angles of triangles in the plane, (m, 3): negative where folded, 0 where corners coincide."""
+    after, before = np.roll(z, -1, axis=1) - z, np.roll(z, 1, axis=1) - z
+    return np.angle(before * after.conj())

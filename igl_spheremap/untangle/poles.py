@@ -13,8 +13,8 @@ from itertools import permutations
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
+from .deep_limbs import tips_beyond
 from .placed import Placed, from_anchor, to_ball
-from .room import tips_beyond
 
 #: The ends of the axes.
 _ENDS = np.vstack((np.eye(3), -np.eye(3)))

@@ -14,9 +14,9 @@ from ..sphere.charts import from_chart
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.signs import orientation_signs
+from .deep_limbs import floors, shorten_limbs
 from .embedding import embed_locally
 from .placed import as_mapped
-from .room import floors, make_room
 
 Float32Array = NDArray[np.float32]
 
@@ -75,7 +75,7 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
     for floor in floors(np.float32):
-        yield from_chart(make_room(placed, angles, floor).z.astype(np.complex128), pole)
+        yield from_chart(shorten_limbs(placed, angles, floor).z.astype(np.complex128), pole)
     yield x
 
 

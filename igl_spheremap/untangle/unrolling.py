@@ -14,8 +14,7 @@ from ..verify.signs import folded_faces
 from .angles import CLOSED, close_angles, proper_angles
 from .blocks import VertexBlocks
 from .layout import Inverted, Layout
-from .placed import Placed, centred
-from .profile import plane_angles
+from .placed import Placed, centred, plane_angles
 
 #: Number of faces, those with the largest images, of which the best shaped one is cut out.
 _LARGEST = 60

@@ -2,8 +2,8 @@
 
 1. *map*: the harmonic map is certified. If at most 1 percent of its faces are folded, it is kept.
 2. *angles*: else the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere.
-   Limbs deeper than float64 are shortened (room.py); where that costs angles, the deepest tips are first put where
-   coordinates are finer (poles.py).
+   Limbs deeper than float64 are shortened (deep_limbs.py); where that costs angles, the deepest tips are first put
+   where coordinates are finer (poles.py).
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
 5. *atlas*, only if asked for: the layout itself in charts.
@@ -34,12 +34,12 @@ from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .candidate import Candidate
 from .charts import make_atlas
+from .deep_limbs import floors, shorten_limbs
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
 from .placed import Placed, onto_sphere
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
-from .room import floors, make_room
 from .unrolling import unroll
 
 #: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
@@ -130,7 +130,7 @@ class _Steps:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
     def angles(self, x: FloatArray, centred: bool) -> None:
-        """Angles that close, their layout, and room for it in float64."""
+        """Angles that close, and their layout, its limbs as deep as float64 holds."""
         self.laid_out = unroll(self.mesh, x, self._blocks)
         if self.laid_out is None:
             return
@@ -145,14 +145,14 @@ class _Steps:
     def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
         deepest, *shallower = floors(np.float64)
-        gauge, room = "centred", make_room(placed, self._source, deepest)
-        if room.cost > 0 and not centred:
+        gauge, shortened = "centred", shorten_limbs(placed, self._source, deepest)
+        if shortened.cost > 0 and not centred:
             gauge, placed = "poles", at_poles(placed, deepest)
-            room = make_room(placed, self._source, deepest)
-        yield onto_sphere(placed, room.z), room.stretch, gauge
+            shortened = shorten_limbs(placed, self._source, deepest)
+        yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
         for floor in shallower:
-            room = make_room(placed, self._source, floor)
-            yield onto_sphere(placed, room.z), room.stretch, gauge
+            shortened = shorten_limbs(placed, self._source, floor)
+            yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
     def newton(self, free: bool) -> None:
         """Lower the angle differences of the best map; `free` if it came without foldings."""

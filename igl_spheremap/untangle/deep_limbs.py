@@ -1,0 +1,270 @@
+"""Limbs that float64 can't hold are shortened where that changes angles least.
+
+A limb of length l and circumference c shrinks like exp(-2 pi l / c), and edges on a sphere in float64 end at exp(-35).
+Within a disc about the tip of such a limb the distance r from the tip becomes s:
+
+    d log s = kappa(log r) d log r,    .05 <= kappa <= 1, constant on bins of one neper.
+
+A dynamic programme over the bins, and over the tree of limbs and their branches, finds the kappas that keep every
+vertex above a floor at the least sum of angle differences.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray
+from .placed import LongComplex, Placed, plane_angles
+
+#: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
+#: its own if its tip is as much deeper than where it begins.
+_ONSET = 4.0
+#: Nepers between the floor of limbs and the resolution of numbers about 1. With the first the edges at the tips keep
+#: one to two bits; the second, which leaves four, is tried where rounding folds so much that the first map is lost.
+_MARGINS = (1.0, 3.0)
+#: Nepers that one step of kappa gains in a bin: a finer table costs time in proportion and changes no angle visibly.
+_STEP = 0.05
+_KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
+#: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
+#: has angles of sum -pi in place of pi, so its mean difference is 120.
+_BELOW = 300.0
+#: Equilateral triangles are counted as so many vertices of each bin: else to squash an empty bin would cost nothing.
+_SPARE = 0.3
+
+
+class Shortened(NamedTuple):
+    """Positions that float64 resolves, and what they cost."""
+
+    #: In the plane, relative to the anchors of the placement.
+    z: LongComplex
+    #: The largest ratio by which a limb's depth was divided.
+    stretch: float
+    #: What it is predicted to add to the angle differences, in degrees, summed over the faces. Negative where shortened
+    #: limbs suit the mesh: a ring of few vertices can't shrink from one to the next as a smooth map does.
+    cost: float
+
+
+@dataclass(eq=False)
+class DeepLimb:
+    """A disc of vertices about a tip that is to be shortened, and the limbs that branch off within it.
+
+    Attributes
+    ----------
+    tip, disc
+        The tip, and the vertices of the disc with it.
+    z : (n,) complex array
+        Positions of all vertices relative to the tip, in the plane's unit.
+    radius : float
+        Of the disc, in that unit.
+    branches : list of (DeepLimb, int)
+        Limbs inside the disc, with the bin of their tips.
+    is_branch : bool
+        Whether it lies in the disc of another limb itself.
+    kappa : (bins,) float64 array
+        The result, from the rim inwards.
+    cost_to_go : (steps,) float64 array
+        Least cost of the limb with its branches, by the steps that were gained outside its rim.
+    choice : (bins, steps) int64 array
+        Index of the best kappa in each bin, by the steps that were gained outside the bin.
+    """
+
+    tip: int
+    disc: IntArray
+    z: ComplexArray
+    radius: float
+    branches: list[tuple[DeepLimb, int]] = field(default_factory=list)
+    is_branch: bool = False
+    kappa: FloatArray = field(init=False)
+    cost_to_go: FloatArray = field(init=False)
+    choice: IntArray = field(init=False)
+
+    @property
+    def log_distance(self) -> FloatArray:
+        """Nepers from the rim inwards, for the disc's vertices; the tip's as its nearest neighbour's."""
+        distance = np.log(self.radius) - np.log(np.maximum(np.abs(self.z[self.disc]), np.finfo(float).tiny))
+        other = self.disc != self.tip
+        return np.where(other, distance, distance[other].max())
+
+    def shortened(self, distance: FloatArray) -> FloatArray:
+        """Nepers from the rim after shortening: piecewise linear, beyond the last bin with its slope."""
+        knots = np.arange(len(self.kappa) + 1)
+        values = np.append(0, np.cumsum(self.kappa))
+        inside = np.where(distance >= 0, np.interp(distance, knots, values), distance)
+        return np.where(distance > knots[-1], values[-1] + (distance - knots[-1]) * self.kappa[-1], inside)
+
+
+def floors(dtype: type[np.floating]) -> list[float]:
+    """Depths in nepers below which no edge is to be left in numbers of a type, the deepest first."""
+    return [float(-np.log(np.finfo(dtype).eps) - margin) for margin in _MARGINS]
+
+
+def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened:
+    """Shorten limbs until no edge on the sphere is below exp(-floor); `source` are the angles to keep."""
+    limbs = _limbs(placed, floor)
+    if not limbs:
+        return Shortened(placed.z.astype(np.clongdouble), 1.0, 0.0)
+    cost = _choose_kappas(limbs, placed, source, floor)
+    z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.z.shape)
+    moved: dict[int, tuple[IntArray, LongComplex]] = {}  # by the tip of a limb: its vertices, and where it puts them
+    for limb in limbs:
+        w = limb.z.astype(np.clongdouble)
+        vertices = [limb.disc]
+        for branch, _ in limb.branches:
+            where, at = moved[branch.tip]
+            w[where] = limb.z[branch.tip] + at
+            vertices.append(where)
+        other = limb.disc[limb.disc != limb.tip]
+        distance = np.log(limb.radius / np.maximum(np.abs(w[other]), np.finfo(float).tiny)).astype(np.float64)
+        w[other] *= np.exp((distance - limb.shortened(distance)).astype(np.longdouble))
+        where = np.unique(np.concatenate(vertices))
+        moved[limb.tip] = where, w[where]
+        if not limb.is_branch:
+            z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + w[where]
+    return Shortened(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)), cost)
+
+
+def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
+    """Discs about the tips beyond the floor, branches before what they branch off from."""
+    limbs: dict[int, DeepLimb] = {}
+    parents: dict[int, int] = {}
+    for tip, parent, members in tips_beyond(placed.depth, placed.f, floor):
+        z = placed.about(tip)
+        outside = np.ones(len(z), dtype=bool)
+        outside[members] = False
+        radius = float(np.abs(z[outside]).min()) if outside.any() else 0.0
+        disc = np.flatnonzero(np.abs(z) < radius)
+        if len(disc) > 1:
+            limbs[tip], parents[tip] = DeepLimb(tip, disc, z, radius), parent
+    for tip, limb in limbs.items():
+        if parents[tip] in limbs:
+            around = limbs[parents[tip]]
+            inside = np.flatnonzero(around.disc == tip)
+            at = int(around.log_distance[inside[0]]) if len(inside) else 0
+            around.branches.append((limb, min(at, int(around.log_distance.max()))))
+            limb.is_branch = True
+    return list(limbs.values())
+
+
+def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int, int, IntArray]]:
+    """Merge tree of the deep vertices: (tip, the deeper tip that its limb meets or -1, the limb), branches first.
+
+    The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends.
+    """
+    if depth.max() <= floor:
+        return []
+    n = len(depth)
+    edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
+    graph = sp.csr_matrix(edges, shape=(n, n))
+    graph = (graph + graph.T).tocsr()
+    start, neighbours = graph.indptr, graph.indices
+    part = np.full(n, -1)
+    tip: dict[int, int] = {}
+    members: dict[int, list[int]] = {}
+    found: list[tuple[int, int, IntArray]] = []
+    deep = np.flatnonzero(depth > _ONSET)
+    for v in deep[np.argsort(-depth[deep], kind="stable")].tolist():
+        here = v
+        part[v], tip[v], members[v] = v, v, [v]
+        for other in {int(part[u]) for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
+            elder, younger = (here, other) if depth[tip[here]] >= depth[tip[other]] else (other, here)
+            end = tip[younger]
+            if depth[end] > floor and depth[end] - depth[v] >= _ONSET:
+                found.append((end, tip[elder], np.array(members[younger])))
+            keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
+            tip[keep] = tip[elder]
+            part[members[gone]] = keep
+            members[keep] += members.pop(gone)
+            here = keep
+    return found + [(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
+
+
+def _choose_kappas(limbs: list[DeepLimb], placed: Placed, source: FloatArray, floor: float) -> float:
+    """Set the kappas of limbs, branches before what they branch off from.
+
+    Returns what they are predicted to add to the angle differences, in degrees, summed over the faces.
+    """
+    for limb in limbs:
+        _plan(limb, placed, source, floor)
+    roots = [limb for limb in limbs if not limb.is_branch]
+    for limb in roots:
+        _follow(limb, 0)
+    return float(sum(limb.cost_to_go[0] for limb in roots))
+
+
+def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:
+    """Solve for the least cost V of the limb, for every gain g in nepers outside its rim, from the tip outwards.
+
+        V_b(g) = min over kappa of  C_b(kappa) + W_b(h) + V_{b+1}(h),    h = g + 1 - kappa,
+        W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
+
+    C_b is what a kappa costs the faces of bin b in angles, n_b the number of its vertices, depth_b that of the deepest.
+    """
+    distance = limb.log_distance
+    bins = int(distance.max()) + 1
+    at = np.minimum(distance.astype(np.int64), bins - 1)
+    own = np.ones(len(limb.disc), dtype=bool)
+    for branch, _ in limb.branches:
+        own &= ~np.isin(limb.disc, branch.disc)
+    deepest = np.zeros(bins)
+    np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
+    count = np.bincount(at, minlength=bins) + _SPARE
+    cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
+    # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
+    steps = int((placed.depth.max() - floor) / _STEP) + len(_KAPPAS)
+    gained = _STEP * np.arange(steps)
+    value = np.zeros(steps)
+    limb.choice = np.zeros((bins, steps), dtype=np.int64)
+    for b in range(bins - 1, -1, -1):
+        value = value + _BELOW * count[b] * np.maximum(0, deepest[b] - gained - floor)
+        for branch, where in limb.branches:
+            if where == b:
+                value = value + branch.cost_to_go
+        later = np.append(value, np.full(len(_KAPPAS), value[-1]))
+        total = np.stack([cost[b, i] + later[i:i + steps] for i in range(len(_KAPPAS))])
+        limb.choice[b] = total.argmin(axis=0)
+        value = total.min(axis=0)
+    limb.cost_to_go = value
+
+
+def _follow(limb: DeepLimb, gained: int) -> None:
+    """Read the kappas off the choices, given the steps that are gained outside the rim."""
+    limb.kappa = np.empty(len(limb.choice))
+    last = limb.choice.shape[1] - 1
+    for b, choice in enumerate(limb.choice):
+        step = choice[min(gained, last)]
+        limb.kappa[b] = _KAPPAS[step]
+        gained += int(step)
+        for branch, where in limb.branches:
+            if where == b:
+                _follow(branch, gained)
+
+
+def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> FloatArray:
+    """What each kappa adds to the mean angle differences of each bin's own faces, summed, in degrees."""
+    inside = np.zeros(len(limb.z), dtype=bool)
+    inside[limb.disc] = True
+    inside[limb.tip] = False
+    faces = np.flatnonzero(inside[f].all(axis=1))
+    z = limb.z[f[faces]]
+    size = np.maximum(np.abs(z), np.finfo(float).tiny)
+    log, unit = np.log(size), z / size
+    middle = log.mean(axis=1, keepdims=True)
+    at = np.clip((np.log(limb.radius) - middle[:, 0]).astype(np.int64), 0, bins - 1)
+    cost = np.empty((bins, len(_KAPPAS)))
+    for i, kappa in enumerate(_KAPPAS):
+        angles = plane_angles(np.exp(kappa * (log - middle)) * unit)
+        cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), bins)
+    return cost - cost[:, :1]
+
+
+@cache
+def _equilateral_costs() -> FloatArray:
+    """Mean angle difference, in degrees, of equilateral triangles of all directions squashed by each kappa."""
+    turn = np.exp(1j * (np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None] + np.arange(3) * 2 * np.pi / 3))
+    return np.array([np.degrees(np.abs(np.abs(plane_angles(k * turn.real + 1j * turn.imag)) - np.pi / 3).mean())
+                     for k in _KAPPAS])
