@@ -68,8 +68,6 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .start.star_map import EigenProjection as EigenProjection
     from .start.star_map import gauss_map as gauss_map
     from .start.star_map import weighted_eigen_projection as weighted_eigen_projection
-    from .verify.atlas import ChartAtlas as ChartAtlas
-    from .verify.atlas import atlas_angle_differences as atlas_angle_differences
     from .verify.certificate import Certificate as Certificate
     from .verify.certificate import certify as certify
     from .verify.distortion import angle_differences as angle_differences
@@ -113,7 +111,6 @@ _NAMES = {
     "shapes.transfer": "resample transfer",
     "sphere.cayley": "cayley_update",
     "start.star_map": "EigenProjection gauss_map weighted_eigen_projection",
-    "verify.atlas": "ChartAtlas atlas_angle_differences",
     "verify.certificate": "Certificate certify",
     "verify.distortion": "angle_differences conformal_factor",
     "verify.stretch": "area_distortion edge_distortion",

@@ -8,7 +8,6 @@ from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import eigsh
 
 from ..mesh.arrays import FloatArray
 from ..sphere.rows import unit_rows
@@ -18,8 +17,6 @@ from .problem import Problem, remove_boosts
 
 #: The mass centre may be this far from the origin before a Moebius map brings it back.
 _OFF_CENTRE = 1e-4
-#: Lanczos finds the largest eigenvalue from below to 1 percent.
-_SLACK = 1.02
 
 
 @dataclass(frozen=True)
@@ -52,31 +49,11 @@ class ProjectedDescent:
             x = unit_rows(x - self.step * problem.metric.gradient(x, derivative))
 
 
-def step_metric(L: sp.csr_matrix, uniform: bool = False) -> Diagonal:
+def step_metric(L: sp.csr_matrix) -> Diagonal:
     """The diagonal metric that bounds a Laplacian from above, in which steps up to 1 are safe.
 
     The derivative of Gu and Yau is L x without division by areas: the weights of a Laplacian in the plane have no
     scale, so that this is the better conditioned one where vertices are unevenly spread. Each vertex is bounded by the
-    sum of the sizes of its row; a `uniform` step must be as small as the worst vertex demands, and a single sliver
-    among thousands of vertices makes it ten times smaller.
+    sum of the sizes of its row; a step that is the same for all would be as small as the worst vertex demands.
     """
-    bound = np.full(L.shape[0], largest_eigenvalue(L)) if uniform else np.asarray(abs(L).sum(axis=1)).ravel()
-    return Diagonal(np.maximum(bound, np.finfo(float).tiny))
-
-
-def largest_eigenvalue(L: sp.csr_matrix) -> float:
-    """Upper bound of the spectrum of a positive semidefinite matrix, tight to 3 percent.
-
-    By Lanczos from a fixed start; Gershgorin's bound for matrices too small for it.
-
-    >>> L = sp.diags_array(np.arange(10.0) ** 3).tocsr()
-    >>> largest_eigenvalue(L)
-    729.0
-    """
-    gershgorin = float(abs(L).sum(axis=1).max())
-    n = L.shape[0]
-    if n <= 32:
-        return gershgorin
-    start = np.cos(np.arange(n) * 1.6180339887)  # fixed, so that every run gives the same numbers
-    value = eigsh(L, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]
-    return min(gershgorin, _SLACK * float(value))
+    return Diagonal(np.maximum(np.asarray(abs(L).sum(axis=1)).ravel(), np.finfo(float).tiny))

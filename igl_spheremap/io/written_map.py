@@ -13,7 +13,6 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
 from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
-from ..verify.atlas import certify_atlas
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import read_sphere
@@ -182,8 +181,7 @@ def read_map(path: PathLike) -> SphereMap:
         result = npz.read_map(path)
         v, x = check_rows(result.vertices, name="vertices"), check_rows(result.sphere, len(result.vertices), "sphere")
         f = check_faces(result.faces, len(v))
-        atlas = result.atlas and replace(result.atlas, certificate=certify_atlas(result.atlas, f))
-        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f), atlas=atlas)
+        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f))
 
 
 def _check_written(partial: Path, path: PathLike) -> SphereCheck:

@@ -12,7 +12,7 @@ from ..descent.line_search import BarzilaiBorwein
 Gauge = Literal["poles", "centred"]
 EdgeWeights = Literal["cotangent", "delaunay"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
-Polish = Literal["angles", "mips"]
+Polish = Literal["angles"]
 
 _hints = cache(get_type_hints)  # 0.5 ms
 
@@ -58,11 +58,9 @@ class Auto(Method):
         default, takes the tips of their three deepest limbs to ends of the coordinate axes, where coordinates are
         finer, by a Moebius map, if shortened limbs would lose angles; the result's ``gauge`` says so. "centred" always
         keeps the gauge and shortens the limbs.
-    polish : {"angles", "mips"}, optional
-        Lower the angle differences themselves (the mean falls by 10 percent and more on meshes with limbs), or the MIPS
-        energy (the largest differences fall), when the map is done. Nothing by default.
-    atlas : bool
-        Give the result an ``atlas``: the map in charts of the plane, where limbs beyond float64 keep their angles.
+    polish : {"angles"}, optional
+        Lower the angle differences themselves when the map is done: the mean falls by 10 percent and more on meshes
+        with limbs. Nothing by default.
 
     Raises
     ------
@@ -83,7 +81,6 @@ class Auto(Method):
     backend: str = "auto"
     gauge: Gauge = "poles"
     polish: Polish | None = None
-    atlas: bool = False
 
 
 @dataclass(frozen=True)
@@ -162,10 +159,7 @@ class GuYau(Method):
     Parameters
     ----------
     step : float
-        Step size, between 0 and 2: in units of 1 / (sum of the sizes of a vertex's row of the Laplacian) at each
-        vertex, or, if `uniform`, of 1 / (its largest eigenvalue) at all of them.
-    uniform : bool
-        Whether all vertices take the same step.
+        Step size, between 0 and 2, in units of 1 / (sum of the sizes of a vertex's row of the Laplacian).
     tutte : bool
         Whether the Tutte (barycentric) map is made first, as the authors do. Without it the harmonic descent
         starts at the Gauss map, as in the comparisons of Lai et al.
@@ -201,7 +195,6 @@ class GuYau(Method):
 
     name: ClassVar[str] = "gu-yau"
     step: float = 1.8
-    uniform: bool = False
     tutte: bool = True
     tolerance: float = 1e-3
     tutte_plateau: float = 1e-3

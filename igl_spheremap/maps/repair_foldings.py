@@ -53,8 +53,8 @@ def repair_foldings(
     x : (n, 3) array_like
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
-    polish : {"angles", "mips"}, optional
-        What to lower afterwards on the whole map, see `igl_spheremap.untangle.polish.polish_map`.
+    polish : {"angles"}, optional
+        What to lower afterwards on the whole map: the angle differences. Nothing by default.
     listener : callable, optional
         Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
         of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
@@ -99,7 +99,7 @@ def repair_foldings(
             y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
             record("repaired", y)
         if polish is not None:
-            y = polish_map(mesh, y, polish)
+            y = polish_map(mesh, y)
             record("polished", y)
         after = certify_checked(y, mesh.f)
         energy = HarmonicEnergy.of(mesh).evaluate(y)[0]

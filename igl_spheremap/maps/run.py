@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.iterate import Listener
@@ -20,10 +19,6 @@ from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
 from .sphere_map import SphereMap
-
-# glibc keeps freed memory for what is asked for next, once a block of that size was freed; else each page of it comes
-# anew from the system, and cleared. 32 MB, which are never touched, are the most that it learns from.
-np.empty(32_000_000, dtype=np.uint8)
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:
@@ -62,5 +57,4 @@ def finish(
     moves = sum(step.iteration > 0 for step in history.steps)
     return SphereMap(mesh.vertices, mesh.f, x, certificate, found.energy, found.status, moves,
                      time.perf_counter() - began, method, tuple(history.steps), found.rounds, found.backend,
-                     notes, settings, found.gauge, found.stretch, timings=timings(),
-                     atlas=found.atlas)
+                     notes, settings, found.gauge, found.stretch, timings=timings())

@@ -10,7 +10,6 @@ from ..descent.iterate import Round, Status, Step
 from ..draw.markup import table
 from ..draw.plot import plot_run
 from ..mesh.arrays import FloatArray, IntArray
-from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor
 from ..verify.figures import angle_figures, describe_angles, describe_logs, log_figures
@@ -57,9 +56,6 @@ class SphereMap:
         balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
         deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
         given. "free", of landmark maps, and of p-harmonic maps with p above 2: as the minimisation left it.
-    atlas : ChartAtlas, optional
-        If asked for, the conformal map in charts of the plane, which hold limbs of any depth as they are, with a
-        certificate of its own.
     balance : float
         0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`.
     conformal : SphereMap, optional
@@ -91,7 +87,6 @@ class SphereMap:
     balance: float = 0.0
     conformal: SphereMap | None = None
     timings: dict[str, float] = field(default_factory=dict, compare=False)
-    atlas: ChartAtlas | None = None
 
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.

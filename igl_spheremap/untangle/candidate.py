@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from ..descent.iterate import Round, Status
 from ..mesh.arrays import FloatArray
-from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate
 
 
@@ -32,5 +31,3 @@ class Candidate:
     backend: str = ""
     #: Remarks on the run.
     notes: tuple[str, ...] = ()
-    #: As of `SphereMap`.
-    atlas: ChartAtlas | None = None

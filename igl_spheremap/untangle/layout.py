@@ -40,11 +40,6 @@ class Layout:
         tree = minimum_spanning_tree(graph.maximum(graph.T))
         self._tree = (tree + tree.T).tocsr()
 
-    @property
-    def closed(self) -> Layout:
-        """The layout by angles that this one comes from."""
-        return self
-
     def path(self, root: int) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
         """Vertices but the root, breadth first; the parent of each in the tree; log length and direction from there."""
         order, parent = breadth_first_order(self._tree, root, directed=False)
@@ -74,11 +69,6 @@ class Inverted(Layout):
         z = layout.about(corner, self._unit)
         self._z = z - z[self.f[face]].mean()
         self.log_edge = layout.log_edge - self._unit - 2 * np.log(np.abs(self._z))
-
-    @property
-    def closed(self) -> Layout:
-        """The layout by angles that this one comes from."""
-        return self._layout.closed
 
     def about(self, root: int, log_unit: float) -> ComplexArray:
         """Positions relative to a vertex, in units of exp(log_unit)."""

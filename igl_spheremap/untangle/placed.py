@@ -36,8 +36,6 @@ class Placed:
     depth: FloatArray
     #: Positions relative to a vertex, precise relative to the distance from it.
     about: Callable[[int], ComplexArray]
-    #: What they are taken from, if not from a map.
-    layout: Layout | None = None
     #: The points of the plane that `z` is relative to: 0, or ends of axes, which are 0 or of length 1.
     anchor: ComplexArray | complex = 0j
     #: Rotation of rows that follows inverse stereographic projection.
@@ -60,7 +58,7 @@ def centred(mesh: Mesh, layout: Layout) -> Placed:
     depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
     x = to_ball(z).astype(np.float64)
     turn = best_rotation(x, orientation_target(mesh), area)
-    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), layout, turn=turn)
+    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), turn=turn)
 
 
 def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:

@@ -1,4 +1,4 @@
-"""Descent vertex by vertex on what the stars lose in shape, with exact signs as the acceptance test.
+"""Descent vertex by vertex on the angle differences of the stars, with exact signs as the acceptance test.
 
 Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton
 step of its own in its tangent plane, and keeps it if its loss falls and every face around it stays positively
@@ -8,21 +8,16 @@ oriented.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol
 
-import igl
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.measure import corner_angles, face_areas
-from ..operators.laplacian import mollified_edge_lengths
+from ..mesh.measure import corner_angles
 from ..sphere.charts import tangent_axes
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .collapse import independent
 from .embedding import proper
 from .kernel import Stars, stars_of
-
-Polish = Literal["angles", "mips"]
 
 #: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep.
 _LENGTHS = (1.8, 0.7, 0.2)
@@ -30,26 +25,9 @@ _LENGTHS = (1.8, 0.7, 0.2)
 _REACH = 0.7
 
 
-class Loss(Protocol):
-    """What faces (p, a, b) lose in shape, as a function of p."""
-
-    def at(self, corner: IntArray) -> Loss:
-        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
-
-    def take(self, faces: BoolArray) -> Loss:
-        """The loss of some of the faces."""
-
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Loss of each face."""
-
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Loss; gradient (e, 2) along the two axes; positive semidefinite Hessian (e, 3): xx, xy, yy."""
-
-
 @dataclass(frozen=True)
 class AngleLoss:
-    """Sum of the sizes of the three angle differences, against the corner angles of a source.
+    """Sum of the sizes of the three angle differences of faces (p, a, b), against the corner angles of a source.
 
     A difference d counts as sqrt(d^2 + smoothing^2): smooth at zero, and nearly its size elsewhere.
     """
@@ -71,13 +49,15 @@ class AngleLoss:
         return replace(self, source=self.source[:, faces])
 
     def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Smoothed sum of sizes."""
+        """Loss of each face."""
         d = self._differences(a - p, b - p)[0]
         return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
     def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
               axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Gauss-Newton with iteratively reweighted squares."""
+        """Loss of each face; gradient (e, 2) in p along two axes; Hessian (e, 3): xx, xy, yy, of Gauss-Newton type with
+        iteratively reweighted squares.
+        """
         u, w = a - p, b - p
         d, normal = self._differences(u, w)
         turn_a = -row_crosses(normal, u) / row_dots(u, u)[:, None]
@@ -99,69 +79,15 @@ class AngleLoss:
         return angles - self.source, normal / np.where(double_area > 0, double_area, 1)[:, None]
 
 
-@dataclass(frozen=True)
-class MipsLoss:
-    """MIPS energy: Dirichlet energy over image area, 1 where a face keeps its angles, weighted by the
-    source's area.
-
-    References
-    ----------
-    Hormann and Greiner 2000, *MIPS: An Efficient Global Parametrization Method*.
-    """
-
-    half_cotangents: FloatArray  # (3, e), at p, a, b
-    area: FloatArray  # (e,)
-
-    @classmethod
-    def of(cls, v: FloatArray, f: IntArray) -> MipsLoss:
-        """Loss against the mesh `v, f`, slivers made harmless."""
-        return cls(np.asarray(igl.cotmatrix_entries(mollified_edge_lengths(v, f))).T, face_areas(v, f))
-
-    def at(self, corner: IntArray) -> MipsLoss:
-        """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
-        return MipsLoss(_turned(self.half_cotangents, corner), self.area[corner // 3])
-
-    def take(self, faces: BoolArray) -> MipsLoss:
-        """The loss of some of the faces."""
-        return MipsLoss(self.half_cotangents[:, faces], self.area[faces])
-
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Weighted ratio of the face."""
-        return self._parts(p, a, b)[0]
-
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Exact gradient; Hessian of the Dirichlet energy alone, as the area is nearly bilinear."""
-        values, area, normal = self._parts(p, a, b)
-        _, at_a, at_b = self.half_cotangents
-        weight = self.area / area
-        slope = at_a[:, None] * (p - b) + at_b[:, None] * (p - a)
-        gain = row_crosses(normal, b - a) / 2  # of the area
-        gradient = weight[:, None] * slope - (values / area)[:, None] * gain
-        stiff = weight * (at_a + at_b)
-        slopes = np.stack([row_dots(gradient, axes[:, k]) for k in range(2)], axis=1)
-        return values, slopes, np.stack((stiff, 0 * stiff, stiff), axis=1)
-
-    def _parts(self, p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Loss, flat area and unit normal of each face."""
-        u, w = a - p, b - p
-        normal = row_crosses(u, w)
-        double_area = np.sqrt(row_dots(normal, normal))
-        at_p, at_a, at_b = self.half_cotangents
-        loss = self.area * (at_p * row_dots(w - u, w - u) + at_a * row_dots(w, w) + at_b * row_dots(u, u))
-        loss = np.divide(loss, double_area, out=np.full(len(loss), np.inf), where=double_area > 0)
-        return loss, double_area / 2, normal / np.where(double_area > 0, double_area, 1)[:, None]
-
-
 def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
     """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
     face, k = corner // 3, corner % 3
     return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
 
 
-def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = None, *,
+def descend(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
             sweeps: int = 5, tolerance: float = 2e-3) -> FloatArray:
-    """Lower a loss of shape vertex by vertex, keeping a map that is free of foldings so.
+    """Lower the angle differences vertex by vertex, keeping a map that is free of foldings so.
 
     Examples
     --------
@@ -182,7 +108,7 @@ def descend(x: FloatArray, f: IntArray, loss: Loss, movable: BoolArray | None = 
     return x
 
 
-def _colour_classes(f: IntArray, movable: BoolArray, loss: Loss) -> list[tuple[Stars, Loss]]:
+def _colour_classes(f: IntArray, movable: BoolArray, loss: AngleLoss) -> list[tuple[Stars, AngleLoss]]:
     """Stars of the movable vertices, split into classes without neighbours, and the losses of their faces."""
     stars, classes = stars_of(f, movable), []
     while len(stars.vertices):
@@ -195,7 +121,7 @@ def _colour_classes(f: IntArray, movable: BoolArray, loss: Loss) -> list[tuple[S
     return classes
 
 
-def _step(x: FloatArray, stars: Stars, loss: Loss) -> tuple[float, float]:
+def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     """Move one class of vertices, in place; the loss before and after."""
     owner = stars.owner
     p, a, b = (x.take(ids, axis=0) for ids in (stars.vertices, stars.a, stars.b))

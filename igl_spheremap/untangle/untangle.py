@@ -1,4 +1,4 @@
-"""From a map with foldings to one that is certified to have none, and near the mesh's angles, in up to five steps.
+"""From a map with foldings to one that is certified to have none, and near the mesh's angles, in up to four steps.
 
 1. *map*: the harmonic map is certified. If at most 1 percent of its faces are folded, it is kept.
 2. *angles*: else the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere.
@@ -6,7 +6,6 @@
    where coordinates are finer (poles.py).
 3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding.
 4. *newton*: damped Newton steps lower the angle differences of the whole map.
-5. *atlas*, only if asked for: the layout itself in charts.
 
 A step's map is taken if it is certified and its angle differences are the least so far.
 """
@@ -28,12 +27,10 @@ from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.operators import Operators
 from ..sphere.rows import weighted_sum
-from ..verify.atlas import ChartAtlas
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .candidate import Candidate
-from .charts import make_atlas
 from .deep_limbs import floors, shorten_limbs
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
@@ -55,17 +52,17 @@ _LEAST_GAIN = 0.025
 
 @stage("repair")
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
-             centred: bool = False, atlas: bool = False) -> Candidate:
+             centred: bool = False) -> Candidate:
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
     Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
-    the gauge "poles", unless `centred`; with `atlas` they get charts beside the map.
+    the gauge "poles", unless `centred`.
     """
     steps, x = _Steps(mesh, operators, listener), first.x
     assert first.certificate is not None
     free = first.certificate.folding_free
     worth_steps = free and is_worth_steps(mesh, x)
-    if free and not (worth_steps or atlas):
+    if free and not worth_steps:
         steps.notify(x, first.energy, 0)
         return first
     steps.accept("map", x)
@@ -75,11 +72,9 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             steps.angles(x, centred)
         if steps.best is None or (not few and len(mesh.v) <= _SMALL):
             steps.accept("embedding", repair_locally(mesh, x))
-    if worth_steps or not free:
-        for _ in range(3 if len(mesh.v) <= _SMALL else 1):
-            steps.newton(free)
-    found = steps.result(first)
-    return replace(found, atlas=steps.atlas()) if atlas else found
+    for _ in range(3 if len(mesh.v) <= _SMALL else 1):
+        steps.newton(free)
+    return steps.result(first)
 
 
 class _Steps:
@@ -164,14 +159,6 @@ class _Steps:
         x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
                          damping=UNDAMPED if self.laid_out is None else DAMPED, systems=systems, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
-
-    def atlas(self) -> ChartAtlas | None:
-        """The body in charts; None if its angles do not close."""
-        assert self.best is not None
-        laid_out = self.laid_out or unroll(self.mesh, self.best, self._blocks)
-        if laid_out is None or laid_out.layout is None:
-            return None
-        return make_atlas(laid_out.layout.closed, int(np.argmin(laid_out.depth)))
 
     def result(self, first: Candidate) -> Candidate:
         """The best map, in the package's gauge."""

@@ -228,7 +228,7 @@ def test_unknown_methods_and_options_are_refused_with_what_there_is():
     with pytest.raises(TypeError, match=r"speed"):
         ism.spherical_conformal_map(V, F, speed=9)
     with pytest.raises(TypeError, match=r"tolerance, polish: .*'auto' only.*record"):
-        ism.spherical_conformal_map(V, F, "lai2014", tolerance=1e-2, polish="mips")
+        ism.spherical_conformal_map(V, F, "lai2014", tolerance=1e-2, polish="angles")
 
 
 def test_noise_far_outside_the_surface_does_not_break_the_map():

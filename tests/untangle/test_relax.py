@@ -7,10 +7,8 @@ import pytest
 from triangulations import icosphere, unit
 
 from igl_spheremap.sphere.charts import tangent_axes
-from igl_spheremap.untangle.relax import AngleLoss, MipsLoss, descend
+from igl_spheremap.untangle.relax import AngleLoss, descend
 from igl_spheremap.verify.certificate import orientation_signs
-
-LOSSES = {"angles": AngleLoss, "mips": MipsLoss}
 
 
 def _stretched(level=3):
@@ -25,11 +23,10 @@ def _total(loss, x, f):
     return loss.values(x[f[:, 0]], x[f[:, 1]], x[f[:, 2]]).sum()
 
 
-@pytest.mark.parametrize("kind", ["angles", "mips"])
 @pytest.mark.parametrize("k", [0, 1, 2])
-def test_gradients_agree_with_differences(kind, k):
+def test_gradients_agree_with_differences(k):
     v, x, f = _stretched()
-    loss = LOSSES[kind].of(v, f).at(3 * np.arange(len(f)) + k)
+    loss = AngleLoss.of(v, f).at(3 * np.arange(len(f)) + k)
     p, a, b = (x[f[:, (k + j) % 3]] for j in range(3))
     axes = np.stack(tangent_axes(p), axis=1)
     values, gradient, _ = loss.model(p, a, b, axes)
@@ -41,10 +38,9 @@ def test_gradients_agree_with_differences(kind, k):
         assert np.allclose(gradient[:, i], slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
 
 
-@pytest.mark.parametrize("kind", ["angles", "mips"])
-def test_loss_falls_with_every_sweep_and_no_face_folds(kind):
+def test_loss_falls_with_every_sweep_and_no_face_folds():
     v, x, f = _stretched()
-    loss = LOSSES[kind].of(v, f)
+    loss = AngleLoss.of(v, f)
     last = _total(loss, x, f)
     for _ in range(4):
         x = descend(x, f, loss, sweeps=1, tolerance=0)
@@ -56,36 +52,28 @@ def test_loss_falls_with_every_sweep_and_no_face_folds(kind):
 
 def test_an_isometric_image_is_a_fixed_point():
     x, f = icosphere(2)
-    assert np.abs(descend(x, f, LOSSES["angles"].of(x, f)) - x).max() < 1e-9
+    assert np.abs(descend(x, f, AngleLoss.of(x, f)) - x).max() < 1e-9
 
 
 def test_only_movable_vertices_move():
     v, x, f = _stretched()
     movable = x[:, 2] > 0.5
-    y = descend(x, f, LOSSES["angles"].of(v, f), movable)
+    y = descend(x, f, AngleLoss.of(v, f), movable)
     moved = (x != y).any(axis=1)
     assert moved.any()
     assert not moved[~movable].any()
 
 
-def test_the_mips_loss_of_a_similar_face_is_its_source_area():
-    v, _, f = _stretched()
-    loss = LOSSES["mips"].of(v, f)
-    assert np.isclose(_total(loss, 7 * v, f), loss.area.sum())
-    assert _total(loss, v * [1, 1, 3], f) > loss.area.sum()
-
-
 def test_the_angle_loss_of_a_similar_image_is_its_smoothing():
     v, _, f = _stretched()
-    loss = LOSSES["angles"].of(v, f)
+    loss = AngleLoss.of(v, f)
     assert np.isclose(_total(loss, 7 * v, f), 3 * loss.smoothing * len(f), rtol=1e-9)
     assert _total(loss, v * [1, 1, 3], f) > _total(loss, v, f)
 
 
-@pytest.mark.parametrize("kind", ["angles", "mips"])
-def test_the_loss_does_not_depend_on_which_corner_comes_first(kind):
+def test_the_loss_does_not_depend_on_which_corner_comes_first():
     v, x, f = _stretched()
-    loss = LOSSES[kind].of(v, f)
+    loss = AngleLoss.of(v, f)
     turned = [loss.at(3 * np.arange(len(f)) + k).values(*(x[f[:, (k + j) % 3]] for j in range(3))) for k in range(3)]
     assert np.allclose(turned, turned[0], rtol=1e-9)
     some = np.arange(len(f)) % 2 == 0

@@ -138,15 +138,9 @@ MAPPING = (
 )
 #: Options of single methods, which name them.
 OPTIONS = (
-    choice("--polish", get_args(Polish), "lower the angle differences, or their largest ones, when the map is done "
-           "(auto)"),
+    choice("--polish", get_args(Polish), "lower the angle differences when the map is done (auto)"),
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
-)
-#: For one map, which an .npz file keeps.
-ATLAS = (
-    switch("--atlas", help="write charts of the plane beside the map, where limbs beyond float64 keep their angles "
-           "(auto; .npz)", default=None),
 )

@@ -6,14 +6,10 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from ...descent.iterate import Iterate, Listener, Status, title_of
 from ...io import SphereCheck, write_map
 from ...maps.sphere_map import ROUNDS, SphereMap, round_rows
 from ...mesh.timings import stage
-from ...verify.atlas import ChartAtlas, atlas_angle_differences
-from ...verify.figures import angle_figures, describe_angles
 from .exits import Exit
 from .failures import UsageError
 from .interrupt import Interrupt
@@ -104,8 +100,6 @@ def _findings(source: Source, args: Namespace, result: SphereMap, written: Spher
         advice = "" if result.gauge == "poles" else "; without --gauge centred they may keep their angles"
         found.add("stretch", f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}")
     found.certificate(result.certificate)
-    if result.atlas is not None:
-        _charts(found, result, result.atlas)
     kind, radius = target_format(args).name, written.radius
     found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")
     found.figures["file"] = {
@@ -115,14 +109,6 @@ def _findings(source: Source, args: Namespace, result: SphereMap, written: Spher
         "certificate": certificate_figures(written.certificate),
     }
     return found
-
-
-def _charts(found: Findings, result: SphereMap, atlas: ChartAtlas) -> None:
-    differences = atlas_angle_differences(result.vertices, result.faces, atlas)
-    figures = angle_figures(differences[np.isfinite(differences)])  # the outer face has none
-    charts = {"angle_differences": figures, "certificate": certificate_figures(atlas.certificate)}
-    found.add("charts", f"{len(atlas.origin)}; angles differ by {describe_angles(figures)}", charts=charts)
-    found.add("", str(atlas.certificate))
 
 
 def _timings(result: SphereMap) -> list[str]:

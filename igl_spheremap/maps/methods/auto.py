@@ -32,33 +32,27 @@ def map_factorised(
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
     x = fix_gauge(mesh, minimum.last.x)
-    certificate = certify_checked(x, mesh.f)
-    found = Candidate(x, minimum.last.energy, minimum.status, certificate=certificate,
+    found = Candidate(x, minimum.last.energy, minimum.status, certificate=certify_checked(x, mesh.f),
                       backend=operators.factor.backend, notes=operators.notes)
     if found.status is Status.STOPPED:
         return found
     try:
-        found = untangle(mesh, operators, found, listener, centred=options.gauge == "centred", atlas=options.atlas)
+        found = untangle(mesh, operators, found, listener, centred=options.gauge == "centred")
     except StopIteration:
         return replace(found, status=Status.STOPPED)
     if options.polish is not None:
-        # The MIPS energy is least near the harmonic map; steps towards the mesh's angles lead away from there.
-        harmonic = options.polish == "mips" and certificate.folding_free and found.gauge == "centred"
-        y = polish_map(mesh, x if harmonic else found.x, options.polish)
+        y = polish_map(mesh, found.x)
         y = y if found.gauge == "poles" else restore_gauge(mesh, y)
         energy = HarmonicEnergy(operators.L).evaluate(y)[0]
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))
-    return replace(found, notes=(*found.notes, *_remarks(found, mesh, options)))
+    return replace(found, notes=(*found.notes, *_remarks(found, mesh)))
 
 
-def _remarks(found: Candidate, mesh: Mesh, options: Auto) -> Iterator[str]:
+def _remarks(found: Candidate, mesh: Mesh) -> Iterator[str]:
     """What sets a map apart from others, for its notes."""
     if found.gauge == "centred" and is_off_centre(mesh, found.x):
         yield "not Moebius-centred, which would fold huge faces or spoil their angles"
     elif found.gauge == "poles":
         yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
-    if options.atlas and found.atlas is None:
-        yield "no atlas: the angles did not close"
-    elif found.stretch > 1 and not options.atlas:
-        yield (f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter; "
-               "atlas=True keeps their angles")
+    if found.stretch > 1:
+        yield f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter"

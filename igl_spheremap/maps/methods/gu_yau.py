@@ -27,7 +27,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> Candidate:
     def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
         began = time.perf_counter()
         start = Iterate(name, len(rounds), 0, x, harmonic.energy.evaluate(x)[0])
-        problem = Problem.of(mesh, HarmonicEnergy(L), step_metric(L, options.uniform))
+        problem = Problem.of(mesh, HarmonicEnergy(L), step_metric(L))
         minimum = minimize(
             ProjectedDescent(options.step, stage).iterates(problem, x),
             tolerance=options.tolerance,

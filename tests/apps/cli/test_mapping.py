@@ -173,21 +173,8 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
     assert "times shorter" not in capsys.readouterr().out
     assert main([*spring, "--gauge", "centred"]) == 0
     assert "times shorter" in capsys.readouterr().out
-    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "mips", "--method", "lai2014"]) == 64
+    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "angles", "--method", "lai2014"]) == 64
     assert "--polish" in capsys.readouterr().err
-
-
-def test_charts_are_kept_and_certified(tmp_path, capsys):
-    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
-    spring = ["map", "sample:spring:n_vertices=1200"]
-    assert main([*spring, str(target), "--atlas", "--gauge", "centred", "--json", str(figures)]) == 0
-    found = json.loads(figures.read_text())
-    assert found["charts"]["certificate"]["folding_free"]
-    assert found["charts"]["angle_differences"]["mean"] < found["angle_differences"]["mean"]
-    assert read_map(target).atlas.certificate.folding_free
-    capsys.readouterr()
-    assert main([*spring, str(tmp_path / "map.obj"), "--atlas"]) == 64
-    assert "--atlas is kept by .npz files only" in one_line(capsys)
 
 
 def test_balance_reaches_the_map_and_its_figures(tmp_path):

@@ -57,7 +57,6 @@ _ARGUMENTS: dict[str, tuple[Argument, ...]] = {
         *shared.MAPPING,
         shared.method("auto", "default: auto, the fast pipeline"),
         *shared.OPTIONS,
-        *shared.ATLAS,
         shared.BALANCE,
     ),
     "check": (*shared.pair(optional=True), *shared.OUTPUT),

@@ -19,15 +19,12 @@ from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.arrays import FloatArray, IntArray
 from ..chosen import chosen_method
 from ..exits import Exit
-from ..failures import UsageError
 from ..mapping import map_by
 
 
 def run(args: Namespace) -> Exit:
     """Map, conformally unless another balance is asked for."""
     method = chosen_method(args)
-    if args.atlas and not args.target.lower().endswith(".npz"):
-        raise UsageError(f"--atlas is kept by .npz files only: write one in the place of {args.target}")
 
     def solve(v: FloatArray, f: IntArray, listener: Listener) -> SphereMap:
         result = spherical_conformal_map(v, f, method, listener=listener)
