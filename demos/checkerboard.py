@@ -8,7 +8,7 @@ from igl_spheremap import Mesh
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.window import linear
 from igl_spheremap.mesh.arrays import FloatArray, IntArray
-from igl_spheremap.sphere.charts import INFINITE, to_chart
+from igl_spheremap.sphere.rows import INFINITE, to_chart
 from igl_spheremap.verify.distortion import mesh_conformal_factor
 
 COLOURS = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))

@@ -71,9 +71,9 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .verify.certificate import Certificate as Certificate
     from .verify.certificate import certify as certify
     from .verify.distortion import angle_differences as angle_differences
+    from .verify.distortion import area_distortion as area_distortion
     from .verify.distortion import conformal_factor as conformal_factor
-    from .verify.stretch import area_distortion as area_distortion
-    from .verify.stretch import edge_distortion as edge_distortion
+    from .verify.distortion import edge_distortion as edge_distortion
 
 #: The public names by the modules that define them. Each is imported at its first use, so that a program pays for what
 #: it uses.
@@ -112,8 +112,7 @@ _NAMES = {
     "sphere.cayley": "cayley_update",
     "start.star_map": "EigenProjection gauss_map weighted_eigen_projection",
     "verify.certificate": "Certificate certify",
-    "verify.distortion": "angle_differences conformal_factor",
-    "verify.stretch": "area_distortion edge_distortion",
+    "verify.distortion": "angle_differences area_distortion conformal_factor edge_distortion",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 

@@ -9,8 +9,7 @@ import numpy as np
 from ..descent.iterate import Iterate
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
-from ..sphere.charts import tangent_axes
-from ..sphere.rows import row_crosses, weighted_moment
+from ..sphere.rows import row_crosses, tangent_axes, weighted_moment
 from .derivatives import derivatives
 from .energy import Energy
 from .newton_system import NewtonSystem

@@ -12,7 +12,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..mesh.timings import stage
-from ..operators.operators import Operators
+from ..operators.laplacian import Operators
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import certify_checked

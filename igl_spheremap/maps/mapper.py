@@ -16,7 +16,7 @@ from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, plain_array
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.timings import timed
-from ..operators.operators import build_operators
+from ..operators.laplacian import build_operators
 from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
 from .options import Auto

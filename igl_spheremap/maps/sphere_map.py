@@ -11,9 +11,15 @@ from ..draw.markup import table
 from ..draw.plot import plot_run
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.certificate import Certificate
-from ..verify.distortion import angle_differences, conformal_factor
-from ..verify.figures import angle_figures, describe_angles, describe_logs, log_figures
-from ..verify.stretch import area_distortion
+from ..verify.distortion import (
+    angle_differences,
+    angle_figures,
+    area_distortion,
+    conformal_factor,
+    describe_angles,
+    describe_logs,
+    log_figures,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,9 +24,7 @@ from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.clean import repair_mesh
-from ..verify.distortion import mesh_angle_differences
-from ..verify.figures import log_figures
-from ..verify.stretch import mesh_area_distortion, mesh_edge_distortion
+from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
 from .fingerprint import Fingerprint, fingerprint
 from .table import Row

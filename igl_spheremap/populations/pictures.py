@@ -12,8 +12,8 @@ from ..draw.plot import raster, shading, view_of
 from ..io import read_mesh, read_sphere, write_picture
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh
+from ..verify.distortion import mesh_area_distortion
 from ..verify.signs import folded_faces
-from ..verify.stretch import mesh_area_distortion
 from .job import Options, place
 from .table import MAPPED, Row
 

@@ -11,11 +11,9 @@ from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import spread, surface_area, vertex_normals
 from ..mesh.timings import stage
-from ..operators.laplacian import apply
-from ..operators.operators import Operators
-from ..sphere.charts import INFINITE, from_chart
+from ..operators.laplacian import Operators, apply
 from ..sphere.moebius import center
-from ..sphere.rows import inner
+from ..sphere.rows import INFINITE, from_chart, inner
 from ..verify.distortion import mean_angle_difference
 
 #: Faces sampled for the affine correction, and vertices for a first scale, at the most: medians need no more.

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..sphere.charts import tangent_axes
-from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows
+from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_rows
 
 #: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
 _NEWTON_STEPS = 8

@@ -16,8 +16,7 @@ import scipy.sparse as sp
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.measure import log_edges
-from ..sphere.charts import tangent_axes
-from ..sphere.rows import column_crosses, unit_rows, weighted_sum
+from ..sphere.rows import column_crosses, tangent_axes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .blocks import VertexBlocks

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import log_edges
-from ..sphere.charts import to_chart
 from ..sphere.gauge import best_rotation, orientation_target
 from ..sphere.moebius import conformal_barycentre
+from ..sphere.rows import to_chart
 from .layout import Layout
 
 LongComplex = NDArray[np.clongdouble]

@@ -13,8 +13,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import corner_angles
-from ..sphere.charts import tangent_axes
-from ..sphere.rows import row_crosses, row_dots, unit_rows
+from ..sphere.rows import row_crosses, row_dots, tangent_axes, unit_rows
 from .collapse import independent
 from .embedding import proper
 from .kernel import Stars, stars_of

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
-from ..sphere.charts import from_chart
-from ..sphere.rows import unit_rows
+from ..sphere.rows import from_chart, unit_rows
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.signs import orientation_signs
 from .deep_limbs import floors, shorten_limbs

@@ -7,8 +7,7 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges
-from ..sphere.charts import to_chart
-from ..sphere.rows import unit_rows
+from ..sphere.rows import to_chart, unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import CLOSED, close_angles, proper_angles

@@ -25,7 +25,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
-from ..operators.operators import Operators
+from ..operators.laplacian import Operators
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference

@@ -1,14 +1,15 @@
-"""What a map does to angles, and its conformal factor."""
+"""What a map does to angles, areas and lengths, and the statistics of it."""
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.measure import corner_angles, vertex_areas
+from ..mesh.measure import corner_angles, face_areas, surface_area, vertex_areas
 
 
 @own_errstate
@@ -113,3 +114,172 @@ def mesh_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     ratio = np.full(n, np.inf)
     ratio[image == 0] = 0.0
     return np.divide(image, source, out=ratio, where=source > 0)  # eq. (14)
+
+
+@own_errstate
+def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
+    """Logarithm of image area over source area of every face, each surface having area 1.
+
+    Both areas are those of flat triangles, the image's spanned by its three corners on the sphere.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions, any units.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x : (n, 3) array_like
+        Images of the vertices.
+
+    Returns
+    -------
+    (m,) float64 array
+        Zero for an area-preserving map; infinite where one of the areas is zero, NaN where both are.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
+    >>> conformal, preserving = (ism.balanced_spherical_map(v, f, balance) for balance in (0, 1))
+    >>> bool(abs(conformal.area_ratios()).mean() > 0.4), bool(abs(preserving.area_ratios()).mean() < 0.02)
+    (True, True)
+    """
+    mesh = check_mesh(v, f)
+    return mesh_area_distortion(mesh, check_rows(x, len(mesh.v), "images"))
+
+
+def mesh_area_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """`area_distortion` for a checked mesh."""
+    image, source = (face_areas(p, mesh.f) for p in (x, mesh.v))
+    return _log_ratio(image / image.sum(), source / source.sum())
+
+
+@own_errstate
+def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
+    """Logarithm of image length over source length of every edge, each surface having area 1.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions, any units.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x : (n, 3) array_like
+        Images of the vertices.
+
+    Returns
+    -------
+    (m, 3) float64 array
+        Column k belongs to the edge opposite corner ``f[:, k]``, so that every edge is there twice. Zero for an
+        isometry up to scale.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> bool(abs(ism.edge_distortion(3 * x, f, x)).max() < 1e-12)
+    True
+    """
+    mesh = check_mesh(v, f)
+    return mesh_edge_distortion(mesh, check_rows(x, len(mesh.v), "images"))
+
+
+def mesh_edge_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """`edge_distortion` for a checked mesh."""
+    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(surface_area(p, mesh.f))
+                     for p in (x, mesh.v))
+    return _log_ratio(image, source)
+
+
+def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
+    """log(image / source), infinities and NaN without warnings."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.log(image / source)
+
+
+def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArray]:
+    """What a map does to areas and angles around each vertex.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x : (n, 3) array_like
+        Images of the vertices on the unit sphere.
+
+    Returns
+    -------
+    dict of (n,) float64 arrays
+        ``factor``: half the logarithm of the conformal factor, u of eq. (14), the source being scaled to the
+        area of the sphere; 0 for an isometry. ``angles``: mean size of the angle differences at the vertex,
+        in degrees.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.verify.distortion import vertex_maps
+    >>> x, f = ism.samples.sphere(162)
+    >>> maps = vertex_maps(5 * x, f, x)
+    >>> bool(abs(maps["angles"]).max() < 1e-9), bool(abs(maps["factor"]).max() < 0.02)
+    (True, True)
+    """
+    mesh = check_mesh(v, f)
+    images = check_rows(x, len(mesh.v), "images")
+    tiny = np.finfo(float).tiny
+    factor = np.log(np.maximum(mesh_conformal_factor(mesh, images), tiny) / (4 * np.pi)) / 2
+    size = np.abs(mesh_angle_differences(mesh, images)).ravel()
+    corners = mesh.f.ravel()
+    angles = np.bincount(corners, size) / np.bincount(corners)
+    return {"factor": factor, "angles": angles}
+
+
+def log_figures(ratios: FloatArray) -> dict[str, float]:
+    """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, those of zero areas left out.
+
+    NaN if all are left out.
+
+    >>> log_figures(np.array([0.5, -1.5, np.inf]))["mean"]
+    1.0
+    """
+    finite = ratios[np.isfinite(ratios)]
+    size = np.abs(finite) if len(finite) else np.full(1, np.nan)
+    return {"mean": float(size.mean()), "p99": float(np.percentile(size, 99)), "max": float(size.max())}
+
+
+def angle_figures(differences: FloatArray) -> dict[str, float]:
+    """Mean, median, 95th and 99th percentile and maximum of the sizes of angle differences, in their units.
+
+    >>> angle_figures(np.array([[1.0, -2.0, 3.0]]))["median"]
+    2.0
+    """
+    size = np.abs(differences).ravel()
+    median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
+    return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
+
+
+def describe_angles(figures: dict[str, float]) -> str:
+    """The statistics of `angle_figures` in words."""
+    return ("{mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
+            "at most {max:.3g})").format(**figures)
+
+
+def describe_logs(figures: dict[str, float]) -> str:
+    """The statistics of `log_figures` in words."""
+    return "{mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})".format(**figures)

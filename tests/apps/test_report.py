@@ -15,7 +15,7 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.draw.markup import page, table
-from igl_spheremap.verify.figures import angle_figures
+from igl_spheremap.verify.distortion import angle_figures
 
 pytest.importorskip("matplotlib", reason="matplotlib is not installed")
 

@@ -7,8 +7,7 @@ import igl_spheremap as ism
 from igl_spheremap.balance.derivatives import PAIRS, derivatives
 from igl_spheremap.balance.energy import Energy, project
 from igl_spheremap.balance.source import Source, lay_flat
-from igl_spheremap.sphere.charts import tangent_axes
-from igl_spheremap.sphere.rows import unit_rows
+from igl_spheremap.sphere.rows import tangent_axes, unit_rows
 
 
 def axes_at(x):

@@ -13,7 +13,7 @@ from igl_spheremap.descent.metrics import Diagonal, SobolevH1, SobolevH2
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import PreconditionedCayley
 from igl_spheremap.descent.problem import harmonic_problem
-from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
 X, F = icosphere(3)

@@ -10,7 +10,7 @@ import igl_spheremap as ism
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.rows import tangent, unit_rows
 from igl_spheremap.start.punctured import is_coarse, punctured_start
 from igl_spheremap.verify.distortion import mean_angle_difference

@@ -10,7 +10,7 @@ import pytest
 from igl_spheremap import MeshError
 from igl_spheremap.draw.palette import colours
 from igl_spheremap.io import read_mesh, write_mesh
-from igl_spheremap.verify.vertex_maps import vertex_maps
+from igl_spheremap.verify.distortion import vertex_maps
 
 
 @pytest.mark.parametrize("binary", [True, False])

@@ -8,7 +8,7 @@ import pytest
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io import read_scalars, write_mesh, write_scalars
 from igl_spheremap.samples import sphere
-from igl_spheremap.verify.vertex_maps import vertex_maps
+from igl_spheremap.verify.distortion import vertex_maps
 
 VALUES = np.random.default_rng(0).normal(size=42)
 

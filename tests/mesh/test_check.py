@@ -7,7 +7,7 @@ from triangulations import flip_edges, icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.check import mesh_quality
-from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.operators.laplacian import build_operators
 
 V, F = icosphere(2)
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])

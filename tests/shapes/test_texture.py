@@ -7,8 +7,7 @@ import pytest
 
 from igl_spheremap import MeshError, samples
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.shapes.texture import checker_image, texture_atlas
-from igl_spheremap.sphere.cut import cut_along_planes
+from igl_spheremap.shapes.texture import checker_image, cut_along_planes, texture_atlas
 from igl_spheremap.sphere.rows import unit_rows
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])

@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
+from triangulations import unit
 
-from igl_spheremap.sphere.rows import row_crosses, row_dets, row_dots, unit_rows
+from igl_spheremap.sphere.rows import (
+    INFINITE,
+    from_chart,
+    row_crosses,
+    row_dets,
+    row_dots,
+    tangent_axes,
+    to_chart,
+    unit_rows,
+)
 
 A, B, C = np.random.default_rng(0).normal(size=(3, 100, 3))
 
@@ -29,3 +39,57 @@ def test_unit_rows_stay_bit_for_bit_and_zero_rows_stay_zero():
     turn = np.linalg.qr(B[:3])[0]
     for y in (x, x @ turn, np.vstack((x, 0 * x))):
         assert unit_rows(y).tobytes() == y.tobytes()
+
+
+
+
+RNG = np.random.default_rng(0)
+POLES = np.vstack((unit(RNG.normal(size=(40, 3))), [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]]))
+
+
+def disc(n, size):
+    return size * (RNG.normal(size=n) + 1j * RNG.normal(size=n))
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-5, 1.0, 30.0])
+def test_charts_are_inverse_to_each_other_at_every_scale(size):
+    z = disc(len(POLES), size)
+    assert np.abs(to_chart(from_chart(z, POLES), POLES) - z).max() < 1e-15 * max(1, size) ** 2 * 20
+
+
+def test_the_chart_is_twice_the_tangent_of_half_the_angle_from_the_pole():
+    x = unit(RNG.normal(size=POLES.shape))
+    angle = np.arccos((x * POLES).sum(axis=1))
+    assert np.allclose(np.abs(to_chart(x, POLES)), 2 * np.tan(angle / 2))
+
+
+def test_the_pole_is_at_zero_and_the_opposite_point_at_infinity():
+    assert (to_chart(POLES, POLES) == 0).all()
+    assert (np.abs(to_chart(-POLES, POLES)) >= INFINITE).all()
+    assert np.allclose(from_chart(np.full(len(POLES), INFINITE + 0j), POLES), -POLES)
+
+
+def test_charts_of_opposite_poles_are_inversions_of_each_other():
+    """z z' = 4 up to a turn, and with full relative precision near both poles."""
+    for size in (1e-9, 1e-3, 1.0):
+        z = disc(len(POLES), size)
+        x = POLES + np.einsum("kij,ki->kj", np.stack(tangent_axes(POLES), axis=1), np.column_stack((z.real, z.imag)))
+        x /= np.linalg.norm(x, axis=1)[:, None]
+        assert np.allclose(np.abs(to_chart(x, POLES) * to_chart(x, -POLES)), 4, rtol=1e-12)
+
+
+def test_charts_keep_orientation_and_angles():
+    pole = POLES[:1]
+    for z in disc(20, 1.0):
+        around = from_chart(z + 1e-6 * np.array([0, 1, 1j]), pole)
+        a, b = around[1] - around[0], around[2] - around[0]
+        assert np.linalg.det(np.stack((around[0], a, b))) > 0
+        assert abs(a @ b) < 1e-5 * np.linalg.norm(a) * np.linalg.norm(b)
+        assert np.isclose(np.linalg.norm(a), np.linalg.norm(b), rtol=1e-5)
+
+
+def test_tangent_axes_are_orthonormal_and_right_handed():
+    e1, e2 = tangent_axes(POLES)
+    frames = np.stack((e1, e2, POLES), axis=1)
+    assert np.allclose(frames @ frames.transpose(0, 2, 1), np.eye(3))
+    assert np.allclose(np.linalg.det(frames), 1)

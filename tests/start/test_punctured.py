@@ -6,7 +6,7 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.start.punctured import dipole_map, is_coarse, punctured_start
 

@@ -10,7 +10,7 @@ from triangulations import icosphere
 from igl_spheremap import spherical_conformal_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
-from igl_spheremap.sphere.charts import from_chart, to_chart
+from igl_spheremap.sphere.rows import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
 from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.deep_limbs import shorten_limbs, tips_beyond

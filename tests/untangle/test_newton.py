@@ -10,7 +10,7 @@ import pytest
 from triangulations import icosphere, unit
 
 from igl_spheremap.mesh.measure import corner_angles
-from igl_spheremap.sphere.charts import tangent_axes
+from igl_spheremap.sphere.rows import tangent_axes
 from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.newton import AngleNewton
 from igl_spheremap.verify.certificate import orientation_signs

@@ -8,7 +8,7 @@ import pytest
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
-from igl_spheremap.operators.operators import build_operators
+from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.untangle.polish import polish_map
 from igl_spheremap.verify.certificate import certify_checked

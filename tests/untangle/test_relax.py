@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from triangulations import icosphere, unit
 
-from igl_spheremap.sphere.charts import tangent_axes
+from igl_spheremap.sphere.rows import tangent_axes
 from igl_spheremap.untangle.relax import AngleLoss, descend
 from igl_spheremap.verify.certificate import orientation_signs
 

@@ -1,11 +1,18 @@
 """What a map does to angles and areas: identities, and libigl's own quantities."""
 
+from __future__ import annotations
+
+import warnings
+
 import igl
 import numpy as np
+import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap import angle_differences, conformal_factor, samples, spherical_conformal_map
 from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.verify.distortion import angle_figures, log_figures, vertex_maps
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -44,3 +51,73 @@ def test_conformal_factor_does_not_see_the_sources_scale():
 def test_conformal_factor_integrates_to_the_image_area():
     mass = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
     assert np.isclose(mass @ ism.conformal_factor(V, F, X) / mass.sum(), igl.doublearea(X, F).sum() / 2)
+
+
+
+
+
+
+def test_a_similarity_distorts_nothing():
+    turned = X @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    assert np.abs(ism.area_distortion(5 * turned - 2, F, X)).max() < 1e-12
+    assert np.abs(ism.edge_distortion(5 * turned - 2, F, X)).max() < 1e-12
+
+
+def test_areas_and_edges_of_a_stretched_plane_patch_change_as_its_determinant_and_lengths():
+    v = X * [1, 1, 3]
+    area, edge = ism.area_distortion(v, F, X), ism.edge_distortion(v, F, X)
+    assert area.shape == (len(F),)
+    assert edge.shape == F.shape
+    cap = np.abs(X[F][..., 2]).min(axis=1) > 0.9  # nearly across z: kept in size, but for the normalisation
+    side = np.abs(X[F][..., 2]).max(axis=1) < 0.2  # nearly along z: three times as large
+    assert area[cap].mean() - area[side].mean() == pytest.approx(np.log(3), abs=0.25)
+    for k in range(3):  # column k is the edge opposite corner k
+        i, j = F[:, (k + 1) % 3], F[:, (k + 2) % 3]
+        ratio = np.linalg.norm(X[i] - X[j], axis=1) / np.linalg.norm(v[i] - v[j], axis=1)
+        assert np.ptp(edge[:, k] - np.log(ratio)) < 1e-12
+
+
+def test_faces_of_zero_area_are_infinite_not_an_error():
+    v = X.copy()
+    v[F[0, 0]] = v[F[0, 1]]
+    assert np.isinf(ism.area_distortion(v, F, X)[0])
+    assert ism.balanced_spherical_map(v, F, 1).certificate.folding_free
+
+
+
+
+
+
+def test_the_maps_are_what_they_say():
+    result = spherical_conformal_map(*samples.make("spheroid", n_vertices=600))
+    maps = vertex_maps(result.vertices * 7, result.faces, result.sphere)
+    factor = conformal_factor(result.vertices, result.faces, result.sphere)
+    assert np.allclose(np.exp(2 * maps["factor"]) * 4 * np.pi, factor)
+    size = np.abs(angle_differences(result.vertices, result.faces, result.sphere))
+    for i in (0, 100, 500):
+        assert maps["angles"][i] == pytest.approx(size[result.faces == i].mean())
+
+
+
+
+
+
+def test_figures_are_those_of_numpy():
+    d = np.random.default_rng(0).normal(size=(50, 3))
+    expected = {"mean": np.abs(d).mean(), "p99": np.percentile(np.abs(d), 99), "max": np.abs(d).max()}
+    assert log_figures(d) == expected
+    assert angle_figures(d) == expected | {"median": np.median(np.abs(d)), "p95": np.percentile(np.abs(d), 95)}
+
+
+def test_ratios_of_zero_areas_are_left_out():
+    assert log_figures(np.array([0.5, -1.5, np.inf, -np.inf, np.nan])) == log_figures(np.array([0.5, 1.5]))
+
+
+def test_a_surface_without_any_area_has_no_figures_but_a_summary():
+    """All vertices at two points: no face has an area, so that no logarithm is finite."""
+    x, f = ism.samples.sphere(42)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = ism.spherical_conformal_map(np.where(x[:, [0]] > 0, 1.0, 0.0) * [1, 0, 0], f)
+        assert np.isnan(list(log_figures(result.area_ratios()).values())).all()
+        assert "nan on average" in result._repr_html_()

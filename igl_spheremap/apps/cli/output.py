@@ -15,7 +15,7 @@ import numpy as np
 from ...io.replacing import replacing
 from ...mesh.arrays import FloatArray, IntArray
 from ...verify.certificate import Certificate
-from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
+from ...verify.distortion import angle_figures, describe_angles, describe_logs, log_figures
 from .source import Source
 from .streams import STREAM
 

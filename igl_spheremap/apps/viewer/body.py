@@ -11,8 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
-from ...sphere.charts import from_chart, to_chart
-from ...sphere.rows import row_crosses, row_dets, row_dots
+from ...sphere.rows import from_chart, row_crosses, row_dets, row_dots, to_chart
 from .window import MATERIAL, linear, ps
 
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.

@@ -14,9 +14,8 @@ from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...shapes.registration.features import FeatureSurface
 from ...start.star_map import finite_conformal_factor
-from ...verify.distortion import mesh_angle_differences
+from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
 from ...verify.signs import folded_faces
-from ...verify.stretch import mesh_area_distortion
 from .body import Body, Legend
 from .choices import SUBJECTS
 

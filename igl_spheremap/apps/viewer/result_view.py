@@ -12,10 +12,15 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...verify.certificate import certify_checked
-from ...verify.distortion import mesh_angle_differences
-from ...verify.figures import angle_figures, describe_angles, describe_logs, log_figures
+from ...verify.distortion import (
+    angle_figures,
+    describe_angles,
+    describe_logs,
+    log_figures,
+    mesh_angle_differences,
+    mesh_area_distortion,
+)
 from ...verify.signs import folded_faces
-from ...verify.stretch import mesh_area_distortion
 from . import window
 from .app import App, draw_app, panel, paragraph, show_app, subject_combo, zoom_slider
 from .body import Body, Lens, follow

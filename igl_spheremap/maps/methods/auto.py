@@ -10,7 +10,7 @@ from ...descent.iterate import Listener, Status
 from ...descent.preconditioned import harmonic_map
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
-from ...operators.operators import Operators, build_operators
+from ...operators.laplacian import Operators, build_operators
 from ...sphere.gauge import fix_gauge
 from ...untangle.candidate import Candidate
 from ...untangle.local_repair import is_off_centre, restore_gauge

@@ -11,7 +11,7 @@ from ...balance.source import lay_flat
 from ...balance.step import certified_step
 from ...errors import FactorisationFailed
 from ...mesh.arrays import FloatArray, IntArray
-from ...sphere.charts import tangent_axes
+from ...sphere.rows import tangent_axes
 from .moebius_fit import Notify, misfit
 from .picture import Picture
 

@@ -11,8 +11,7 @@ from argparse import Namespace
 
 from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius
-from ....verify.distortion import angle_differences
-from ....verify.stretch import area_distortion, edge_distortion
+from ....verify.distortion import angle_differences, area_distortion, edge_distortion
 from ..exits import Exit
 from ..output import Findings
 from ..pair import load_pair

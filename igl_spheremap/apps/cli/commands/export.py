@@ -16,7 +16,7 @@ from ....draw.palette import colours
 from ....errors import import_optional
 from ....io import read_picture, write_mesh, write_scalars, write_textured
 from ....shapes.texture import checker_image, texture_atlas
-from ....verify.vertex_maps import vertex_maps
+from ....verify.distortion import vertex_maps
 from ..failures import UsageError
 from ..output import Findings
 from ..pair import load_pair

@@ -10,7 +10,7 @@ from argparse import Namespace
 from dataclasses import asdict
 
 from ....mesh.check import MeshQuality, check_mesh, mesh_quality
-from ....operators.operators import build_operators
+from ....operators.laplacian import build_operators
 from ..output import Findings
 from ..source import load_source
 from ..streams import check_outputs
