@@ -76,7 +76,7 @@ def main() -> None:
         clock = Path(folder) / "clock"
         method = METHODS["lai2014"](tolerance=1e-14, plateau=0.0, max_iterations=10**6)
         player = PlayerWindow(Load(clock), name, method)
-        while len(player.run.slides) < 3:
+        while len(player.run.frames) < 3:
             player.tick()
             time.sleep(0.01)
         for _ in range(args.cycles):

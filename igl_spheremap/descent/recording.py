@@ -6,6 +6,7 @@ import threading
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..mesh.arrays import IntArray
 from ..verify.signs import folded_faces
@@ -17,11 +18,17 @@ BUDGET = 400_000_000
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """An iterate that was kept, its place among all iterates of the run, and how many of its faces are folded."""
+    """An iterate that was kept, its place among all iterates of the run, and its folded faces, eight to a byte."""
 
     index: int
     iterate: Iterate
     foldings: int
+    packed: NDArray[np.uint8]
+
+    @property
+    def folded(self) -> IntArray:
+        """Indices of the faces that are flipped or degenerate."""
+        return np.flatnonzero(np.unpackbits(self.packed))
 
 
 class History:
@@ -72,16 +79,22 @@ class Recording(History):
 
     def __call__(self, iterate: Iterate) -> None:
         """Keep the iterate."""
-        foldings = int(folded_faces(iterate.x, self._f).sum())
+        folded = folded_faces(iterate.x, self._f)
         with self._lock:
-            frame = Frame(len(self.steps), iterate, foldings)
+            frame = Frame(len(self.steps), iterate, int(folded.sum()), np.packbits(folded))
             super().__call__(iterate)
-            self._foldings.append(foldings)
+            self._foldings.append(frame.foldings)
             if len(self._frames) > 1 and not self._stays(len(self._frames) - 1, frame):
                 self._frames.pop()  # it was kept only while it was the latest
             self._frames.append(frame)
             while self._stride < len(self.steps) and len(self._frames) * iterate.x.nbytes > self._budget:
                 self._thin()
+
+    def skip(self, step: Step) -> None:
+        """Count an iterate whose positions are not at hand; its foldings are taken to be those before it."""
+        with self._lock:
+            self.steps.append(step)
+            self._foldings.append(self._foldings[-1] if self._foldings else 0)
 
     @property
     def frames(self) -> tuple[Frame, ...]:

@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from ... import samples
+from ...descent.recording import Frame
 from ...draw import palette
 from ...draw.plot import fit, pose
 from ...maps.options import METHODS, Method
+from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from .app import App, panel, paragraph, subject_combo, zoom_slider
@@ -23,7 +25,7 @@ from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
 from .result_view import count_foldings, edge_width
-from .run import Run, Slide, Source, stops
+from .run import Run, Source
 from .stage import PANEL, Inset, Stage
 from .window import imgui, implot
 
@@ -34,7 +36,7 @@ _NEAR = 2.0
 
 
 class Player(App):
-    """A run, and the step of it that is shown: a slide and the one before it, or any earlier one.
+    """A run, and the step of it that is shown: a frame and the one before it, or any earlier one.
 
     `load` takes a name to vertices and faces, in another process: it must be picklable.
     """
@@ -61,7 +63,7 @@ class Player(App):
         self.name, self.mesh = name, None
         self.before = self.after = 0
         self._shown: object = None
-        self.run = Run(partial(self._load, name), method, live=self._live)
+        self.run = Run(partial(self._load, name), partial(spherical_conformal_map, method=method), live=self._live)
 
     mesh: Mesh | None
     run: Run
@@ -73,25 +75,30 @@ class Player(App):
         self._update()
 
     def frames(self) -> int:
-        return max(1, len(self.run.slides) - 1)
+        return max(1, len(self.run.frames) - 1)
 
     def last_frame(self) -> int:
         """Before: the last stop with foldings. After: the end."""
         return self.frames()
 
     def stops(self) -> list[int]:
-        return sorted({max(k - 1, 0) for _, k in stops(self.run.slides)})
+        return sorted({max(k - 1, 0) for _, k in self.run.stops()})
 
     def go_to(self, frame: int) -> None:
         if frame == self.frames():
-            folded = [k for _, k in stops(self.run.slides)[:-1] if self.run.slides[k].foldings]
-            self.show(folded[-1] if folded else 0, len(self.run.slides) - 1)
+            folded = [k for _, k in self.run.stops()[:-1] if self.run.frames[k].foldings]
+            self.show(folded[-1] if folded else 0, len(self.run.frames) - 1)
         else:
-            self.show(frame, min(frame + 1, len(self.run.slides) - 1))
+            self.show(frame, min(frame + 1, len(self.run.frames) - 1))
 
     def facts(self) -> dict[str, Any]:
-        before, after = (self.run.slides[k] for k in (self.before, self.after))
-        return {**after.facts(), "before": before.facts()}
+        return {**self._facts(self.after), "before": self._facts(self.before)}
+
+    def _facts(self, k: int) -> dict[str, Any]:
+        """What a picture of a frame shows, for JSON."""
+        frame = self.run.frames[k]
+        step = {name: getattr(frame.iterate, name) for name in ("stage", "round", "iteration")}
+        return {"title": self.run.title(frame), **step, "foldings": frame.foldings}
 
     def tick(self) -> None:
         self._update()
@@ -104,31 +111,31 @@ class Player(App):
             self.inset.annotate()
 
     def show(self, before: int, after: int) -> None:
-        """Show two slides through the same lens."""
+        """Show two frames of the run through the same lens."""
         self.before, self.after = before, after
-        slides = self.run.slides
-        state = slides[before], slides[after], self.subject, self.zoom
+        frames = self.run.frames
+        state = frames[before], frames[after], self.subject, self.zoom
         if self.mesh is None or state == self._shown:
             return
         self._shown = state
-        aim = next((slide for slide in state[:2] if slide.foldings), state[0])
-        for slide, body, word in zip(state[:2], self.images, ("Before", "After"), strict=True):
-            x = slide.x @ self.turn.T
+        aim = next((frame for frame in state[:2] if frame.foldings), state[0])
+        for frame, body, word in zip(state[:2], self.images, ("Before", "After"), strict=True):
+            x = frame.iterate.x @ self.turn.T
             lens = follow(x, self.mesh.f, aim.folded)
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
             body.raised = lens.power > 1
-            colours = self._colours(slide)
+            colours = self._colours(frame)
             body.paint(colours.colours, colours.folded)
             body.show_edges(edge_width(self.mesh, self.subject) if lens.power > _NEAR else 0.0)
-            body.caption = f"{word}: {slide.title}\n{count_foldings(slide.foldings)}"
-            if slide is aim:
+            body.caption = f"{word}: {self.run.title(frame)}\n{count_foldings(frame.foldings)}"
+            if frame is aim:
                 colours.apply(self.source)
                 self.inset.show(x, lens, colours)
 
-    def _colours(self, slide: Slide) -> Colouring:
+    def _colours(self, frame: Frame) -> Colouring:
         assert self.mesh is not None
-        return colouring(self.mesh, slide.x, self.subject, folded=slide.folded)
+        return colouring(self.mesh, frame.iterate.x, self.subject, folded=frame.folded)
 
     def _update(self) -> None:
         """Take over what the run has done since the last time."""
@@ -180,7 +187,7 @@ class PlayerWindow(Player):
         if self._moved:
             self._rest_until = now + _REST * (cpu - self._cpu)
         self._cpu, self._moved = cpu, False
-        if not self.playing or not self.run.slides or (self.run.running and now < self._rest_until):
+        if not self.playing or not self.run.frames or (self.run.running and now < self._rest_until):
             return
         before = self.after
         self._step_to(before + SPEEDS[self.speed] - 1)
@@ -190,17 +197,18 @@ class PlayerWindow(Player):
         super().panel()
         with panel("Player", self.stage.panel):
             self._run_widgets()
-            if self.run.slides:
+            if self.run.frames:
                 for widgets in (self._play_widgets, self._stop_combo, self._view_widgets):
                     widgets()
                 self._plots()
 
     def _plots(self) -> None:
-        at = self.run.slides[self.after].index
+        at = self.run.frames[self.after].index
         room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
-        steps = np.array([slide.index for slide in self.run.slides])
-        energy_plot(steps, np.array([slide.step.energy for slide in self.run.slides]), at, room)
-        folding_plot(steps, np.array([slide.foldings for slide in self.run.slides]), at, room)
+        frames = self.run.frames
+        steps = np.array([frame.index for frame in frames])
+        energy_plot(steps, np.array([frame.iterate.energy for frame in frames]), at, room)
+        folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
 
     def _run_widgets(self) -> None:
         _, self.name = imgui.InputText("##mesh", self.name)
@@ -226,7 +234,7 @@ class PlayerWindow(Player):
             if imgui.Button("stop"):
                 run.stop()
             imgui.SameLine()
-            imgui.TextUnformatted(f"computing: {run.iterates:,} iterates")
+            imgui.TextUnformatted(f"computing: {len(run.history):,} iterates")
         elif imgui.Button("run"):
             run.close()
             self.start(self.name, self.method)
@@ -253,7 +261,7 @@ class PlayerWindow(Player):
             self._leave_for(frame)
 
     def _stop_combo(self) -> None:
-        marks = stops(self.run.slides)
+        marks = self.run.stops()
         here = [name for name, k in marks if k == self.after or k == 0 == self.before]
         if not imgui.BeginCombo("stops", here[-1] if here else ""):
             return

@@ -1,97 +1,26 @@
-"""A map that is computed in a process of its own, so that drawing does not slow it, as a sequence of slides."""
+"""A map that is computed in a process of its own, so that drawing does not slow it, and what is known of its run."""
 
 from __future__ import annotations
 
 import multiprocessing
 import queue
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from multiprocessing.synchronize import Event
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...descent.iterate import Iterate, Step, title_of
-from ...maps.options import Method
+from ...descent.iterate import Iterate, Listener, Step, title_of
+from ...descent.recording import BUDGET, Frame, Recording
 from ...maps.sphere_map import SphereMap
-from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
-from ...verify.signs import folded_faces
-
-#: The start of the paper's algorithms; shown first in every run, for comparison.
-GAUSS_MAP = Step("gauss map", 0, 0, float("nan"), float("nan"), 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Slide:
-    """A map of a run: its place among all iterates, its numbers, positions and folded faces, eight to a byte."""
-
-    index: int
-    step: Step
-    title: str
-    x: FloatArray
-    foldings: int
-    packed: NDArray[np.uint8]
-
-    @classmethod
-    def of(cls, index: int, step: Step, x: FloatArray, f: IntArray, title: str = "") -> Slide:
-        folded = folded_faces(x, f)
-        return cls(index, step, title or title_of(step), x, int(folded.sum()), np.packbits(folded))
-
-    @property
-    def folded(self) -> IntArray:
-        """Indices of the faces that are flipped or degenerate."""
-        return np.flatnonzero(np.unpackbits(self.packed))
-
-    def facts(self) -> dict[str, str | int]:
-        """What a picture of it shows, for JSON."""
-        return {
-            "title": self.title,
-            "stage": self.step.stage,
-            "round": self.step.round,
-            "iteration": self.step.iteration,
-            "foldings": self.foldings,
-        }
-
-
-def stops(slides: Sequence[Slide]) -> list[tuple[str, int]]:
-    """Names and indices of the start, of the slides at star maps and repairs, and of the end."""
-    marks = [(slides[0].title, 0)]
-    for k, slide in enumerate(slides[:-1]):
-        again = f" {slide.step.round}" if slide.step.round > 1 else ""
-        if slide.step.stage == "star map":
-            marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
-        elif slide.step.stage == "repair":
-            marks.append((f"repair{again}", k))
-    return [*marks, ("end", len(slides) - 1)]
-
-
-def thin(slides: Sequence[Slide], room: int) -> list[Slide]:
-    """The first and last slide of each stage, and about `room` others: most where the foldings change most."""
-    stages = [stage_of(slide.step) for slide in slides]
-    neighbours = zip([None, *stages], stages, [*stages[1:], None], strict=False)
-    ends = [k for k, (before, own, after) in enumerate(neighbours) if not before == own == after]
-    foldings = np.log1p([slide.foldings for slide in slides])
-    change = np.abs(np.diff(foldings, prepend=foldings[:1]))
-    # half of the room for even coverage, half for changes
-    place = np.cumsum(change / max(change.sum(), 1e-300) + 1 / len(slides))
-    chosen = np.searchsorted(place, np.linspace(0, place[-1], room)).clip(0, len(slides) - 1)
-    return [slides[k] for k in np.union1d(chosen, ends)]
-
-
-def stage_of(step: Step | Iterate) -> tuple[str, int]:
-    """What stays the same until a stage ends."""
-    return step.stage, step.round
-
 
 Source = tuple[FloatArray, IntArray]
 
-#: Bytes of positions that a run keeps.
-BUDGET = 400_000_000
 #: Iterates on their way between the processes.
 _IN_TRANSIT = 32
 #: Bytes of positions that a live run sends in a second: what is drawn grows with the mesh as they do.
@@ -100,34 +29,40 @@ _BYTES_PER_SECOND = 5_000_000
 _SAME = 1e-9
 
 
+class Solve(Protocol):
+    """Maps vertices and faces, and notifies a listener."""
+
+    def __call__(self, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap: ...
+
+
 class Run:
-    """Load a mesh and map it; `poll` takes over what has come of it so far.
+    """Load a mesh and map it; `poll` takes over what has come of it so far, into a `Recording`.
 
     >>> from functools import partial
     >>> import igl_spheremap as ism
-    >>> run = Run(partial(ism.samples.make, "spheroid", n_vertices=500), "auto")
+    >>> run = Run(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
     >>> run.wait()
-    >>> run.result.certificate.folding_free, run.slides[0].title, run.slides[-1].title
+    >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
     (True, 'Gauss map', 'Result: certified folding-free')
     """
 
     def __init__(
-        self, load: Callable[[], Source], method: str | Method, *, live: bool = False, budget: int = BUDGET
+        self, load: Callable[[], Source], solve: Solve, *, live: bool = False, budget: int = BUDGET
     ) -> None:
-        """`load` is sent to the process: it must be picklable.
+        """`load` and `solve` are sent to the process: they must be picklable.
 
         A live run does not wait until its iterates are taken over: it leaves out those that come too fast.
         """
         self.mesh: Mesh | None = None
-        self.slides: list[Slide] = []
         self.result: SphereMap | None = None
         self.error: Exception | None = None
+        self.frames: tuple[Frame, ...] = ()
+        self._recording: Recording | None = None
         self._budget = budget
-        self.iterates = 0
         spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
         self._stopped = spawn.Event()
         self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, method, live, self._messages, self._stopped)
+        work = (load, solve, live, self._messages, self._stopped)
         self._process = spawn.Process(target=_work, args=work, daemon=True)
         self._process.start()
 
@@ -135,6 +70,11 @@ class Run:
     def running(self) -> bool:
         """True until there is a result or an error."""
         return self.result is None and self.error is None
+
+    @property
+    def history(self) -> tuple[Step, ...]:
+        """The numbers of every iterate so far, those included that were not sent."""
+        return () if self._recording is None else self._recording.history
 
     def stop(self) -> None:
         """End at the next iterate, with what there is then."""
@@ -145,10 +85,11 @@ class Run:
         self._process.kill()
         self._process.join()
 
-    def wait(self) -> None:
-        """Until it is done."""
+    def wait(self, progress: Callable[[Run], None] = lambda run: None) -> None:
+        """Until it is done; `progress` is called with the run several times a second."""
         while self.running:
-            self.poll(seconds=1.0, wait=0.1)
+            self.poll(seconds=0.3, wait=0.1)
+            progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
         """Take over what has arrived, for so long at the most; the first message may be waited for."""
@@ -160,34 +101,61 @@ class Run:
             except queue.Empty:
                 if not alive:
                     self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
-                return
+                break
             getattr(self, f"_take_{kind}")(content)
+        if self._recording is not None:
+            self.frames = self._recording.frames
+
+    def title(self, frame: Frame) -> str:
+        """What a frame shows, in words."""
+        if self.result is None or frame is not self.frames[-1]:
+            return title_of(frame.iterate)
+        return f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
+
+    def stops(self) -> list[tuple[str, int]]:
+        """Names and indices of the start, of the frames at star maps and repairs, and of the end."""
+        marks = [(self.title(self.frames[0]), 0)]
+        for k, frame in enumerate(self.frames[:-1]):
+            stage, number = stage_of(frame.iterate)
+            again = f" {number}" if number > 1 else ""
+            if stage == "star map":
+                marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
+            elif stage == "repair":
+                marks.append((f"repair{again}", k))
+        return [*marks, ("end", len(self.frames) - 1)]
 
     def _take_mesh(self, source: Source) -> None:
         self.mesh = check_mesh(*source)
+        self._recording = Recording(self.mesh.f, self._budget)
 
-    def _take_iterates(self, content: tuple[list[Step], FloatArray]) -> None:
-        steps, x = content
+    def _take_iterates(self, content: tuple[list[Step], Iterate]) -> None:
+        steps, last = content
         assert self.mesh is not None
-        if not self.slides and stage_of(steps[-1]) != stage_of(GAUSS_MAP):
-            self.slides.append(Slide.of(0, GAUSS_MAP, vertex_normals(self.mesh.v, self.mesh.f), self.mesh.f))
-        self.iterates += len(steps)
-        if steps[-1].iteration == 0 and self.slides and np.abs(self.slides[-1].x - x).max() < _SAME:
-            return
-        self.slides.append(Slide.of(self.iterates - 1, steps[-1], x, self.mesh.f))
-        room = max(8, self._budget // x.nbytes)
-        if len(self.slides) > room:
-            self.slides = thin(self.slides, room // 2)
+        assert self._recording is not None
+        if not self._recording.steps and last.stage != "gauss map":
+            # The start of the paper's algorithms is shown first in every run, for comparison.
+            self._recording(Iterate("gauss map", 0, 0, vertex_normals(self.mesh.v, self.mesh.f), float("nan")))
+        for step in steps[:-1]:
+            self._recording.skip(step)
+        before = self._recording.frames[-1:]
+        if before and last.iteration == 0 and np.abs(before[0].iterate.x - last.x).max() < _SAME:
+            self._recording.skip(last.step)
+        else:
+            self._recording(last)
 
     def _take_result(self, result: SphereMap) -> None:
-        assert self.mesh is not None
-        verdict = "certified folding-free" if result.certificate.folding_free else "not folding-free"
-        last = self.slides[-1].step._replace(energy=result.energy)
-        self.slides.append(Slide.of(self.iterates, last, result.sphere, self.mesh.f, f"Result: {verdict}"))
+        assert self._recording is not None
+        last = self._recording.steps[-1]
+        self._recording(Iterate(last.stage, last.round, last.iteration, result.sphere, result.energy))
         self.result = result
 
     def _take_error(self, error: Exception) -> None:
         self.error = error
+
+
+def stage_of(iterate: Iterate) -> tuple[str, int]:
+    """What stays the same until a stage ends."""
+    return iterate.stage, iterate.round
 
 
 class _Sender:
@@ -222,7 +190,7 @@ class _Sender:
     def _send(self, block: bool) -> None:
         assert self._unsent is not None
         try:
-            self._messages.put(("iterates", (self._steps, self._unsent.x)), block=block)
+            self._messages.put(("iterates", (self._steps, replace(self._unsent, details=None))), block=block)
         except queue.Full:
             return
         self._next = time.monotonic() + self._unsent.x.nbytes / _BYTES_PER_SECOND
@@ -230,7 +198,7 @@ class _Sender:
 
 
 def _work(
-    load: Callable[[], Source], method: str | Method, live: bool, messages: Any, stopped: Event
+    load: Callable[[], Source], solve: Solve, live: bool, messages: Any, stopped: Event
 ) -> None:
     """The process: whatever happens, its last message is the result or the error."""
     try:
@@ -238,7 +206,7 @@ def _work(
         check_mesh(v, f)
         messages.put(("mesh", (v, f)))
         sender = _Sender(live, messages, stopped)
-        result = spherical_conformal_map(v, f, method, listener=sender)
+        result = solve(v, f, listener=sender)
         sender.flush()
         messages.put(("result", result))
     except Exception as error:  # shown in the window

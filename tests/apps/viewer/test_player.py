@@ -10,14 +10,14 @@ from checkerboard import COLOURS
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.run import Run, Slide, stops, thin
-from igl_spheremap.descent.iterate import Step
+from igl_spheremap.apps.viewer.run import Run
 from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw import palette
 
+LAI2014 = partial(ism.spherical_conformal_map, method="lai2014")
+
 _PLAYER = """
-from igl_spheremap.apps.viewer.player import Player
-from igl_spheremap.apps.viewer.player import PlayerWindow
+from igl_spheremap.apps.viewer.player import Player, PlayerWindow
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 
@@ -40,7 +40,7 @@ def play(code):
 
 @pytest.fixture(scope="module")
 def dino_run():
-    run = Run(partial(ism.samples.make, "dino", n_vertices=1500), "lai2014")
+    run = Run(partial(ism.samples.make, "dino", n_vertices=1500), LAI2014)
     run.wait()
     return run
 
@@ -50,57 +50,45 @@ def test_a_run_in_another_process_is_the_run_here(dino_run):
     recording = Recording(f)
     here = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
     assert (dino_run.result.sphere == here.sphere).all()
-    slides = dino_run.slides[:-1]
-    for slide in slides[:: len(slides) // 9]:
-        frame = recording.frames[slide.index]
-        assert (slide.x == frame.iterate.x).all()
-        assert slide.foldings == frame.foldings == len(slide.folded)
+    frames = dino_run.frames[:-1]
+    for shown in frames[:: len(frames) // 9]:
+        frame = recording.frames[shown.index]
+        assert (shown.iterate.x == frame.iterate.x).all()
+        assert shown.foldings == frame.foldings == len(shown.folded)
     # all iterates but those that repeat the map before, at the start of a minimisation
-    assert len(slides) == len(here.history) - sum(s.stage == "harmonic" and s.iteration == 0 for s in here.history)
+    assert len(frames) == len(here.history) - sum(s.stage == "harmonic" and s.iteration == 0 for s in here.history)
 
 
-def test_the_mask_of_a_slide_is_its_certificate(dino_run):
-    slide = dino_run.slides[0]
-    certificate = ism.certify(slide.x, dino_run.mesh.f)
-    assert set(slide.folded) == {*certificate.flipped, *certificate.degenerate}
-    assert slide.foldings > 100
+def test_the_mask_of_a_frame_is_its_certificate(dino_run):
+    frame = dino_run.frames[0]
+    certificate = ism.certify(frame.iterate.x, dino_run.mesh.f)
+    assert set(frame.folded) == {*certificate.flipped, *certificate.degenerate}
+    assert frame.foldings > 100
 
 
 def test_stops_are_before_and_after_each_star_map_and_at_both_ends(dino_run):
-    slides = dino_run.slides
-    marks = dict(stops(slides))
+    frames = dino_run.frames
+    marks = dict(dino_run.stops())
     assert marks["Gauss map"] == 0
-    assert marks["end"] == len(slides) - 1
+    assert marks["end"] == len(frames) - 1
     assert marks["after the star map"] == marks["before the star map"] + 1
-    assert slides[marks["after the star map"]].step.stage == "star map"
-    assert slides[marks["before the star map"]].foldings > 0 == slides[-1].foldings
+    assert frames[marks["after the star map"]].iterate.stage == "star map"
+    assert frames[marks["before the star map"]].foldings > 0 == frames[-1].foldings
 
 
-def test_thinning_keeps_the_ends_of_stages_and_most_where_foldings_change():
-    counts = [*range(1000, 0, -10), *[0] * 900]
-    steps = [Step("harmonic" if k < 500 else "sobolev", 0, k, 0.0, 0.0, 0.0) for k in range(1000)]
-    numbered = enumerate(zip(steps, counts, strict=True))
-    slides = [Slide(k, step, "", np.eye(3), n, np.packbits([n > 0])) for k, (step, n) in numbered]
-    kept = [slide.index for slide in thin(slides, 60)]
-    assert {0, 499, 500, 999} <= set(kept)
-    assert len(kept) <= 64
-    assert sum(k < 100 for k in kept) > 15  # even coverage would keep 6
-    assert max(np.diff(kept)) < 100
-
-
-def test_a_bounded_run_forgets_slides_but_not_its_stops(dino_run):
+def test_a_bounded_run_forgets_frames_but_not_its_stops(dino_run):
     load = partial(ism.samples.make, "dino", n_vertices=1500)
-    bounded = Run(load, "lai2014", budget=40 * dino_run.slides[0].x.nbytes)
+    bounded = Run(load, LAI2014, budget=40 * dino_run.frames[0].iterate.x.nbytes)
     bounded.wait()
-    assert len(bounded.slides) <= 45
-    assert [name for name, _ in stops(bounded.slides)] == [name for name, _ in stops(dino_run.slides)]
-    assert [(bounded.slides[k].index, bounded.slides[k].foldings) for _, k in stops(bounded.slides)] == [
-        (dino_run.slides[k].index, dino_run.slides[k].foldings) for _, k in stops(dino_run.slides)
+    assert len(bounded.frames) <= 45
+    assert [name for name, _ in bounded.stops()] == [name for name, _ in dino_run.stops()]
+    assert [(bounded.frames[k].index, bounded.frames[k].foldings) for _, k in bounded.stops()] == [
+        (dino_run.frames[k].index, dino_run.frames[k].foldings) for _, k in dino_run.stops()
     ]
 
 
 def test_what_ends_a_run_in_its_process_is_known_here():
-    run = Run(partial(np.zeros, 3), "auto")
+    run = Run(partial(np.zeros, 3), ism.spherical_conformal_map)
     run.wait()
     assert isinstance(run.error, TypeError | ValueError)
     assert not run.running
@@ -122,7 +110,7 @@ def test_red_is_in_sight_in_every_picture_that_counts_foldings():
     figures = play("""
 shown = player('dino', 'lai2014')
 shown.prepare()
-iterations = {slide.step.iteration: k for k, slide in enumerate(shown.run.slides) if not slide.step.round}
+iterations = {frame.iterate.iteration: k for k, frame in enumerate(shown.run.frames) if not frame.iterate.round}
 frames = [iterations[k] - 1 for k in (1, 20, 100, 400, 600)] + shown.stops() + [shown.frames()]
 figures = []
 for frame in frames:
@@ -146,7 +134,7 @@ while shown.run.running and len(seen) < 5:
     shown.tick()
     ps.request_redraw()
     ps.frame_tick()
-    seen.add(len(shown.run.slides))
+    seen.add(len(shown.run.frames))
 shown.run.stop()
 shown.run.wait()
 status = shown.run.result.status.name
