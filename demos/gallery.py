@@ -24,9 +24,9 @@ from igl_spheremap.apps.viewer.body import Body, follow, look_at
 from igl_spheremap.apps.viewer.colouring import colouring, places
 from igl_spheremap.apps.viewer.compare import registration_view
 from igl_spheremap.apps.viewer.stage import Stage
-from igl_spheremap.descent.recording import Recording
-from igl_spheremap.draw.plot import fit, plot_run, pose
+from igl_spheremap.draw.plot import fit, pose
 from igl_spheremap.errors import DisplayError
+from igl_spheremap.result.recording import Recording, plot_run
 from igl_spheremap.verify.signs import folded_faces
 
 #: Pictures are reduced to so many colours: no difference is seen, and they are a quarter as large.

@@ -9,11 +9,6 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .apps.viewer.result_view import show as show
     from .descent.energies.harmonic import harmonic_energy as harmonic_energy
     from .descent.energies.p_harmonic import p_harmonic_energy as p_harmonic_energy
-    from .descent.iterate import Iterate as Iterate
-    from .descent.iterate import Round as Round
-    from .descent.iterate import Status as Status
-    from .descent.iterate import Step as Step
-    from .descent.recording import Recording as Recording
     from .errors import DisplayError as DisplayError
     from .errors import FactorisationFailed as FactorisationFailed
     from .errors import FileError as FileError
@@ -41,7 +36,6 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .maps.remove_foldings import minimize_harmonic_energy as minimize_harmonic_energy
     from .maps.remove_foldings import remove_foldings as remove_foldings
     from .maps.repair_foldings import repair_foldings as repair_foldings
-    from .maps.sphere_map import SphereMap as SphereMap
     from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map
     from .mesh.check import Mesh as Mesh
     from .mesh.check import check_faces as check_faces
@@ -50,6 +44,12 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .mesh.clean import repair_mesh as repair_mesh
     from .populations.map_many import map_many as map_many
     from .populations.table import Row as Row
+    from .result.recording import Recording as Recording
+    from .result.run import Iterate as Iterate
+    from .result.run import Round as Round
+    from .result.run import Status as Status
+    from .result.run import Step as Step
+    from .result.sphere_map import SphereMap as SphereMap
     from .shapes.grid import from_grid as from_grid
     from .shapes.grid import to_grid as to_grid
     from .shapes.harmonics.spherical_harmonics import AlignedHarmonics as AlignedHarmonics
@@ -81,8 +81,8 @@ _NAMES = {
     "apps.viewer.result_view": "screenshot show",
     "descent.energies.harmonic": "harmonic_energy",
     "descent.energies.p_harmonic": "p_harmonic_energy",
-    "descent.iterate": "Iterate Round Status Step",
-    "descent.recording": "Recording",
+    "result.run": "Iterate Round Status Step",
+    "result.recording": "Recording",
     "errors": "DisplayError FactorisationFailed FileError FoldingsRemain MapError MeshError NotConverged "
               "WorkersUnavailable",
     "io.coefficients": "read_coefficients write_coefficients",
@@ -96,7 +96,7 @@ _NAMES = {
     "maps.p_harmonic": "p_harmonic_map",
     "maps.remove_foldings": "minimize_harmonic_energy remove_foldings",
     "maps.repair_foldings": "repair_foldings",
-    "maps.sphere_map": "SphereMap",
+    "result.sphere_map": "SphereMap",
     "maps.spherical_conformal_map": "spherical_conformal_map",
     "mesh.check": "Mesh check_faces check_mesh",
     "mesh.clean": "RepairedMesh repair_mesh",

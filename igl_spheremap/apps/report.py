@@ -10,17 +10,17 @@ from html import escape
 from importlib import metadata
 from pathlib import Path
 
-from ..descent.iterate import title_of
-from ..descent.recording import Recording
 from ..draw.markup import MOST_FACES, View, page, picture, scene, table
 from ..draw.palette import FOLDED
-from ..draw.plot import fit, plot_run, pose
+from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
-from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import vertex_normals
+from ..result.recording import Recording, plot_run
+from ..result.run import title_of
+from ..result.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
 from .viewer.result_view import count_foldings, picture_of

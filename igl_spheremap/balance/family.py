@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..descent.iterate import Listener, Status
 from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..result.run import Listener, Status
 from .energy import Energy, log_areas
 from .newton import newton
 from .newton_system import NewtonSystem

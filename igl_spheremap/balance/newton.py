@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..descent.iterate import Iterate
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
+from ..result.run import Iterate
 from ..sphere.rows import row_crosses, tangent_axes, weighted_moment
 from .derivatives import derivatives
 from .energy import Energy

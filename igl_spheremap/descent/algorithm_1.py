@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import FloatArray
-from .iterate import Iterate
+from ..result.run import Iterate
 from .line_search import BarzilaiBorwein, NonmonotoneSearch
 from .problem import Problem
 

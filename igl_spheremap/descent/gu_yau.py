@@ -10,8 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import FloatArray
+from ..result.run import Iterate
 from ..sphere.rows import unit_rows
-from .iterate import Iterate
 from .metrics import Diagonal
 from .problem import Problem, remove_boosts
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 from ..mesh.check import Mesh
+from ..result.run import Iterate, Listener, Round, Status
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
-from .iterate import Iterate, Listener, Round, Status
 from .problem import Problem
 
 #: Steps over which a plateau is judged: Barzilai-Borwein energies oscillate with periods of tens.

@@ -13,12 +13,12 @@ from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators
+from ..result.run import Iterate, Listener, Status
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_angle_difference
 from .energies.harmonic import HarmonicEnergy
-from .iterate import Iterate, Listener, Status
 from .line_search import NonmonotoneSearch
 from .metrics import SobolevH1
 from .minimize import Minimum, minimize

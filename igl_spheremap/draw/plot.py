@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import io
-import itertools
-import math
-from collections.abc import Sequence
 from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..descent.iterate import Step
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .palette import FOLDED, GUIDE, INK, LINES
+from .palette import LINES
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
-_SMALL = 8  # points
+SMALL = 8  # points, of small text
 _BINS = 81
 
 
@@ -43,48 +39,6 @@ def _png(figure: Any) -> bytes:
     return stream.getvalue()
 
 
-def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, *, title: str = "") -> Any:
-    """Plot energy and folded faces of every iterate, and the angle differences (m, 3) of the result in degrees.
-
-    Without foldings that plot is left out. Lai et al., Figs. 4 and 10.
-    """
-    figure, ((energy, *middle, angles),) = new_figure(1, 2 if foldings is None else 3, title, (4, 3.2))
-    gap = np.abs(np.array([step.energy for step in history]) - 4 * math.pi)
-    energy.semilogy(np.maximum(gap, 1e-16), color=LINES[0], marker=_marker(gap))
-    energy.set(title="harmonic energy above 4π", xlabel="iterate")
-    for ax in middle:
-        counts = np.asarray(foldings)
-        ax.plot(counts, color=FOLDED, marker=_marker(counts))
-        ax.set_yscale("symlog", linthresh=1)
-        ax.set_ylim(bottom=-0.2)
-        ax.set(title="folded faces", xlabel="iterate")
-    for ax in (energy, *middle):
-        _mark_rounds(ax, history)
-    plot_angles(angles, differences)
-    return figure
-
-
-def _marker(values: NDArray[Any]) -> str | None:
-    return "." if len(values) < 30 else None
-
-
-def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:
-    """A line where each round of Algorithm 2 begins."""
-    for k, (before, after) in enumerate(itertools.pairwise(history)):
-        if after.round > before.round:
-            ax.axvline(k + 1, color=GUIDE, linestyle=":", linewidth=1)
-            ax.annotate(
-                after.stage,
-                (k + 1, 1),
-                xycoords=("data", "axes fraction"),
-                fontsize=_SMALL,
-                color=INK,
-                rotation=90,
-                ha="right",
-                va="top",
-            )
-
-
 def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) -> None:
     """Histogram of angle differences up to `reach` degrees; by default it leaves 0.5 percent to the end bins."""
     size = np.abs(differences)
@@ -93,11 +47,11 @@ def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) ->
     edges, share = angle_histogram(differences, reach)
     ax.stairs(share, edges, fill=True, color=LINES[0])
     ax.set(yticks=[])
-    ax.set_xlabel("degrees, image minus source (ends hold the rest)", fontsize=_SMALL)
+    ax.set_xlabel("degrees, image minus source (ends hold the rest)", fontsize=SMALL)
     ax.set_title(
         f"angle differences: mean size {size.mean():.3g},\n"
         f"99% below {np.percentile(size, 99):.3g}, largest {size.max():.3g} degrees",
-        fontsize=_SMALL,
+        fontsize=SMALL,
     )
 
 

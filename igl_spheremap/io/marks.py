@@ -13,8 +13,8 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import MeshError
-from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
+from ..result.sphere_map import SphereMap
 from .reading import reading
 from .records import PathLike
 

@@ -15,8 +15,8 @@ import scipy
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
+from ..result.sphere_map import SphereMap
 from .packing import pack, unpack
 from .reading import check_expansion
 from .records import Format, Metadata, RawMesh, of_triangles

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError, own_errstate
-from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
+from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
 from ..untangle.rounding import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked

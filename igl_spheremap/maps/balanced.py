@@ -10,17 +10,16 @@ from numpy.typing import ArrayLike
 
 from ..balance.family import Family
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Listener, Status
-from ..descent.recording import History
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import stage, timed
+from ..result.run import History, Listener, Status
+from ..result.sphere_map import SphereMap
 from ..sphere.gauge import turn_to_gauss_map
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .options import Method
 from .run import finish
-from .sphere_map import SphereMap
 from .spherical_conformal_map import spherical_conformal_map
 
 #: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 43 samples and

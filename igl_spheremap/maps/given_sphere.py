@@ -5,13 +5,13 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Listener, Status
 from ..errors import FoldingsRemain, MeshError, own_errstate
 from ..mesh.check import Mesh
+from ..result.run import Listener, Status
+from ..result.sphere_map import SphereMap
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .run import check_start, run
-from .sphere_map import SphereMap
 
 
 @own_errstate

@@ -9,18 +9,18 @@ from scipy.optimize import least_squares
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.energies.landmarks import LandmarkEnergy
 from ..descent.energies.sum import SumEnergy
-from ..descent.iterate import Listener
 from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_rows, plain_array
 from ..mesh.check import Mesh
+from ..result.run import Listener
+from ..result.sphere_map import SphereMap
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows
 from ..untangle.candidate import Candidate
 from .run import run
-from .sphere_map import SphereMap
 from .variational import descend, start_of
 
 

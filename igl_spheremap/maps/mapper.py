@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..balance.family import Family
-from ..descent.iterate import Listener
-from ..descent.recording import History
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, plain_array
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
+from ..result.run import History, Listener
+from ..result.sphere_map import SphereMap
 from .balanced import check_balance, rebalance_checked
 from .methods.auto import map_factorised
 from .options import Auto
 from .run import check_start, finish
-from .sphere_map import SphereMap
 
 
 class SphereMapper:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from ..descent.iterate import Listener
 from ..descent.problem import p_harmonic_problem
 from ..errors import own_errstate
 from ..mesh.check import Mesh
+from ..result.run import Listener
+from ..result.sphere_map import SphereMap
 from ..untangle.candidate import Candidate
 from .run import run
-from .sphere_map import SphereMap
 from .variational import descend, start_of
 
 

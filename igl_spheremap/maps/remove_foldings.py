@@ -6,14 +6,14 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from ..descent.iterate import Listener
 from ..errors import own_errstate
 from ..mesh.check import Mesh
+from ..result.run import Listener
+from ..result.sphere_map import SphereMap
 from ..untangle.candidate import Candidate
 from .methods.lai2014 import lai2014
 from .options import Lai2014
 from .run import check_start, run
-from .sphere_map import SphereMap
 
 
 @own_errstate

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Iterate, Listener, Round, Status
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh
+from ..result.run import Iterate, Listener, Round, Status
+from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
@@ -23,7 +24,6 @@ from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .options import Auto, Polish
 from .run import run
-from .sphere_map import SphereMap
 
 #: Rows this close to unit length count as unit.
 _UNIT = 1e-6

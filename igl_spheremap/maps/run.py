@@ -8,17 +8,16 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..descent.iterate import Listener
-from ..descent.recording import History
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import timed, timings
+from ..result.run import History, Listener
+from ..result.sphere_map import SphereMap
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import unit_rows
 from ..untangle.candidate import Candidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
-from .sphere_map import SphereMap
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

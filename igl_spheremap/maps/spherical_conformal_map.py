@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from ..descent.iterate import Listener
 from ..errors import own_errstate
+from ..result.run import Listener
 from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:
-    from .sphere_map import SphereMap
+    from ..result.sphere_map import SphereMap
 
 
 @own_errstate

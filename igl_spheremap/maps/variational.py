@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 
 from ..descent.algorithm_1 import CayleyBB
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Iterate, Listener
 from ..descent.minimize import minimize
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..result.run import Iterate, Listener
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from .run import check_start

@@ -20,10 +20,10 @@ from ..io import check_writable, make_mark, read_mark, read_mesh, write_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
-from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.clean import repair_mesh
+from ..result.sphere_map import SphereMap
 from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
 from .fingerprint import Fingerprint, fingerprint

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
-from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
+from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from scipy.sparse import csr_matrix
 
-from ..descent.iterate import Iterate, Listener, Round, Status
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..result.run import Iterate, Listener, Round, Status
 from ..start.star_map import project
 from ..verify.certificate import certify_checked
 from .candidate import Candidate

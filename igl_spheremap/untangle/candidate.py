@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..descent.iterate import Round, Status
 from ..mesh.arrays import FloatArray
+from ..result.run import Round, Status
 from ..verify.certificate import Certificate
 
 

@@ -20,12 +20,12 @@ from functools import cached_property
 import numpy as np
 
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.iterate import Iterate, Listener, Round, Status
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators
+from ..result.run import Iterate, Listener, Round, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference

@@ -8,11 +8,11 @@ from bodies import ring_floor, worm
 from triangulations import icosphere, unit
 
 from igl_spheremap import Auto, samples, spherical_conformal_map
-from igl_spheremap.descent.iterate import Status
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.laplacian import build_operators
+from igl_spheremap.result.run import Status
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.candidate import Candidate

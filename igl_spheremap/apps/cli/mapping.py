@@ -6,10 +6,10 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 
-from ...descent.iterate import Iterate, Listener, Status, title_of
 from ...io import SphereCheck, write_map
-from ...maps.sphere_map import ROUNDS, SphereMap, round_rows
 from ...mesh.timings import stage
+from ...result.run import Iterate, Listener, Status, title_of
+from ...result.sphere_map import ROUNDS, SphereMap, round_rows
 from .exits import Exit
 from .failures import UsageError
 from .interrupt import Interrupt

@@ -11,8 +11,8 @@ import numpy as np
 from ...errors import FoldingsRemain, MeshError
 from ...io import read_sphere
 from ...maps.given_sphere import sphere_map
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_directions
+from ...result.sphere_map import SphereMap
 from ...sphere.rows import row_lengths
 from .failures import UsageError
 from .source import Source, load_source

@@ -9,9 +9,9 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ...descent.iterate import Iterate, Listener, title_of
 from ...mesh.arrays import IntArray
 from ...mesh.timings import LOGGER
+from ...result.run import Iterate, Listener, title_of
 from ...verify.signs import folded_faces
 
 #: Stages of the library that take long on large meshes, by what they do.

@@ -6,11 +6,11 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from ...descent.recording import Recording
-from ...draw.plot import FORMATS, plot_run
+from ...draw.plot import FORMATS
 from ...errors import import_optional
 from ...io.replacing import replacing
-from ...maps.sphere_map import SphereMap
+from ...result.recording import Recording, plot_run
+from ...result.sphere_map import SphereMap
 from ..report import write_report
 from ..viewer.choices import guess_up
 from .failures import UsageError

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ...descent.iterate import Listener
 from ...errors import FileError, import_optional
 from ...io.replacing import replacing
 from ...mesh.arrays import IntArray
+from ...result.run import Listener
 from .figures import FIGURES
 from .runs import Runs
 from .tables import TABLES

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from ..._version import __version__
-from ...descent.iterate import Iterate, Listener
 from ...errors import FactorisationFailed, MapError
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
+from ...result.run import Iterate, Listener
 from ...verify.distortion import angle_differences
 from .surfaces import Surface, load_surface
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...draw.palette import Colour, sequential
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
+from ...result.sphere_map import SphereMap
 from ...shapes.registration.features import FeatureSurface
 from ...shapes.registration.register import Registration
 from .app import App

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from ... import samples
-from ...descent.recording import Frame
 from ...draw import palette
 from ...draw.plot import fit, pose
 from ...maps.options import METHODS, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
+from ...result.recording import Frame
 from .app import App, panel, paragraph, subject_combo, zoom_slider
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS

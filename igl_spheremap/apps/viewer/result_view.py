@@ -8,9 +8,9 @@ import numpy as np
 
 from ...draw.plot import fit, pose
 from ...maps.balanced import rebalance
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
+from ...result.sphere_map import SphereMap
 from ...verify.certificate import certify_checked
 from ...verify.distortion import (
     angle_figures,

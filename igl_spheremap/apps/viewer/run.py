@@ -12,12 +12,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...descent.iterate import Iterate, Listener, Step, title_of
-from ...descent.recording import BUDGET, Frame, Recording
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
+from ...result.recording import BUDGET, Frame, Recording
+from ...result.run import Iterate, Listener, Step, title_of
+from ...result.sphere_map import SphereMap
 
 Source = tuple[FloatArray, IntArray]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from numpy.typing import ArrayLike
 
-from ...descent.iterate import Listener
+from ...result.run import Listener
+from ...result.sphere_map import SphereMap
 from ...untangle.candidate import Candidate
 from ..options import Auto, GuYau, Lai2014, Method, Stereographic
 from ..run import run
-from ..sphere_map import SphereMap
 from .auto import auto
 from .gu_yau import gu_yau
 from .lai2014 import lai2014

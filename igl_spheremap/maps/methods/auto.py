@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ...descent.energies.harmonic import HarmonicEnergy
-from ...descent.iterate import Listener, Status
 from ...descent.preconditioned import harmonic_map
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...operators.laplacian import Operators, build_operators
+from ...result.run import Listener, Status
 from ...sphere.gauge import fix_gauge
 from ...untangle.candidate import Candidate
 from ...untangle.local_repair import is_off_centre, restore_gauge

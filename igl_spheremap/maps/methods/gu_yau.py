@@ -8,13 +8,13 @@ import scipy.sparse as sp
 
 from ...descent.energies.harmonic import HarmonicEnergy
 from ...descent.gu_yau import ProjectedDescent, step_metric
-from ...descent.iterate import Iterate, Listener, Round, Status
 from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem, harmonic_problem
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...mesh.measure import vertex_normals
 from ...operators.laplacian import laplacian, usable_laplacian
+from ...result.run import Iterate, Listener, Round, Status
 from ...untangle.candidate import Candidate
 from ..options import GuYau
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ...descent.algorithm_1 import CayleyBB
 from ...descent.energies.harmonic import HarmonicEnergy
-from ...descent.iterate import Iterate, Listener
 from ...descent.minimize import Minimum, minimize
 from ...descent.problem import Problem
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from ...mesh.measure import vertex_normals
+from ...result.run import Iterate, Listener
 from ...untangle.algorithm_2 import unfold
 from ...untangle.candidate import Candidate
 from ..options import Lai2014

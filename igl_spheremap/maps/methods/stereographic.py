@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...descent.energies.harmonic import HarmonicEnergy
-from ...descent.iterate import Iterate, Listener, Status
 from ...errors import MapError
 from ...mesh.arrays import ComplexArray, FloatArray
 from ...mesh.check import Mesh
 from ...operators.laplacian import Operators, build_operators
+from ...result.run import Iterate, Listener, Status
 from ...sphere.moebius import center
 from ...start.flat_metric import FlatMetric, flat_metric, lay_out
 from ...start.punctured import candidate_faces, dipole_map, to_sphere

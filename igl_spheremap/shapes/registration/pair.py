@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, check_values
 from ...mesh.check import check_mesh
+from ...result.sphere_map import SphereMap
 from ..harmonics.transform import expand
 from ..locate import SphereLocator
 from ..transfer import transfer

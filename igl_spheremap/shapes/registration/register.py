@@ -11,15 +11,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...descent.iterate import Iterate, Listener
 from ...errors import own_errstate
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import sphere_map
 from ...maps.options import METHODS, Auto
 from ...maps.repair_foldings import repair_foldings
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import face_areas
+from ...result.run import Iterate, Listener
+from ...result.sphere_map import SphereMap
 from . import STAGES
 from .correlation import Candidate
 from .elastic_fit import Elastic

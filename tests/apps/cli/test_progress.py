@@ -13,7 +13,7 @@ from shell import SAMPLE
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.progress import Progress, measures
-from igl_spheremap.descent.iterate import Iterate
+from igl_spheremap.result.run import Iterate
 
 
 class Terminal(io.StringIO):

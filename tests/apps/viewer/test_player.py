@@ -11,8 +11,8 @@ from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.run import Run
-from igl_spheremap.descent.recording import Recording
 from igl_spheremap.draw import palette
+from igl_spheremap.result.recording import Recording
 
 LAI2014 = partial(ism.spherical_conformal_map, method="lai2014")
 

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from ....descent.iterate import Listener
 from ....maps.balanced import rebalance
-from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.arrays import FloatArray, IntArray
+from ....result.run import Listener
+from ....result.sphere_map import SphereMap
 from ..chosen import chosen_method
 from ..exits import Exit
 from ..mapping import map_by

@@ -13,9 +13,9 @@ from pathlib import Path
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
 from ....maps.balanced import rebalance
-from ....maps.sphere_map import SphereMap
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.check import check_mesh
+from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
 from ...viewer.result_view import ResultView, caption_of

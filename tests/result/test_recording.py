@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.descent.iterate import Iterate
-from igl_spheremap.descent.recording import Recording
+from igl_spheremap.result.recording import Recording
+from igl_spheremap.result.run import Iterate
 
 
 def feed(recording, x, lengths):

@@ -145,3 +145,16 @@ class Round:
     mean_angle_difference: float
     status: Status
     seconds: float
+
+
+class History:
+    """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener."""
+
+    def __init__(self, listener: Listener | None = None) -> None:
+        self.steps: list[Step] = []
+        self._listener = listener
+
+    def __call__(self, iterate: Iterate) -> None:
+        self.steps.append(iterate.step)
+        if self._listener is not None:
+            self._listener(iterate)

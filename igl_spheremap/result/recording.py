@@ -1,16 +1,22 @@
-"""Listeners that keep what a run went through, so that whoever shows it never runs it again."""
+"""What a run went through, kept by a listener, so that whoever shows it never runs it again; and its curves."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..mesh.arrays import IntArray
+from ..draw.palette import FOLDED, GUIDE, INK, LINES
+from ..draw.plot import SMALL, new_figure, plot_angles
+from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
-from .iterate import Iterate, Listener, Step
+from .run import History, Iterate, Step
 
 #: Bytes of positions that a recording holds by default.
 BUDGET = 400_000_000
@@ -29,19 +35,6 @@ class Frame:
     def folded(self) -> IntArray:
         """Indices of the faces that are flipped or degenerate."""
         return np.flatnonzero(np.unpackbits(self.packed))
-
-
-class History:
-    """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener."""
-
-    def __init__(self, listener: Listener | None = None) -> None:
-        self.steps: list[Step] = []
-        self._listener = listener
-
-    def __call__(self, iterate: Iterate) -> None:
-        self.steps.append(iterate.step)
-        if self._listener is not None:
-            self._listener(iterate)
 
 
 class Recording(History):
@@ -134,3 +127,45 @@ class Recording(History):
 
 def _stage(frame: Frame) -> tuple[str, int]:
     return frame.iterate.stage, frame.iterate.round
+
+
+def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, *, title: str = "") -> Any:
+    """Plot energy and folded faces of every iterate, and the angle differences (m, 3) of the result in degrees.
+
+    Without foldings that plot is left out. Lai et al., Figs. 4 and 10.
+    """
+    figure, ((energy, *middle, angles),) = new_figure(1, 2 if foldings is None else 3, title, (4, 3.2))
+    gap = np.abs(np.array([step.energy for step in history]) - 4 * math.pi)
+    energy.semilogy(np.maximum(gap, 1e-16), color=LINES[0], marker=_marker(gap))
+    energy.set(title="harmonic energy above 4π", xlabel="iterate")
+    for ax in middle:
+        counts = np.asarray(foldings)
+        ax.plot(counts, color=FOLDED, marker=_marker(counts))
+        ax.set_yscale("symlog", linthresh=1)
+        ax.set_ylim(bottom=-0.2)
+        ax.set(title="folded faces", xlabel="iterate")
+    for ax in (energy, *middle):
+        _mark_rounds(ax, history)
+    plot_angles(angles, differences)
+    return figure
+
+
+def _marker(values: NDArray[Any]) -> str | None:
+    return "." if len(values) < 30 else None
+
+
+def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:
+    """A line where each round of Algorithm 2 begins."""
+    for k, (before, after) in enumerate(itertools.pairwise(history)):
+        if after.round > before.round:
+            ax.axvline(k + 1, color=GUIDE, linestyle=":", linewidth=1)
+            ax.annotate(
+                after.stage,
+                (k + 1, 1),
+                xycoords=("data", "axes fraction"),
+                fontsize=SMALL,
+                color=INK,
+                rotation=90,
+                ha="right",
+                va="top",
+            )

@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..descent.iterate import Round, Status, Step
 from ..draw.markup import table
-from ..draw.plot import plot_run
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.certificate import Certificate
 from ..verify.distortion import (
@@ -20,6 +18,8 @@ from ..verify.distortion import (
     describe_logs,
     log_figures,
 )
+from .recording import plot_run
+from .run import Round, Status, Step
 
 
 @dataclass(frozen=True, eq=False)
