@@ -7,10 +7,9 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 
 from igl_spheremap.apps.cli import arguments
-from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.cli.failures import EXPECTED, describe
+from igl_spheremap.apps.cli.exits import EXPECTED, Exit, describe
+from igl_spheremap.apps.cli.inputs import InputMesh, load_source
 from igl_spheremap.apps.cli.progress import Progress
-from igl_spheremap.apps.cli.source import Source, load_source
 from igl_spheremap.apps.viewer.app import App, open_for, run_app
 from igl_spheremap.apps.viewer.choices import guess_up
 
@@ -26,7 +25,7 @@ def demo_parser(description: str | None, source: str) -> ArgumentParser:
 def main(
     title: str,
     parser: ArgumentParser,
-    build: Callable[[Namespace, Source], App],
+    build: Callable[[Namespace, InputMesh], App],
     words: Sequence[str] | None = None,
 ) -> int:
     """Run a demo as its arguments ask, and return its exit status."""

@@ -21,7 +21,7 @@ from common import demo_parser, main
 from polyscope import imgui, implot
 
 import igl_spheremap as ism
-from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.cli.inputs import InputMesh
 from igl_spheremap.apps.viewer.app import App, subject_combo
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.choices import SUBJECTS
@@ -70,7 +70,7 @@ def contenders(mesh: ism.Mesh, methods: list[str]) -> list[Contender]:
 class CompareMethods(App):
     """A column for each method."""
 
-    def __init__(self, args: Namespace, source: Source) -> None:
+    def __init__(self, args: Namespace, source: InputMesh) -> None:
         self.mesh = ism.check_mesh(source.v, source.f)
         self.contenders = contenders(self.mesh, args.methods)
         self.stage = Stage(2, len(self.contenders), panel=0, head=HEAD, foot=FOOT)

@@ -22,7 +22,7 @@ from common import demo_parser, main
 from polyscope import imgui
 
 import igl_spheremap as ism
-from igl_spheremap.apps.cli.source import Source
+from igl_spheremap.apps.cli.inputs import InputMesh
 from igl_spheremap.apps.viewer.app import App, panel, paragraph
 from igl_spheremap.apps.viewer.body import Body
 from igl_spheremap.apps.viewer.colouring import colouring
@@ -42,7 +42,7 @@ _HANDLE = 9
 class ConformalTexture(App):
     """A map, a Moebius map after it, and a checkerboard on both."""
 
-    def __init__(self, args: Namespace, source: Source) -> None:
+    def __init__(self, args: Namespace, source: InputMesh) -> None:
         self.mesh = ism.check_mesh(source.v, source.f)
         self.x = ism.spherical_conformal_map(source.v, source.f).sphere
         self.poles = deepest_tips(self.mesh, self.x)

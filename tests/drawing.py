@@ -45,7 +45,7 @@ def drawn(image):
 
 def start(module, arguments, offscreen=True):
     'A demo on its stage, as its own main would put it there.'
-    from igl_spheremap.apps.cli.source import read_source
+    from igl_spheremap.apps.cli.inputs import read_source
     args = module.parser().parse_args([*arguments, '--screenshot', 'unused.png'])
     args.up = args.up or 'z'
     app.open_for(args, 'test')

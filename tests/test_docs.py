@@ -20,9 +20,8 @@ from drawing import missing
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.cli.commands import COMMANDS
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.cli.parser import build_parser
+from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
 from igl_spheremap.io import FORMATS, write_mesh
 
 DOCS = ROOT / "docs"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable
+from dataclasses import fields
 from typing import Any, get_args
 
-from ...maps.options import METHODS, EdgeWeights, Gauge, Polish
+from ...maps.options import METHODS, EdgeWeights, Gauge, Method, Polish
 from ..viewer.choices import LENGTH, SIZE, UPS
+from .exits import UsageError
 
 #: What `ArgumentParser.add_argument` takes.
 Argument = tuple[tuple[str, ...], dict[str, Any]]
@@ -40,7 +42,7 @@ COUNT = number("from 0", lambda n: n >= 0, int)
 POSITIVE_COUNT = number("from 1", lambda n: n >= 1, int)
 FROM_ZERO = number("from 0", lambda n: n >= 0)
 POSITIVE = number("above 0", lambda n: n > 0)
-_FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
+FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
 #: Pixels that the panels need, and those that OpenGL draws everywhere.
 _SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
 
@@ -118,7 +120,7 @@ DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a "
               "sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
 TOLERANCE = argument("--tolerance", "T", "of the stopping rule; default: the method's", type=FROM_ZERO)
-BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=_FROM_0_TO_1,
+BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
 #: What all commands take that map a mesh and write the map.
@@ -144,3 +146,18 @@ OPTIONS = (
     choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )
+
+
+def given(args: Namespace, *names: str) -> dict[str, Any]:
+    """The values of options whose flags were given; without its flag an option has its own default."""
+    return {name: value for name in names if (value := getattr(args, name, None)) is not None}
+
+
+def chosen_method(args: Namespace) -> Method:
+    """The method of --method with the options whose flags were given, which it must know."""
+    known = {name: [option.name for option in fields(record)] for name, record in METHODS.items()}
+    options = given(args, *sorted(set().union(*known.values())))
+    if unknown := set(options) - set(known[args.method]):
+        flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
+        raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")
+    return METHODS[args.method](**options)

@@ -1,8 +1,15 @@
-"""The exit statuses of the command."""
+"""How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
 from __future__ import annotations
 
+import signal
+import threading
+from collections.abc import Callable
 from enum import IntEnum
+from types import FrameType
+from typing import Any
+
+from ... import errors
 
 
 class Exit(IntEnum):
@@ -27,3 +34,89 @@ class Exit(IntEnum):
 
 
 HELP = "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
+
+
+class UsageError(Exception):
+    """A contradiction in the command line; the message is one line."""
+
+
+#: The first row that fits counts: `FileError` is an OSError.
+_STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
+    (UsageError, Exit.USAGE),
+    (errors.MeshError, Exit.NO_MESH),
+    (errors.FoldingsRemain, Exit.UNCERTIFIED),
+    (errors.MapError, Exit.FAILED),
+    (errors.FileError, Exit.FILE),
+    (OSError, Exit.FILE),
+    (MemoryError, Exit.FAILED),
+    (errors.FactorisationFailed, Exit.FAILED),
+    (errors.DisplayError, Exit.FAILED),
+    (errors.WorkersUnavailable, Exit.UNAVAILABLE),
+)
+
+#: Calls and arguments that messages of the library name, and the flags in their place.
+_FLAGS = {
+    "repair_mesh(v, f, keep_largest=True)": "--repair --keep-largest",
+    "repair_mesh(v, f)": "--repair",
+    "read_mesh(path, triangulate=True)": "--repair",
+    "force=True": "--force",
+    "manifest=FILE": "--manifest FILE",
+}
+
+#: Errors that take one line; any other is a defect of the package and shows its traceback.
+EXPECTED = tuple(kind for kind, _ in _STATUS)
+
+
+def describe(error: BaseException) -> tuple[Exit, str]:
+    """The exit status and the line of an error that is one of `EXPECTED`.
+
+    >>> describe(errors.MeshError("2 components (repair_mesh(v, f, keep_largest=True) does)"))
+    (<Exit.NO_MESH: 2>, '2 components (--repair --keep-largest does)')
+    """
+    status = next(status for kind, status in _STATUS if isinstance(error, kind))
+    return status, with_flags(errors.one_line(error))
+
+
+def with_flags(line: str) -> str:
+    """A line of the library with flags in the place of its calls."""
+    for call, flag in _FLAGS.items():
+        line = line.replace(call, flag)
+    return line
+
+
+class Interrupt:
+    """A listener that ends the run at the next event after Ctrl-C or SIGTERM; a second signal ends it at once.
+
+    A context manager: signals are caught inside. `announce` is called at the first one.
+    """
+
+    def __init__(self, announce: Callable[[], None] = lambda: None) -> None:
+        self.asked = 0  # the signal's number
+        self._announce = announce
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __call__(self, event: object) -> None:
+        """End the run if a signal came."""
+        if self.asked:
+            raise StopIteration
+
+    @property
+    def status(self) -> Exit:
+        """The exit status, as shells count it."""
+        return Exit(128 + self.asked)
+
+    def __enter__(self) -> Interrupt:
+        if threading.current_thread() is threading.main_thread():  # elsewhere signals can't be caught
+            signals = (signal.SIGINT, signal.SIGTERM)
+            self._before = {number: signal.signal(number, self._ask) for number in signals}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        self.asked = number
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        self._announce()

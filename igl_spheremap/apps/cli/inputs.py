@@ -1,15 +1,224 @@
-"""The inputs of a batch: files, globs, lists of files, and the subjects of a FreeSurfer folder."""
+"""What commands read: meshes, their maps, data over their vertices, landmarks, and lists of files."""
 
 from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable
+import shutil
+import sys
+import tempfile
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from ...errors import FileError
-from .failures import UsageError
-from .streams import STREAM
+import numpy as np
+
+from ... import samples
+from ...errors import FileError, FoldingsRemain, MeshError
+from ...io import LoadedMesh, read_mesh, read_scalars, read_sphere
+from ...io.reading import read_lines
+from ...maps.given_sphere import sphere_map
+from ...mesh.arrays import FloatArray, IntArray, check_directions
+from ...mesh.check import check_faces, check_mesh
+from ...mesh.clean import repair_mesh
+from ...result.sphere_map import SphereMap
+from ...shapes.transfer import regular_mesh
+from ...sphere.rows import row_lengths
+from .exits import UsageError
+
+#: The name of stdin and stdout on the command line.
+STREAM = "-"
+_SAMPLE = "sample:"
+
+
+@dataclass(frozen=True, eq=False)
+class InputMesh:
+    """A checked mesh, its name as it was given, what else its file holds, and what repairing changed."""
+
+    name: str
+    v: FloatArray
+    f: IntArray
+    metadata: Mapping[str, Any]
+    repairs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class InputMap:
+    """A mesh and a map of it: positions (n, 3) as they are stored, and the name of their file."""
+
+    source: InputMesh
+    name: str
+    x: FloatArray
+
+    @property
+    def unit(self) -> FloatArray:
+        """The positions on about the unit sphere."""
+        x = check_directions(self.x, name=f"{self.name}: images")
+        return np.asarray(x / np.median(row_lengths(x)))
+
+    def map(self) -> SphereMap:
+        """The map as a certified result; errors name its file."""
+        try:
+            return sphere_map(self.source.v, self.source.f, self.x)
+        except (MeshError, FoldingsRemain) as error:
+            error.args = (f"{self.name}: {error}",)
+            raise
+
+
+def load_source(args: Namespace) -> InputMesh:
+    """The mesh that the command line names; repairs are reported on stderr, for they may renumber vertices."""
+    source = read_source(
+        args.source, repair=args.repair, keep_largest=args.keep_largest, kind=args.format, stage=args.progress.stage
+    )
+    if source.repairs:
+        args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
+    return source
+
+
+def read_source(
+    name: str,
+    *,
+    repair: bool = False,
+    keep_largest: bool = False,
+    kind: str = "obj",
+    stage: Callable[[str], None] = lambda name: None,
+) -> InputMesh:
+    """A checked mesh from a file, a sample, or stdin, whose format is `kind`.
+
+    Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
+    """
+    if keep_largest and not repair:
+        raise UsageError("--keep-largest goes with --repair")
+    stage(f"reading {name}")
+    mesh = _read(name, kind, lambda path: read_mesh(path, triangulate=repair))
+    name = "stdin" if name == STREAM else name
+    stage(f"checking {name}")
+    try:
+        if not repair:
+            check_mesh(mesh.v, mesh.f)
+            return InputMesh(name, mesh.v, mesh.f, mesh.metadata)
+        repaired = repair_mesh(mesh.v, mesh.f, keep_largest=keep_largest)
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from None
+    cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
+    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions)
+
+
+def load_pair(args: Namespace) -> InputMap:
+    """The mesh and the map that the command line names."""
+    if args.source == STREAM and args.sphere in (None, STREAM):
+        raise UsageError("stdin is read once: give the mesh or its map as a file")
+    if args.sphere is None and not args.source.lower().endswith(".npz"):
+        raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
+    source = load_source(args)
+    return read_pair(source, args.sphere or source.name, args.format, args.progress.stage)
+
+
+def read_pair(
+    source: InputMesh, name: str, kind: str = "obj", stage: Callable[[str], None] = lambda name: None
+) -> InputMap:
+    """A mesh and a map of it from a file or stdin; a MeshError if its vertices or faces are not those of the mesh."""
+    stage(f"reading {name}")
+    x, f = _read(name, kind, read_sphere)
+    name = "stdin" if name == STREAM else name
+    if len(x) != len(source.v):
+        raise MeshError(
+            f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
+        )
+    if len(f) != len(source.f) or not np.array_equal(_face_set(f), _face_set(source.f)):
+        raise MeshError(
+            f"{name} has other faces than {source.name}: not the same vertex order; give a map of this mesh "
+            "in a format that keeps the order (not .stl)"
+        )
+    return InputMap(source, name, x)
+
+
+def _face_set(f: IntArray) -> IntArray:
+    """Faces in sorted order, whatever their orientation and first vertex."""
+    f = np.sort(f, axis=1)
+    return f[np.lexsort(f.T)]
+
+
+def _read(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
+    """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
+    if name.startswith(_SAMPLE):
+        try:
+            return LoadedMesh(*samples.from_spec(name.removeprefix(_SAMPLE)))
+        except ValueError as error:
+            raise UsageError(str(error)) from None
+    if name != STREAM:
+        return read(name)
+    if sys.stdin is None:
+        raise FileError("can't read stdin: it is closed")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"stdin.{kind}"
+        try:
+            with path.open("wb") as copy:
+                shutil.copyfileobj(sys.stdin.buffer, copy)  # in pieces: readers bound memory by the size of a file
+        except OSError as error:
+            raise FileError(f"can't copy stdin to {path}: {error.strerror}") from error
+        try:
+            return read(path)
+        except (MeshError, FileError) as error:
+            raise type(error)(str(error).replace(str(path), "stdin")) from None
+
+
+def read_target_sphere(to: str) -> tuple[FloatArray, IntArray]:
+    """Vertices and faces of the sphere mesh that --to names."""
+    if not to.startswith("ico:"):
+        x, f = read_sphere(to)
+        return x, check_faces(f, len(x))
+    try:
+        return regular_mesh(to)
+    except ValueError as error:
+        raise UsageError(f"--to {error}") from None
+
+
+def read_data(path: str, mesh: InputMesh) -> FloatArray:
+    """The maps of a file over the vertices of a mesh as columns (n, k)."""
+    return np.stack(list(read_maps(path, mesh).values()), axis=1)
+
+
+def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
+    """The maps of a file, or the one of FILE:NAME, by name, (n,) each."""
+    file, colon, name = path.rpartition(":")
+    if colon and not Path(path).exists():
+        maps = read_scalars(file)
+        if name not in maps:
+            raise MeshError(f"{file} holds no map {name!r}; it has {', '.join(maps)}")
+        maps = {name: maps[name]}
+    else:
+        maps = read_scalars(path)
+    for key, values in maps.items():
+        if len(values) != len(mesh.v):
+            raise MeshError(f"{path}: {key} has {len(values)} values but {mesh.name} has {len(mesh.v)} vertices; "
+                            "give data of this mesh")
+    return maps
+
+
+def read_points(path: str, weight: float) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Landmarks: vertices (k,), targets (k, 3) and weights (k,) from lines of four or five numbers; # begins a comment.
+
+    `weight` is that of lines with four numbers; a FileError names a line that is something else.
+    """
+    rows = []
+    for number, line in enumerate(read_lines(path), 1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        try:
+            row = [int(words[0]), *map(float, words[1:])]
+        except ValueError:
+            row = []
+        if len(row) not in (4, 5):
+            raise FileError(f"{path}, line {number}: give a vertex, three coordinates, and optionally a weight")
+        rows.append([*row, weight][:5])
+    if not rows:
+        raise FileError(f"{path} has no landmarks")
+    table = np.array(rows)
+    return table[:, 0].astype(np.int64), table[:, 1:4], table[:, 4]
 
 
 def expand(words: Iterable[str]) -> list[str]:

@@ -1,27 +1,93 @@
-"""Figures of a run: a summary in 80 columns for people, JSON for programs."""
+"""What commands write: OUT, which may be stdout, a summary in 80 columns for people, and JSON for programs."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import sys
+import tempfile
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
+from ...errors import FileError, import_optional
+from ...io import Format, check_writable, format_of
 from ...io.replacing import replacing
-from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.arrays import FloatArray
 from ...verify.certificate import Certificate
 from ...verify.distortion import angle_figures, describe_angles, describe_logs, log_figures
-from .source import Source
-from .streams import STREAM
+from .arguments import WRITTEN
+from .exits import UsageError
+from .inputs import STREAM, InputMesh
 
-WIDTH = 80
+_INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
+_OUTPUTS = ("target", "surface", "table", "json", "plot")
+_WIDTH = 80
 _LABEL = 13
-_SHOWN = 10  # faces or vertices that JSON lists of each kind of fault
+_LISTED = 10  # faces or vertices that JSON lists of each kind of fault
+_T = TypeVar("_T")
+
+
+def check_outputs(args: Namespace, surface: bool = False) -> None:
+    """Raise an error before the work starts if an output can't be written, or would replace an input.
+
+    A surface as OUT needs a format that is known, and may be stdout.
+    """
+    target = getattr(args, "target", None)
+    if target == STREAM and not surface:
+        raise UsageError("OUT must be a file here, not stdout")
+    if target == STREAM and args.format not in WRITTEN:
+        raise UsageError(f"stdout takes text: --format {' or '.join(WRITTEN)}, not {args.format}")
+    if target == STREAM == args.json:
+        raise UsageError("OUT and --json can't both be stdout")
+    if STREAM in (target, args.json) and sys.stdout is None:
+        raise FileError("can't write stdout: it is closed")
+    if surface and (kind := target_format(args)).package:
+        import_optional(kind.package, kind.name, "io")
+    inputs = {os.path.realpath(path) for path in _inputs(args)}
+    for path in _paths(args, _OUTPUTS):
+        check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
+        if os.path.realpath(path) in inputs:
+            raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
+        inputs.add(os.path.realpath(path))
+
+
+def _inputs(args: Namespace) -> list[str]:
+    """The files that the command reads; of --data FILE:NAME and --feature NAME=MOVING,FIXED those within."""
+    features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
+    named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
+    return [*_paths(args, _INPUTS), *features, *named]
+
+
+def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
+    return [path for name in names if (path := getattr(args, name, None)) not in (None, STREAM)]
+
+
+def target_format(args: Namespace) -> Format:
+    """The format of OUT: by its name, or for stdout by --format."""
+    return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
+
+
+def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
+    """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
+    args.progress.stage(f"writing {args.target}")
+    if not target_format(args).ordered:
+        args.progress.write(f"igl-spheremap: {args.target}: an STL file holds triangles and no vertices; their order "
+                            "is lost, other formats keep it")
+    if args.target != STREAM:
+        return write(args.target)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"stdout.{args.format}"
+        outcome = write(path)
+        args.progress.close()
+        sys.stdout.write(path.read_text(encoding="utf-8"))
+        sys.stdout.flush()
+    return outcome
 
 
 class Findings:
@@ -33,14 +99,14 @@ class Findings:
 
     def add(self, label: str, text: str, **figures: Any) -> None:
         """Add a labelled paragraph, and the figures that it states."""
-        self.lines.append(row(label, text))
+        self.lines.append(paragraph(label, text))
         self.figures |= figures
 
-    def mesh(self, label: str, source: Source) -> None:
+    def mesh(self, label: str, source: InputMesh) -> None:
         """Add the name and the size of a mesh."""
-        self.add(label, mesh_size(source.name, source.v, source.f), **{label: source.name})
+        self.add(label, f"{source.name}: {len(source.v)} vertices, {len(source.f)} faces", **{label: source.name})
 
-    def source(self, source: Source) -> None:
+    def source(self, source: InputMesh) -> None:
         """Add the mesh that the command read."""
         self.mesh("source", source)
         self.figures |= {"repairs": source.repairs, "vertices": len(source.v), "faces": len(source.f)}
@@ -79,15 +145,15 @@ class Findings:
             print(*self.lines, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
 
 
-def row(label: str, text: str) -> str:
+def paragraph(label: str, text: str) -> str:
     """A labelled paragraph of the summary, wrapped behind a label of at most 12 characters.
 
-    >>> row("energy", "12.57")
+    >>> paragraph("energy", "12.57")
     'energy       12.57'
     """
     return textwrap.fill(
         text,
-        WIDTH,
+        _WIDTH,
         initial_indent=label.ljust(_LABEL),
         subsequent_indent=" " * _LABEL,
         break_long_words=False,
@@ -95,17 +161,12 @@ def row(label: str, text: str) -> str:
     )
 
 
-def mesh_size(name: str, v: FloatArray, f: IntArray) -> str:
-    """A mesh's name and size."""
-    return f"{name}: {len(v)} vertices, {len(f)} faces"
-
-
 def certificate_figures(certificate: Certificate) -> dict[str, Any]:
     """A certificate for JSON: counts, and the first faces or vertices of each fault."""
     figures: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
     for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
         where: Sequence[int] = getattr(certificate, name)
-        figures[name] = {"count": len(where), "first": [int(i) for i in where[:_SHOWN]]}
+        figures[name] = {"count": len(where), "first": [int(i) for i in where[:_LISTED]]}
     return figures
 
 

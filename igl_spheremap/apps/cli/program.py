@@ -1,53 +1,66 @@
-"""One run of the command `igl-spheremap`: parse, run, and turn every failure into one line and an exit status."""
+"""One run of the command `igl-spheremap`: parse, run, and turn every failure into one line and an exit status.
+
+Nothing here takes time to import, so that Ctrl-C is caught at once.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import os
+import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from .exits import Exit
-from .failures import EXPECTED, describe
-from .parser import build_parser
+from .exits import EXPECTED, Exit, describe
 
 
-def run(words: list[str], started: Callable[[], None]) -> int:
-    """Run one command line, and turn expected errors into one line and an exit status.
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line, by default that of this process, and return the exit status.
 
-    `started` is called when everything is imported and the command's work begins.
+    >>> main(["info", "sample:sphere", "--quiet"])
+    0
     """
-    try:
-        _guard_streams()
-        status = _run(words, started)
-        if sys.stdout is not None:
-            sys.stdout.flush()
-        return status
-    except KeyboardInterrupt:
-        return _fail(Exit.INTERRUPTED, "interrupted")
-    except EXPECTED as error:
-        if isinstance(error, OSError):
-            _drop_output()
-        if isinstance(error, BrokenPipeError):  # the reader of our output left, as `head` does
-            return int(Exit.FILE)
-        return _fail(*describe(error))
-    finally:
-        started()
+    with contextlib.ExitStack() as imports:
+        # An exception in the middle of an import would come out of libigl's as another one, or abort the process.
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            with contextlib.suppress(ValueError):  # not the main thread
+                imports.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, _end_at_once))
+        try:
+            _guard_streams()
+            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close)
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            return status
+        except KeyboardInterrupt:
+            return _fail(Exit.INTERRUPTED, "interrupted")
+        except EXPECTED as error:
+            if isinstance(error, OSError):
+                _drop_output()
+            if isinstance(error, BrokenPipeError):  # the reader of our output left, as `head` does
+                return int(Exit.FILE)
+            return _fail(*describe(error))
 
 
-def _run(words: list[str], started: Callable[[], None]) -> int:
+def _end_at_once(*_: object) -> None:
+    os.write(2, b"igl-spheremap: interrupted\n")
+    os._exit(Exit.INTERRUPTED)
+
+
+def _run(words: list[str], imported: Callable[[], None]) -> int:
+    """Run one command line; `imported` is called when all is imported and the command's work begins."""
+    from .parser import build_parser
+
     try:
         args = build_parser().parse_args(words)
     except SystemExit:  # --help and --version
         return Exit.OK
     from .progress import Progress  # imports numpy, which --help does not need
 
-    args.words = words
-    module = args.row.module
-    started()
+    args.words, run = words, args.row.run
+    imported()
     with Progress(quiet=getattr(args, "quiet", False)) as args.progress:
-        return int(module.run(args) or Exit.OK)
+        return int(run(args) or Exit.OK)
 
 
 def _guard_streams() -> None:

@@ -1,31 +1,39 @@
-"""Map many files by processes or on a Dask cluster; run it again to continue.
-
-    igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
-    igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
-    igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
-"""
+"""`batch` and `summarise`: maps of many files, and which of them stand out."""
 
 from __future__ import annotations
 
 import os
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from ....io import check_writable
 from ....populations.executors import connect
 from ....populations.map_many import map_many
-from ....populations.table import Row, check_table, write_table
+from ....populations.statistics import FIGURES, OUTLIER, excess, worst_first
+from ....populations.table import Row, check_table, read_table, write_table
 from ....populations.targets import manifest_of, targets_of
-from ..chosen import chosen_method
-from ..exits import Exit
-from ..failures import UsageError
+from ..arguments import chosen_method
+from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
-from ..interrupt import Interrupt
-from .summarise import STATUS, counts, with_flags_in_notes
+from ..output import paragraph
+
+_STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
+           "file": Exit.FILE}
+_COSTS = {"seconds": "seconds", "memory": "memory in MB"}
+_QUANTILES = (0, 25, 50, 75, 99, 100)
+_LISTED = 20  # files that the summary names
 
 
-def run(args: Namespace) -> Exit:
-    """Map what is not mapped yet; the status is the largest of any file."""
+def run_batch(args: Namespace) -> Exit:
+    """Map many files by processes or on a Dask cluster; run it again to continue.
+
+    igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
+    igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
+    igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
+    """
     sources, method = _sources(args), chosen_method(args)
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
@@ -49,13 +57,13 @@ def run(args: Namespace) -> Exit:
             manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
             memory=args.memory, retries=args.retries, report=args.report, listener=listen,
         )  # fmt: skip
-    rows = with_flags_in_notes(rows)
+    rows = _with_flags_in_notes(rows)
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
     if not args.quiet:
         print(counts(rows, len(sources)), flush=True)
-    return interrupt.status if interrupt.asked else max(STATUS[row.status] for row in rows)
+    return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
 
 
 def _sources(args: Namespace) -> list[str]:
@@ -93,3 +101,57 @@ def _check_summary(path: str | None, others: Sequence[str]) -> None:
     check_writable(path, force=True)
     if os.path.realpath(path) in set(map(os.path.realpath, others)):
         raise UsageError(f"--summary {path} is an input or another output, which would be lost")
+
+
+def run_summarise(args: Namespace) -> None:
+    """Print the quantiles and the outliers of many maps.
+
+    igl-spheremap summarise white.tsv
+    """
+    rows = read_table(args.table)
+    print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
+
+
+def _with_flags_in_notes(rows: Sequence[Row]) -> list[Row]:
+    """Rows whose notes name flags in the place of the library's calls."""
+    return [replace(row, notes=with_flags(row.notes)) for row in rows]
+
+
+def counts(rows: Sequence[Row], total: int) -> str:
+    """Counts over the files that were given, and the first ones without a certified sphere."""
+    bad = [row for row in rows if row.status != "certified"]
+    resumed = sum(row.resumed for row in rows)
+    there = f", {resumed} were there already" if resumed else ""
+    lines = [paragraph("certified", f"{len(rows) - len(bad)} of {total} files{there}")]
+    for row in bad[:_LISTED]:
+        reason = row.notes.removeprefix(f"{row.source}: ") or f"{row.foldings} foldings remain"
+        lines.append(paragraph(row.status, f"{row.source}: {reason}"))
+    if len(bad) > _LISTED:
+        lines.append(paragraph("", f"and {len(bad) - _LISTED} more"))
+    if len(rows) < total:
+        lines.append(paragraph("interrupted", f"{total - len(rows)} files are left; run it again to continue"))
+    return "\n".join(lines)
+
+
+def _quantiles(rows: Sequence[Row]) -> list[str]:
+    """A table of the figures of all maps."""
+    lines = ["", f"  {'':<18}" + "".join(f"{q:>9}%" for q in _QUANTILES)]
+    for name, label in (FIGURES | _COSTS).items():
+        values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
+        values = values[np.isfinite(values)]
+        if len(values):
+            lines.append(f"  {label:<18}" + "".join(f"{value:>10.4g}" for value in np.percentile(values, _QUANTILES)))
+    return lines
+
+
+def _outliers(rows: Sequence[Row]) -> list[str]:
+    """Maps of which a figure is far above those of the others."""
+    beyond = excess(rows)
+    found = [k for k in worst_first(rows) if beyond[k].max() > OUTLIER]
+    lines = ["", paragraph("outliers", f"{len(found)} of {len(rows)} files: a figure more than {OUTLIER:g} "
+                                       "interquartile ranges above the third quartile")]
+    labels = list(FIGURES.items())
+    for k in found[:_LISTED]:
+        name, label = labels[int(beyond[k].argmax())]
+        lines.append(paragraph("", f"{rows[k].source}: {label} {getattr(rows[k], name):.4g}"))
+    return lines

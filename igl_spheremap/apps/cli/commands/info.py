@@ -1,23 +1,26 @@
-"""Measure a mesh: size, quality of its triangles, and which weights its Laplacian can have.
-
-    igl-spheremap info sample:octopus
-    igl-spheremap info lh.pial --json -
-"""
+"""`info`, `samples` and `completion`: what a mesh is, which shapes the package makes, and help for the shell."""
 
 from __future__ import annotations
 
+import inspect
 from argparse import Namespace
 from dataclasses import asdict
 
+from .... import samples
+from ....errors import import_optional
 from ....mesh.check import MeshQuality, check_mesh, mesh_quality
 from ....operators.laplacian import build_operators
-from ..output import Findings
-from ..source import load_source
-from ..streams import check_outputs
+from ..inputs import load_source
+from ..output import Findings, check_outputs
+from ..parser import build_parser
 
 
-def run(args: Namespace) -> None:
-    """Measure a mesh."""
+def run_info(args: Namespace) -> None:
+    """Measure a mesh: size, quality of its triangles, and which weights its Laplacian can have.
+
+    igl-spheremap info sample:octopus
+    igl-spheremap info lh.pial --json -
+    """
     check_outputs(args)
     source = load_source(args)
     args.progress.stage(f"measuring {source.name}")
@@ -51,3 +54,28 @@ def _describe(found: Findings, quality: MeshQuality, edges: int) -> None:
         f"{quality.coincident_vertices} coincident vertices",
     )
     found.add("weights", f"{quality.non_delaunay_edges} of {edges} edges are not Delaunay: negative weights there")
+
+
+def run_samples(args: Namespace) -> None:
+    """List the shapes that the package makes itself.
+
+    igl-spheremap samples
+    """
+    check_outputs(args)
+    found = Findings()
+    for name in samples.names():
+        shape = getattr(samples, name)
+        line = (inspect.getdoc(shape) or "").partition("\n")[0]
+        parameters = {key: entry.default for key, entry in inspect.signature(shape).parameters.items()}
+        listed = ", ".join(f"{key}={value}" for key, value in parameters.items())
+        found.add(name, f"{line} ({listed})", **{name: {"is": line, "parameters": parameters}})
+    found.report(args)
+
+
+def run_completion(args: Namespace) -> None:
+    """Print a script that completes command lines in a shell.
+
+    igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap
+    """
+    shtab = import_optional("shtab", "shell completion", "completion")
+    print(shtab.complete(build_parser(), shell=args.shell))

@@ -1,4 +1,44 @@
-"""Map a closed genus-0 mesh to the unit sphere and certify the map.
+"""`map`, `p-harmonic` and `landmarks`: map, write, certify what was written, and report."""
+
+from __future__ import annotations
+
+import shlex
+from argparse import Namespace
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....draw.plot import FORMATS
+from ....errors import import_optional
+from ....io import SphereCheck, write_map
+from ....io.replacing import replacing
+from ....maps.balanced import rebalance
+from ....maps.landmarks import landmark_map
+from ....maps.p_harmonic import p_harmonic_map
+from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....mesh.arrays import FloatArray, IntArray
+from ....mesh.timings import stage
+from ....result.recording import Recording, plot_run
+from ....result.run import Iterate, Listener, Status, title_of
+from ....result.sphere_map import ROUNDS, SphereMap, round_rows
+from ....sphere.rows import unit_rows
+from ...report import write_report
+from ...viewer.choices import guess_up
+from ..arguments import chosen_method, given
+from ..exits import Exit, Interrupt, UsageError
+from ..inputs import InputMesh, load_source, read_points
+from ..output import Findings, certificate_figures, check_outputs, paragraph, target_format, write_target
+from ..progress import measures
+
+_LISTENING = "listening"
+_LISTED = 20  # landmarks that the summary lists
+
+
+def run_map(args: Namespace) -> Exit:
+    """Map a closed genus-0 mesh to the unit sphere and certify the map.
 
     igl-spheremap map sample:dino dino_sphere.obj
     igl-spheremap map lh.pial lh.sphere.conformal
@@ -6,28 +46,191 @@
     igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
     igl-spheremap map scan.stl sphere.ply --repair --keep-largest
     igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
-"""
-
-from __future__ import annotations
-
-from argparse import Namespace
-
-from ....maps.balanced import rebalance
-from ....maps.spherical_conformal_map import spherical_conformal_map
-from ....mesh.arrays import FloatArray, IntArray
-from ....result.run import Listener
-from ....result.sphere_map import SphereMap
-from ..chosen import chosen_method
-from ..exits import Exit
-from ..mapping import map_by
-
-
-def run(args: Namespace) -> Exit:
-    """Map, conformally unless another balance is asked for."""
+    """
     method = chosen_method(args)
 
     def solve(v: FloatArray, f: IntArray, listener: Listener) -> SphereMap:
         result = spherical_conformal_map(v, f, method, listener=listener)
         return rebalance(result, args.balance, listener=listener) if args.balance else result
 
-    return map_by(args, solve)
+    return _map_by(args, solve)
+
+
+def run_p_harmonic(args: Namespace) -> Exit:
+    """Map by the p-harmonic energy, which gives limbs more room for p above 2.
+
+    igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4
+    """
+    options = _variational(args)
+    return _map_by(args, lambda v, f, listener: p_harmonic_map(v, f, args.p, listener=listener, **options))
+
+
+def run_landmarks(args: Namespace) -> Exit:
+    """Map harmonically with landmarks moved towards targets.
+
+    igl-spheremap landmarks lh.pial lh.sphere.conformal --points landmarks.txt --weight 100
+    """
+    vertices, targets, weights = read_points(args.points, args.weight)
+    options = _variational(args)
+    return _map_by(
+        args,
+        lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
+        lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
+    )
+
+
+def _variational(args: Namespace) -> dict[str, Any]:
+    return given(args, "tolerance", "max_iterations") | {"keep_injective": not args.may_fold}
+
+
+def _misses(found: Findings, x: FloatArray, targets: FloatArray, vertices: IntArray) -> None:
+    """Degrees between landmarks (k, 3) and their targets, in the order of the file."""
+    misses = np.degrees(2 * np.arcsin(np.minimum(np.linalg.norm(x - unit_rows(targets), axis=1) / 2, 1)))
+    for k, miss in zip(vertices[:_LISTED], misses, strict=False):
+        found.add(f"vertex {k}", f"misses its target by {miss:.3g} degrees")
+    more = f", and {len(misses) - _LISTED} more that --json lists" if len(misses) > _LISTED else ""
+    found.add("landmarks", f"miss by {misses.mean():.3g} degrees on average, at most {misses.max():.3g}{more}",
+              landmarks=[{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)])
+
+
+def _map_by(
+    args: Namespace,
+    solve: Callable[..., SphereMap],
+    more: Callable[[Findings, SphereMap], None] = lambda found, result: None,
+) -> Exit:
+    """Map by a function of v, f and a listener.
+
+    `more` adds to what was found. Exit.OK means that the numbers in the file are certified.
+    """
+    check_outputs(args, surface=True)
+    _check_reports(args)
+    if args.radius is not None and target_format(args).name == "NPZ":
+        raise UsageError("--radius: an .npz file holds the unit sphere; write another format")
+    source = load_source(args)
+    recording = Recording(source.f) if args.report is not None or args.plot is not None else None
+    result, interrupted = _map(source, args, solve, recording)
+    written = write_target(
+        args,
+        lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
+    )
+    if recording is not None:
+        _write_reports(args, source, result, recording)
+    found = _findings(source, args, result, written)
+    more(found, result)
+    found.report(args)
+    if interrupted is not None:
+        return interrupted
+    certified = result.certificate.folding_free and written.certificate.folding_free
+    return Exit.OK if certified else Exit.UNCERTIFIED
+
+
+def _map(
+    source: InputMesh, args: Namespace, solve: Callable[..., SphereMap], recording: Listener | None
+) -> tuple[SphereMap, Exit | None]:
+    """The map, and the exit status if a signal ended it early."""
+    def log(iterate: Iterate) -> None:
+        args.progress.write(f"{title_of(iterate)}: {measures(iterate)}, tau {iterate.tau:.2e}")
+
+    args.progress.stage(f"mapping {source.name}")
+    with Interrupt() as interrupt:
+        listeners = (recording, log if args.verbose else args.progress.listener(source.f), interrupt)
+
+        @stage(_LISTENING)
+        def listen(iterate: Iterate) -> None:
+            for listener in filter(None, listeners):
+                listener(iterate)
+
+        result = solve(source.v, source.f, listener=listen)
+        timings = dict(result.timings)  # without the time of the progress line and the recording
+        result = replace(result, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
+    return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
+
+
+def _check_reports(args: Namespace) -> None:
+    """Raise an error before the work starts if --plot and --report can't be served."""
+    if args.plot is not None and Path(args.plot).suffix.lower() not in FORMATS:
+        raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
+    for flag in ("--plot", "--report"):
+        if getattr(args, flag.lstrip("-")) is not None:
+            import_optional("matplotlib", flag, "plot")
+
+
+def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> None:
+    """The course of the run as curves and as a page."""
+    if args.plot is not None:
+        args.progress.stage(f"drawing {args.plot}")
+        figure = plot_run(
+            recording.history, recording.foldings, result.angle_differences(), title=f"{source.name}, {result.method}"
+        )
+        with replacing(args.plot, force=True) as partial:
+            figure.savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
+    if args.report is not None:
+        args.progress.stage(f"drawing the report in {args.report}")
+        command = shlex.join(("igl-spheremap", *args.words))
+        write_report(
+            Path(args.report), result, recording, source=source.name, command=command, up=guess_up(source.name)
+        )
+
+
+def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
+    found = Findings(
+        target=args.target, settings=result.settings, timings=result.timings, balance=result.balance,
+        gauge=result.gauge, stretch=result.stretch, notes=result.notes,
+        rounds=[entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
+    )  # fmt: skip
+    found.source(source)
+    backend = f", {result.backend}" if result.backend else ""
+    found.add(
+        "method",
+        f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; {result.status.value}",
+        method=result.method, backend=result.backend, iterations=result.iterations, seconds=result.seconds,
+        status=result.status.name,
+    )  # fmt: skip
+    if args.timings:
+        found.lines += _timings(result)
+    for note in result.notes:
+        found.add("note", note)
+    found.lines += _rounds(result)
+    found.energy(result.energy)
+    found.angles(result.angle_differences())
+    found.ratios("area", result.area_ratios())
+    if result.stretch != 1:
+        advice = "" if result.gauge == "poles" else "; without --gauge centred they may keep their angles"
+        found.add("stretch", f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}")
+    found.certificate(result.certificate)
+    kind, radius = target_format(args).name, written.radius
+    found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")
+    found.figures["file"] = {
+        "format": kind,
+        "radius": radius,
+        "moved": written.moved,
+        "certificate": certificate_figures(written.certificate),
+    }
+    return found
+
+
+def _timings(result: SphereMap) -> list[str]:
+    """Seconds and share of each stage, and of what belongs to none."""
+    stages = result.timings | {"other": result.seconds - sum(result.timings.values())}
+    return [paragraph("time" if k == 0 else "", f"{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}")
+            for k, (name, seconds) in enumerate(stages.items())]
+
+
+def _rounds(result: SphereMap) -> list[str]:
+    """The foldings before and after each round, as a table."""
+    if not result.rounds:
+        return []
+    shape = "  {:<6}{:<20.18}{:>16}{:>12}{:>12}{:>12}"
+    return ["", *(shape.format(*cells) for cells in (ROUNDS, *round_rows(result))), ""]
+
+
+def _as_written(result: SphereMap, written: SphereCheck) -> str:
+    if written.certificate.folding_free:
+        moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
+        return "certified as written" + moved
+    if result.certificate.folding_free:
+        return (
+            f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "
+            "which keep every digit"
+        )
+    return "not certified"

@@ -1,8 +1,4 @@
-"""Compute the paper's tables and figures, beside its own numbers.
-
-    igl-spheremap reproduce table2
-    igl-spheremap reproduce all --meshes meshes --out reproduction
-"""
+"""`reproduce`: the paper's tables and figures."""
 
 from __future__ import annotations
 
@@ -12,8 +8,12 @@ from ...reproduce import ALL, ITEMS
 from ...reproduce.items import reproduce
 
 
-def run(args: Namespace) -> None:
-    """Compute, and print the paths of what is written."""
+def run_reproduce(args: Namespace) -> None:
+    """Compute the paper's tables and figures, beside its own numbers.
+
+    igl-spheremap reproduce table2
+    igl-spheremap reproduce all --meshes meshes --out reproduction
+    """
     names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
     report = (lambda line: None) if args.quiet else args.progress.write
     written = reproduce(

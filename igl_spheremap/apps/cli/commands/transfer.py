@@ -1,29 +1,62 @@
-"""Carry data over a mapped surface to another one, or to an icosphere.
-
-    igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
-    igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
-"""
+"""`resample`, `transfer`, `grid` and `export`: surfaces, data and pictures carried over a map."""
 
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 
-from ....io import write_scalars
+import numpy as np
+from numpy.typing import NDArray
+
+from ....draw.palette import colours
+from ....errors import import_optional
+from ....io import read_picture, write_mesh, write_picture, write_scalars, write_textured
+from ....io.npz import write_arrays
+from ....io.replacing import replacing
+from ....mesh.arrays import FloatArray
+from ....shapes.grid import to_grid
 from ....shapes.locate import SphereLocator
+from ....shapes.texture import checker_image, texture_atlas
 from ....shapes.transfer import interpolate
-from ..output import Findings
-from ..pair import load_pair
-from ..streams import check_outputs
-from ..vertex_data import read_maps, read_target_sphere
+from ....verify.distortion import vertex_maps
+from ..exits import UsageError
+from ..inputs import load_pair, read_data, read_maps, read_target_sphere
+from ..output import Findings, check_outputs, target_format, write_target
+
+_TEXTURES = ("equirectangular", "octahedral")
 
 
-def run(args: Namespace) -> None:
-    """Locate the target's vertices on the source's map, and interpolate; the two maps must share a frame."""
-    check_outputs(args)
-    points, _ = read_target_sphere(args)
+def run_resample(args: Namespace) -> None:
+    """Remesh a surface with the connectivity of a regular sphere, or of another map.
+
+    igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
+    igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply
+    """
+    check_outputs(args, surface=True)
+    points, faces = read_target_sphere(args.to)
     pair = load_pair(args)
     source = pair.source
-    maps = read_maps(args.data, len(source.v), source.name)
+    args.progress.stage(f"resampling {source.name}")
+    v = interpolate(source.v, source.f, SphereLocator(pair.unit, source.f).locate(points))
+    write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
+    found = Findings(target=args.target, vertices=len(v), faces=len(faces))
+    found.mesh("source", source)
+    found.add("sphere", f"{pair.name}, resampled at the vertices of {args.to}", sphere=pair.name, to=args.to)
+    found.add("written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(faces)} faces")
+    found.report(args)
+
+
+def run_transfer(args: Namespace) -> None:
+    """Carry data over a mapped surface to another one, or to an icosphere.
+
+    igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
+    igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
+    """
+    check_outputs(args)
+    points, _ = read_target_sphere(args.to)
+    pair = load_pair(args)
+    source = pair.source
+    maps = read_maps(args.data, source)
     args.progress.stage(f"locating {len(points)} points on {pair.name}")
     location = SphereLocator(pair.unit, source.f).locate(points)
     carried = {key: interpolate(values, source.f, location, args.labels) for key, values in maps.items()}
@@ -34,4 +67,88 @@ def run(args: Namespace) -> None:
     for key, values in carried.items():
         low, high = found.figures["maps"][key] = float(values.min()), float(values.max())
         found.add("written", f"{args.target}: {key}, {low:.4g} to {high:.4g}")
+    found.report(args)
+
+
+def run_grid(args: Namespace) -> None:
+    """Sample a mapped surface, or data over it, on latitudes and longitudes.
+
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+    igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
+    """
+    target: str = args.target
+    if not target.lower().endswith((".png", ".npz")):
+        raise UsageError(f"OUT is a .png or .npz file, not {target}")
+    check_outputs(args)
+    if target.lower().endswith(".png"):
+        import_optional("PIL.Image", "a picture", "io")
+    pair = load_pair(args)
+    source = pair.source
+    values = source.v if args.data is None else read_data(args.data, source)
+    args.progress.stage(f"sampling {source.name}")
+    grid = to_grid(pair.map(), values, args.kind, args.rows)
+    if target.lower().endswith(".png"):
+        write_picture(target, _picture(grid), force=args.force)
+    else:
+        with replacing(target, args.force) as partial:
+            write_arrays(partial, {"grid": grid, "kind": args.kind})
+    found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
+    found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
+    found.report(args)
+
+
+def _picture(grid: FloatArray) -> NDArray[np.uint8]:
+    """One column by the colour scale, three as red, green and blue on a common scale."""
+    columns = grid.shape[2]
+    if columns == 1:
+        shades = colours(grid.ravel())
+        return np.stack([shades[name] for name in ("red", "green", "blue")], axis=1).reshape(*grid.shape[:2], 3)
+    if columns != 3:
+        raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
+    low = grid.min(axis=(0, 1))
+    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)
+
+
+def run_export(args: Namespace) -> None:
+    """Write a texture, vertex colours or a scalar map of a mapped surface.
+
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+    igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
+    """
+    target: str = args.target
+    if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
+        raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
+    if args.image is not None and args.show not in _TEXTURES:
+        raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
+    if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
+        raise UsageError(f"{args.image} is where the texture of {target} goes; write another OUT")
+    check_outputs(args)
+    if args.show in _TEXTURES:
+        import_optional("PIL.Image", "a texture", "io")
+    image = checker_image() if args.image is None else read_picture(args.image)
+    pair = load_pair(args)
+    source = pair.source
+    found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show)
+    args.progress.stage(f"writing {target}")
+    if args.show in _TEXTURES:
+        # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
+        cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
+        atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
+        write_textured(target, source.v, source.f, atlas, image, force=args.force)
+        vertices, kind = int(atlas.vertex.max()) + 1, "cut along the seam" if cut else "the mesh as it is"
+        found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
+        outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
+    else:
+        values = vertex_maps(source.v, source.f, pair.unit)[args.show]
+        if target.lower().endswith(".ply"):
+            metadata = {"vertex_properties": {**colours(values), "quality": values}}
+            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
+        else:
+            write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
+        found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
+        outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
+    found.add("written", f"{target}: {args.show}, {outcome}")
     found.report(args)

@@ -1,30 +1,34 @@
-"""Show a surface beside its sphere, in a window or as a picture.
-
-    igl-spheremap view sample:dino
-    igl-spheremap view lh.pial lh.sphere.conformal --show angles
-    igl-spheremap view bunny_map.npz --screenshot bunny.png
-"""
+"""`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
 
 from __future__ import annotations
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
 from ....maps.balanced import rebalance
 from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.check import check_mesh
 from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
+from ...viewer.player import Player, PlayerWindow
 from ...viewer.result_view import ResultView, caption_of
-from ..pair import load_pair
-from ..source import Source, load_source
+from ..arguments import chosen_method
+from ..inputs import InputMesh, load_pair, load_source, read_source
+from ..output import Findings, check_outputs
 
 
-def run(args: Namespace) -> None:
-    """Show the map, whether it folds or not."""
+def run_view(args: Namespace) -> None:
+    """Show a surface beside its sphere, in a window or as a picture.
+
+    igl-spheremap view sample:dino
+    igl-spheremap view lh.pial lh.sphere.conformal --show angles
+    igl-spheremap view bunny_map.npz --screenshot bunny.png
+    """
     open_for(args, "igl_spheremap")
     source, result, caption = _map(args)
     args.progress.close()
@@ -35,7 +39,7 @@ def run(args: Namespace) -> None:
     run_app(view, args)
 
 
-def _map(args: Namespace) -> tuple[Source, SphereMap, str]:
+def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
     """The mesh, its map, and a caption."""
     if args.sphere is not None:
         pair = load_pair(args)
@@ -56,3 +60,34 @@ def _map(args: Namespace) -> tuple[Source, SphereMap, str]:
     if args.balance:
         result = rebalance(result, args.balance, listener=listener)
     return source, result, caption_of(result)
+
+
+def run_play(args: Namespace) -> None:
+    """Watch a map being computed step by step, in a window, as a picture or as a video.
+
+    igl-spheremap play sample:dino
+    igl-spheremap play lh.pial --method auto
+    igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json
+    igl-spheremap play sample:dino --screenshot dino.png
+    """
+    check_outputs(args)
+    method = chosen_method(args)
+    open_for(args, "igl_spheremap")
+    source = load_source(args)
+    args.progress.stage(f"mapping {source.name}")
+    load = partial(_load, source)
+    up = args.up or guess_up(source.name)
+    pictures = bool(args.screenshot or args.video)
+    kind = Player if pictures else PlayerWindow
+    frames = run_app(kind(load, source.name, method, up=up, size=tuple(args.size)), args)
+    if pictures:
+        found = Findings(source=source.name, method=args.method, frames=frames)
+        for k, frame in enumerate(frames):
+            found.add(f"picture {k}", f"{frame['title']}: {frame['foldings']} folded")
+        found.report(args)
+
+
+def _load(given: InputMesh, name: str) -> tuple[FloatArray, IntArray]:
+    """Vertices and faces by name, in any process; those of the command line are read already."""
+    source = given if name == given.name else read_source(name)
+    return source.v, source.f

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.cli.commands import COMMANDS
+from igl_spheremap.apps.cli.parser import COMMANDS
 
 
 def test_completion_scripts_name_the_commands(capsys):

@@ -1,12 +1,273 @@
-"""The flags of `map` are the options of the methods' records."""
+"""`igl-spheremap map`, `p-harmonic` and `landmarks`: what is written is certified, flags are the options of records."""
 
+from __future__ import annotations
+
+import dataclasses
 import json
+import os
+import signal
 from dataclasses import fields
 from typing import get_args, get_type_hints
 
+import numpy as np
+import pytest
+from shell import SAMPLE, one_line
+
+import igl_spheremap as ism
+from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.commands import map as map_command
+from igl_spheremap.apps.cli.inputs import read_points
 from igl_spheremap.apps.cli.parser import build_parser
+from igl_spheremap.io import read_map, read_mesh, write_mesh
 from igl_spheremap.maps.options import METHODS, Auto
+from igl_spheremap.untangle.rounding import Float32Map
+from igl_spheremap.verify.certificate import certify
+
+
+def test_map_writes_certifies_and_reports(tmp_path, capsys):
+    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
+    assert main(["map", SAMPLE, str(target), "--json", str(figures)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "folding-free" in out
+    assert "certified as written" in out
+    result, written = read_map(target), json.loads(figures.read_text())
+    assert written["vertices"] == len(result.vertices)
+    assert written["energy"] == result.energy
+    assert written["certificate"]["folding_free"] is True
+    assert written["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
+
+
+def test_verbose_logs_every_iteration(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "-v", "-q"]) == 0
+    assert len(capsys.readouterr().err.splitlines()) == len(read_map(tmp_path / "a.npz").history)
+
+
+def test_options_reach_the_method(tmp_path):
+    target = tmp_path / "a.npz"
+    main(
+        [
+            "map",
+            SAMPLE,
+            str(target),
+            "-q",
+            "--method",
+            "lai2014",
+            "--max-iterations",
+            "2",
+            "--tolerance",
+            "1e-9",
+        ]
+    )
+    result = read_map(target)
+    assert (result.method, result.settings) == ("lai2014", {"max_iterations": 2, "tolerance": 1e-9})
+
+
+def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
+    words = ["map", "sample:dino:n_vertices=1500", str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]
+    main([*words, "--max-iterations", "100", "--json", str(tmp_path / "a.json")])
+    rounds = [each["iterations"] for each in json.loads((tmp_path / "a.json").read_text())["rounds"]]
+    assert len(rounds) > 1
+    assert rounds[0] == 100 < sum(rounds)
+    assert max(rounds) == 100
+    for command in ("map", "p-harmonic", "landmarks"):
+        assert main([command, "--help"]) == 0
+        assert "of each minimisation, so of each round" in " ".join(capsys.readouterr().out.split())
+
+
+def test_weights_reach_the_method(tmp_path, capsys):
+    words = ["map", "sample:spheroid:n_vertices=500", str(tmp_path / "a.npz"), "--weights", "delaunay"]
+    assert main([*words, "--method", "lai2014", "--json", str(tmp_path / "a.json")]) == 0
+    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {"weights": "delaunay"}
+    capsys.readouterr()
+    assert main([*words, "-f"]) == 64
+    assert capsys.readouterr().err == "igl-spheremap: --method auto takes no --weights\n"
+
+
+def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, monkeypatch):
+    def mirrored(*arguments, **options):
+        result = spherical_conformal_map(*arguments, **options)
+        return dataclasses.replace(
+            result, sphere=-result.sphere, certificate=certify(-result.sphere, result.faces)
+        )
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", mirrored)
+    assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == 3
+    assert "not folding-free" in capsys.readouterr().out
+    assert main(["check", SAMPLE, str(tmp_path / "a.obj")]) == 3
+
+
+def test_a_rounded_file_is_status_3_and_names_what_would_do(tmp_path, capsys, monkeypatch):
+    pytest.importorskip("nibabel")
+
+    def crowded(*arguments, **options):
+        result = spherical_conformal_map(*arguments, **options)
+        i, j, _ = result.faces[0]
+        result.sphere[j] = result.sphere[i] + 1e-9 * (result.sphere[j] - result.sphere[i])
+        return result
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", crowded)
+    assert main(["map", SAMPLE, str(tmp_path / "rh.sphere.conformal")]) == 0
+    assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
+
+    def plainly(x, f, radius):
+        return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
+
+    monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
+    assert main(["map", SAMPLE, str(tmp_path / "lh.sphere.conformal")]) == 3
+    assert "rounded to this format" in " ".join(capsys.readouterr().out.split())
+
+
+def test_freesurfer_from_end_to_end(tmp_path):
+    freesurfer = pytest.importorskip("nibabel.freesurfer")
+    v, f = samples.make("brain", n_vertices=4000)
+    freesurfer.write_geometry(tmp_path / "lh.pial", v, f)
+    assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    x, g = freesurfer.read_geometry(tmp_path / "lh.sphere.conformal")
+    assert np.allclose(np.linalg.norm(x, axis=1), 100)
+    assert np.array_equal(g, f)
+    assert main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+
+
+def test_gifti_keeps_what_the_source_said(tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    write_mesh(tmp_path / "in.surf.gii", *samples.sphere(162), metadata={"structure": "CortexRight"})
+    assert (
+        main(["map", str(tmp_path / "in.surf.gii"), str(tmp_path / "out.surf.gii"), "--radius", "2", "-q"])
+        == 0
+    )
+    points = nibabel.load(tmp_path / "out.surf.gii").darrays[0]
+    assert dict(points.meta) == {"AnatomicalStructurePrimary": "CortexRight", "GeometricType": "Spherical"}
+    assert np.allclose(np.linalg.norm(points.data, axis=1), 2)
+
+
+def test_nothing_is_overwritten_without_force(sphere, capsys):
+    before = sphere.read_bytes()
+    assert main(["map", "sample:sphere:n_vertices=42", str(sphere)]) == 74
+    assert "exists already" in one_line(capsys)
+    assert sphere.read_bytes() == before
+    assert main(["map", "sample:sphere:n_vertices=42", str(sphere), "--force", "-q"]) == 0
+    assert sphere.read_bytes() != before
+
+
+def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
+    def pressed(*arguments, listener, **options):
+        signal.raise_signal(signal.SIGINT)
+        return spherical_conformal_map(*arguments, listener=listener, **options)
+
+    monkeypatch.setattr(map_command, "spherical_conformal_map", pressed)
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]) == 130
+    assert signal.getsignal(signal.SIGINT) is before
+    result = read_map(tmp_path / "a.npz")
+    assert result.status.name == "STOPPED"
+    assert len(result.history) <= 1
+
+
+def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
+    figures = {}
+    for name, flags in (("plain", []), ("polished", ["--polish", "angles"])):
+        out = tmp_path / f"{name}.json"
+        target = str(tmp_path / f"{name}.npz")
+        assert main(["map", "sample:bird:n_vertices=1200", target, "--json", str(out), *flags]) == 0
+        figures[name] = json.loads(out.read_text())
+    assert figures["polished"]["settings"] == {"polish": "angles"}
+    assert figures["polished"]["angle_differences"]["mean"] < figures["plain"]["angle_differences"]["mean"]
+    capsys.readouterr()
+    spring = ["map", "sample:spring:n_vertices=2500,turns=5", str(tmp_path / "s.npz"), "-f"]
+    assert main(spring) == 0
+    assert "times shorter" not in capsys.readouterr().out
+    assert main([*spring, "--gauge", "centred"]) == 0
+    assert "times shorter" in capsys.readouterr().out
+    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "angles", "--method", "lai2014"]) == 64
+    assert "--polish" in capsys.readouterr().err
+
+
+def test_balance_reaches_the_map_and_its_figures(tmp_path):
+    target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
+    assert main(["map", SAMPLE, str(target), "--balance", "1", "--json", str(figures)]) == 0
+    assert read_map(target).balance == 1
+    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+    assert main(["check", SAMPLE, str(target), "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+
+
+def test_a_balance_outside_is_refused(tmp_path, capsys):
+    assert main(["map", SAMPLE, str(tmp_path / "map.npz"), "--balance", "1.5"]) != 0
+    assert "give a number from 0 to 1" in one_line(capsys)
+
+
+SOURCE = "sample:spheroid:n_vertices=300"
+V, F = ism.samples.make("spheroid", n_vertices=300)
+
+
+def test_p_harmonic_writes_the_map_of_the_api(tmp_path):
+    out = tmp_path / "out.obj"
+    assert main(["p-harmonic", SOURCE, str(out), "-p", "3", "--quiet"]) == 0
+    assert np.allclose(read_mesh(out).v, ism.p_harmonic_map(V, F, 3).sphere, atol=1e-12)
+
+
+def test_p_at_most_one_is_a_usage_error(tmp_path, capsys):
+    assert main(["p-harmonic", SOURCE, str(tmp_path / "out.obj"), "-p", "1"]) == 64
+    assert "above 1" in capsys.readouterr().err
+
+
+def test_landmarks_come_from_a_file_and_their_misses_are_reported(tmp_path, capsys):
+    points, out = tmp_path / "points.txt", tmp_path / "out.obj"
+    targets = V[[5, 100, 200]] @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [0.1, 0, 0.1]
+    lines = [f"{vertex} {x} {y} {z}" for vertex, (x, y, z) in zip((5, 100, 200), targets, strict=True)]
+    points.write_text("# vertex x y z weight\n" + lines[0] + " 7\n\n" + lines[1].replace(" ", ", ") + "\n" + lines[2])
+    vertices, read, weights = read_points(str(points), 50.0)
+    assert vertices.tolist() == [5, 100, 200]
+    assert np.array_equal(read, targets)
+    assert weights.tolist() == [7, 50, 50]
+    figures = tmp_path / "figures.json"
+    words = ["landmarks", SOURCE, str(out), "--points", str(points), "--weight", "50", "--json", str(figures)]
+    assert main(words) == 0
+    expected = ism.landmark_map(V, F, vertices, targets, weights).sphere
+    assert np.allclose(read_mesh(out).v, expected, atol=1e-12)
+    unit = targets / np.linalg.norm(targets, axis=1)[:, None]
+    misses = np.degrees(np.arccos((expected[vertices] * unit).sum(axis=1)))
+    found = json.loads(figures.read_text())["landmarks"]
+    assert [one["vertex"] for one in found] == [5, 100, 200]
+    assert [one["miss"] for one in found] == pytest.approx(misses, rel=1e-6)
+    shown = capsys.readouterr().out
+    assert all(f"misses its target by {miss:.3g} degrees" in shown for miss in misses)
+    assert f"{misses.mean():.3g} degrees on average" in shown
+
+
+@pytest.mark.parametrize(
+    ("text", "status", "words"),
+    [
+        ("1 0 0\n", 74, "line 1"),
+        ("", 74, "no landmarks"),
+        ("0 0 0 1\nx 0 0 1\n", 74, "line 2"),
+        ("9999 0 0 1\n", 2, "vertex 9999"),
+        ("0.5 0 0 1\n", 74, "line 1"),
+        ("0 0 0 0\n", 2, "target of landmark 0"),
+    ],
+)
+def test_bad_landmark_files_are_one_line(tmp_path, capsys, text, status, words):
+    points = tmp_path / "points.txt"
+    points.write_text(text)
+    assert main(["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(points)]) == status
+    err = capsys.readouterr().err
+    assert words in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.posix
+def test_landmarks_from_a_device_or_a_pipe_are_refused_without_reading(tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe")
+    for points in ("/dev/zero", str(tmp_path / "pipe")):
+        assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", points]) == 74
+        assert capsys.readouterr().err.endswith("it is a device or a pipe; write its content to a file first\n")
+
+
+def test_a_missing_landmark_file_is_reported(tmp_path, capsys):
+    assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", str(tmp_path / "none")]) == 74
+    assert "can't read" in capsys.readouterr().err
 
 
 def flags():

@@ -1,20 +1,49 @@
-"""`-` on the command line: stdin and stdout, in pipes and within one process."""
+"""IN: files, samples and `-`, what is refused in one line, and what `--repair` does; and OUT as `-`."""
 
 from __future__ import annotations
 
 import errno
 import io
 import json
+import os
 import sys
 from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from corpus import CORPUS
+from shell import one_line
 
 import igl_spheremap as ism
+from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io import read_mesh, write_mesh
+
+
+@pytest.mark.corpus
+@pytest.mark.parametrize("path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem)
+def test_every_invalid_mesh_is_status_2_and_one_line(path, tmp_path, capfd):
+    if path is None:
+        pytest.skip("no meshes")
+    assert main(["map", str(path), str(tmp_path / "out.obj")]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert str(path) in err
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_soup_is_refused_unless_it_is_repaired(tmp_path, capsys):
+    v, f = samples.sphere(42)
+    write_mesh(tmp_path / "soup.obj", v[f].reshape(-1, 3), np.arange(3 * len(f)).reshape(-1, 3))
+    assert main(["info", str(tmp_path / "soup.obj")]) == 2
+    one_line(capsys)
+    assert main(["info", str(tmp_path / "soup.obj"), "--repair"]) == 0
+    out, err = capsys.readouterr()
+    assert "120 edges" in out
+    assert "welded 198 coincident vertices" in err
+
 
 SAMPLE = "sample:spheroid:n_vertices=300"
 

@@ -1,10 +1,15 @@
-"""The shell reads of flags where Python reads of calls."""
+"""How commands end: the shell reads of flags where Python reads of calls, and Ctrl-C is a listener."""
+
+from __future__ import annotations
+
+import threading
 
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Interrupt
 
 V, F = ism.samples.sphere(42)
 CUBE = """v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
@@ -45,3 +50,19 @@ def test_a_file_that_is_there_is_replaced_by_an_argument_or_a_flag(tmp_path, cap
         ism.write_mesh(path, V, F)
     assert main(["map", "sample:sphere:n_vertices=42", str(path), "-q"]) == 74
     assert "; --force replaces it" in capsys.readouterr().err
+
+
+def test_interrupts_can_be_listened_to_in_any_thread():
+    errors = []
+
+    def enter() -> None:
+        try:
+            with Interrupt():
+                pass
+        except ValueError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=enter)
+    thread.start()
+    thread.join()
+    assert errors == []

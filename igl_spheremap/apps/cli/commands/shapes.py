@@ -1,0 +1,128 @@
+"""`harmonics` and `register`: shapes as coefficients, and shapes compared."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+import numpy as np
+
+from ....io import read_coefficients, write_coefficients, write_map, write_mesh
+from ....io.replacing import replacing
+from ....mesh.arrays import FloatArray
+from ....shapes.harmonics.spherical_harmonics import spherical_harmonics
+from ....shapes.registration import STAGES
+from ....shapes.registration.register import Registration, register
+from ...viewer.app import open_for, run_app
+from ...viewer.choices import REGISTRATION_SIZE
+from ...viewer.compare import registration_view
+from ..exits import Exit, UsageError
+from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source, read_target_sphere
+from ..output import Findings, certificate_figures, check_outputs, write_target
+
+
+def run_harmonics(args: Namespace) -> None:
+    """Expand a mapped surface, or data over it, in spherical harmonics.
+
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+    """
+    if args.template and not args.align:
+        raise UsageError("--template goes with --align")
+    check_outputs(args)
+    mesh = read_target_sphere(args.to) if args.surface else None
+    pair = load_pair(args)
+    source = pair.source
+    values = None if args.data is None else read_data(args.data, source)
+    args.progress.stage(f"expanding {source.name}")
+    harmonics = spherical_harmonics(pair.map(), values, args.degree)
+    found = Findings(target=args.target)
+    found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
+              source=source.name, sphere=pair.name)
+    if args.align:
+        aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
+        harmonics = aligned.harmonics
+        axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
+        found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+    error, power = harmonics.error(), harmonics.power()
+    found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
+              error_percent=error, degree=args.degree, power=power)
+    surface = harmonics.surface(mesh) if mesh else None
+    args.progress.stage(f"writing {args.target}")
+    write_coefficients(args.target, harmonics, force=args.force)
+    if surface:
+        write_mesh(args.surface, *surface, force=args.force)
+    if args.table:
+        _write_table(args, error, power)
+    found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
+    found.report(args)
+
+
+def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
+    lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
+    with replacing(args.table, args.force) as partial:
+        partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))
+
+
+def run_register(args: Namespace) -> Exit:
+    """Lay one mapped surface on another so that their features agree.
+
+    igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply
+    igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect --feature sulc=rh.sulc,lh.sulc
+    """
+    check_outputs(args, surface=True)
+    stages = [stage for stage in args.stages.split(",") if stage]
+    unknown = [stage for stage in stages if stage not in STAGES]
+    if unknown:
+        raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
+    args.video, args.frame, args.size = None, None, REGISTRATION_SIZE
+    if args.show or args.screenshot:
+        open_for(args, "igl_spheremap")
+    pair = load_pair(args)
+    moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
+    maps = pair.map(), read_pair(fixed, args.fixed_sphere).map()
+    features = _features(args.feature, moving, fixed) if args.feature else None
+    args.progress.stage(f"registering {moving.name}")
+    listener = args.progress.listener(maps[0].faces)
+    result = register(*maps, features, stages, args.stiffness, reflect=args.reflect, listener=listener)
+    written = write_target(args, lambda path: write_map(path, result.map, force=args.force, metadata=moving.metadata))
+    found = Findings()
+    found.mesh("moving", moving)
+    found.mesh("fixed", fixed)
+    _describe(found, result)
+    found.add("written", f"{args.target}: {written.certificate}", target=args.target,
+              certificate=certificate_figures(written.certificate))
+    found.report(args)
+    if args.show or args.screenshot:
+        run_app(registration_view(*maps, result, features), args)
+    return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
+
+
+def _features(words: list[str], moving: InputMesh, fixed: InputMesh) -> tuple[FloatArray, FloatArray]:
+    """The columns of all `NAME=MOVING,FIXED`."""
+    columns: tuple[list[FloatArray], list[FloatArray]] = [], []
+    for word in words:
+        files = word.partition("=")[2].split(",")
+        if len(files) != 2:
+            raise UsageError(f"--feature {word} is not of the form NAME=MOVING,FIXED with two files")
+        for file, source, column in zip(files, (moving, fixed), columns, strict=True):
+            column.append(read_data(file, source))
+    return np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1)
+
+
+def _describe(found: Findings, result: Registration) -> None:
+    """How well the features agree after each stage."""
+    found.figures.update(
+        rotation=result.rotation,
+        candidates=[candidate.correlation for candidate in result.candidates],
+        margin=result.margin,
+        stages=[vars(stage) for stage in result.stages],
+        notes=result.notes,
+        seconds=result.map.seconds,
+    )
+    for stage in result.stages:
+        correlation = ", ".join(f"{value:.4f}" for value in stage.correlation)
+        mean, most = (100 * np.expm1(strain) for strain in (stage.strain, stage.strain_95))
+        found.add(stage.name, f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
+                  f"95% below {most:.3g}")
+    for note in result.notes:
+        found.add("note", note)
