@@ -18,18 +18,16 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import igl
 import nibabel
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.shapes.harmonics.legendre import legendre
-from igl_spheremap.shapes.harmonics.rotation import euler_rotation, rotate
-from igl_spheremap.shapes.harmonics.transform import analysis, gauss_rows, grid_synthesis
-from igl_spheremap.shapes.registration.correlation import best_rotations, rotation_angle
-from igl_spheremap.shapes.registration.features import FeatureSurface
-from igl_spheremap.shapes.registration.picture import Picture
+from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre
+from igl_spheremap.shapes.features import FeatureSurface, Picture
+from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
-R = euler_rotation(1.0, 0.7, -2.0)
+R = Rotation.from_euler("ZYZ", [1.0, 0.7, -2.0]).as_matrix()
 #: Dunavant's rule of seven points, exact to degree 5.
 NEAR, FAR = (6 - 15**0.5) / 21, (6 + 15**0.5) / 21
 CORNERS = np.array([[1 / 3] * 3] + [np.roll([1 - 2 * t, t, t], i) for t in (NEAR, FAR) for i in range(3)])
@@ -162,7 +160,7 @@ def rotation(data):
         curvature = curvature_of(copy), curvature_of(fixed)
         off = []
         for _ in range(3):
-            Q = euler_rotation(rng.uniform(0, 6.28), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 6.28))
+            Q = Rotation.random(random_state=rng).as_matrix()
             turned = ism.sphere_map(copy.vertices, copy.faces, copy.sphere @ Q.T)
             off.append(rotation_angle(ism.register(turned, fixed, curvature, stages=["rotation"]).rotation @ Q))
         print(f"copy of {name}: {max(off):.3f} degrees", flush=True)

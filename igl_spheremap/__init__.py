@@ -52,14 +52,14 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .result.sphere_map import SphereMap as SphereMap
     from .shapes.grid import from_grid as from_grid
     from .shapes.grid import to_grid as to_grid
-    from .shapes.harmonics.spherical_harmonics import AlignedHarmonics as AlignedHarmonics
-    from .shapes.harmonics.spherical_harmonics import SphericalHarmonics as SphericalHarmonics
-    from .shapes.harmonics.spherical_harmonics import spherical_harmonics as spherical_harmonics
+    from .shapes.harmonics import AlignedHarmonics as AlignedHarmonics
+    from .shapes.harmonics import SphericalHarmonics as SphericalHarmonics
+    from .shapes.harmonics import spherical_harmonics as spherical_harmonics
     from .shapes.locate import Location as Location
     from .shapes.locate import SphereLocator as SphereLocator
-    from .shapes.registration.register import Registration as Registration
-    from .shapes.registration.register import RegistrationStage as RegistrationStage
-    from .shapes.registration.register import register as register
+    from .shapes.registration import Registration as Registration
+    from .shapes.registration import RegistrationStage as RegistrationStage
+    from .shapes.registration import register as register
     from .shapes.texture import Atlas as Atlas
     from .shapes.texture import texture_atlas as texture_atlas
     from .shapes.transfer import resample as resample
@@ -104,9 +104,9 @@ _NAMES = {
     "populations.table": "Row",
     "samples": "samples",
     "shapes.grid": "from_grid to_grid",
-    "shapes.harmonics.spherical_harmonics": "AlignedHarmonics SphericalHarmonics spherical_harmonics",
+    "shapes.harmonics": "AlignedHarmonics SphericalHarmonics spherical_harmonics",
     "shapes.locate": "Location SphereLocator",
-    "shapes.registration.register": "Registration RegistrationStage register",
+    "shapes.registration": "Registration RegistrationStage register",
     "shapes.texture": "Atlas texture_atlas",
     "shapes.transfer": "resample transfer",
     "sphere.cayley": "cayley_update",

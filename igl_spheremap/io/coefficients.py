@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray, check_values
-from ..shapes.harmonics.spherical_harmonics import Expanded, SphericalHarmonics
+from ..shapes.harmonics import Expanded, SphericalHarmonics
 from . import npz
 from .reading import reading
 from .records import PathLike

@@ -1,1 +1,6 @@
-"""What is done with maps: location, transfer, resampling, textures, harmonics, registration."""
+"""Uses of a map: transfer, grids, textures, harmonics, registration."""
+
+#: Degrees that are expanded at the most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
+LARGEST_DEGREE = 1000
+#: The stages of a registration, in their order.
+STAGES = ("rotation", "moebius", "elastic")

@@ -11,7 +11,7 @@ from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
-from .harmonics.transform import gauss_rows, grid_points, longitudes
+from .basis import gauss_rows, grid_points, longitudes
 from .transfer import transfer, weighted
 
 Kind = Literal["equirectangular", "gauss"]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.harmonics.basis import rows_of
-from igl_spheremap.shapes.harmonics.rotation import to_complex
+from igl_spheremap.shapes.basis import rows_of
+from igl_spheremap.shapes.rotation import to_complex
 
 
 @pytest.fixture

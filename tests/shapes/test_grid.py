@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.harmonics.transform import gauss_rows
+from igl_spheremap.shapes.basis import gauss_rows
 from igl_spheremap.sphere.rows import unit_rows
 
 POINTS = unit_rows(np.random.default_rng(0).normal(size=(500, 3)))

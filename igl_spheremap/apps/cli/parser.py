@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ..._version import __version__
-from ...shapes.harmonics import LARGEST_DEGREE
-from ...shapes.registration import STAGES
+from ...shapes import LARGEST_DEGREE, STAGES
 from ..reproduce import ALL, ITEMS
 from ..viewer.choices import PLAYER_SIZE, SHOWN
 from . import arguments as shared

@@ -12,7 +12,7 @@ from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
-from ...shapes.registration.features import FeatureSurface
+from ...shapes.features import FeatureSurface
 from ...start.star_map import finite_conformal_factor
 from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
 from ...verify.signs import folded_faces

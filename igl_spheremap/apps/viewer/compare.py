@@ -9,8 +9,8 @@ from ...draw.palette import Colour, sequential
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...result.sphere_map import SphereMap
-from ...shapes.registration.features import FeatureSurface
-from ...shapes.registration.register import Registration
+from ...shapes.features import FeatureSurface
+from ...shapes.registration import Registration
 from .app import App
 from .body import Body, Legend
 from .stage import Stage

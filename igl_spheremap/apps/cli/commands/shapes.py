@@ -9,9 +9,9 @@ import numpy as np
 from ....io import read_coefficients, write_coefficients, write_map, write_mesh
 from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray
-from ....shapes.harmonics.spherical_harmonics import spherical_harmonics
-from ....shapes.registration import STAGES
-from ....shapes.registration.register import Registration, register
+from ....shapes import STAGES
+from ....shapes.harmonics import spherical_harmonics
+from ....shapes.registration import Registration, register
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE
 from ...viewer.compare import registration_view

@@ -6,15 +6,15 @@ import sys
 import numpy as np
 import pytest
 from drawing import needs_drawing, run
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io import read_mesh, write_mesh, write_scalars
-from igl_spheremap.shapes.harmonics.rotation import euler_rotation
 
 SOURCE = "sample:pear:n_vertices=800"
 V, F = ism.samples.make("pear", n_vertices=800)
-R = euler_rotation(1.0, 0.7, -2.0)
+R = Rotation.from_euler("ZYZ", [1.0, 0.7, -2.0]).as_matrix()
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,17 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.harmonics.basis import synthesis
-from igl_spheremap.shapes.harmonics.rotation import euler_rotation
-from igl_spheremap.shapes.registration.correlation import rotation_angle
-from igl_spheremap.shapes.registration.features import FeatureSurface
-from igl_spheremap.shapes.registration.picture import Picture
-from igl_spheremap.shapes.registration.register import reflected
+from igl_spheremap.shapes.basis import synthesis
+from igl_spheremap.shapes.features import FeatureSurface, Picture
+from igl_spheremap.shapes.registration import reflected
+from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import unit_rows
 
-R = euler_rotation(1.0, 0.7, -2.0)
+R = Rotation.from_euler("ZYZ", [1.0, 0.7, -2.0]).as_matrix()
 
 
 @pytest.fixture(scope="module")

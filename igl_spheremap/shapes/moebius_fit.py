@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from ...mesh.arrays import FloatArray, IntArray
-from ...sphere.moebius import moebius
-from ...verify.signs import folded_faces
-from .correlation import rotation_about
-from .picture import Picture
+from ..mesh.arrays import FloatArray, IntArray
+from ..sphere.moebius import moebius
+from ..verify.signs import folded_faces
+from .features import Picture
 
 #: Takes each iterate and its cost.
 Notify = Callable[[FloatArray, float], None]
@@ -65,4 +65,4 @@ def _moved(x: FloatArray, step: FloatArray) -> FloatArray:
     boost = step[3:]
     length = float(np.linalg.norm(boost))
     centre = -boost * (np.tanh(length / 2) / length if length else 0.0)
-    return moebius(x, centre) @ rotation_about(step[:3]).T
+    return moebius(x, centre) @ Rotation.from_rotvec(step[:3]).as_matrix().T

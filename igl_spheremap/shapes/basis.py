@@ -1,17 +1,83 @@
-"""Spherical harmonics on grids: rows of points at equal heights z, each row at equal steps of longitude from 0."""
+"""The real orthonormal basis of spherical harmonics: at points, on grids, and the expansion of data over a map.
+
+Row l*l + l + m of the coefficients belongs to Y_lm. A grid has rows of points at equal heights z, each row at equal
+steps of longitude from 0.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 
-from ...mesh.arrays import FloatArray
-from ..locate import SphereLocator
-from ..transfer import transfer
-from .basis import degree_of
-from .legendre import legendre
+from ..mesh.arrays import FloatArray
+from .locate import SphereLocator
+from .transfer import transfer
+
+_BLOCK = 1 << 12  # points at once, so that one degree's functions stay in cache
+
+
+def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
+    """Yield P_l(z) for l = 0 ... degree, s = sqrt(1 - z^2): row m of (l + 1, len(z)), orthonormal, no phase (-1)^m.
+
+    By differences D of degrees and by 1 - |z|, not by z, which near a pole loses half the digits (docs/shapes.md).
+    """
+    below_one = s * s / (1 + np.abs(z))
+    signs = np.stack((np.ones(len(z)), np.where(z < 0, -1.0, 1.0)))  # P_lm(-z) = (-1)^(l + m) P_lm(z)
+    top = np.full(len(z), np.sqrt(0.25 / np.pi))  # P_ll; s^l underflows where it is below any rounding
+    P = D = np.empty((0, len(z)))
+    for ell in range(degree + 1):
+        if ell:
+            top = np.sqrt(1 + 0.5 / ell) * s * top  # (2)
+        m = np.arange(ell)[:, None]
+        r = np.sqrt((2 * ell + 1) * (ell - m) / ((2 * ell - 1) * (ell + m))) if ell else m
+        last, step = P, D
+        P, D = np.empty((2, ell + 1, len(z)))
+        D[:ell] = r / (ell - m) * (ell + m - 1) * step - r / (ell - m) * (2 * ell - 1) * (below_one * last)  # (3)
+        P[:ell] = r * last + D[:ell]
+        P[ell] = D[ell] = top
+        yield P * signs[(ell + np.arange(ell + 1)) % 2]
+
+
+def degree_of(c: FloatArray) -> int:
+    """The degree L of (L + 1)^2 coefficients."""
+    return int(np.sqrt(len(c)) + 0.5) - 1
+
+
+def rows_of(ell: int) -> slice:
+    """The rows of one degree, m = -l ... l."""
+    return slice(ell * ell, (ell + 1) ** 2)
+
+
+def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
+    """Yield the part of each degree at unit rows: Y_l0 = P_l0, Y_lm = sqrt2 P_lm cos(m phi), Y_l,-m with sin(m phi)."""
+    s = np.hypot(x[:, 0], x[:, 1])
+    turn = np.where(s > 0, x[:, 0] + 1j * x[:, 1], 1)
+    turn = np.broadcast_to(turn / np.abs(turn), (degree_of(c), len(x)))
+    waves = np.sqrt(2) * np.cumprod(turn, axis=0)  # exp(i m phi), m = 1, 2, ...
+    for ell, P in enumerate(legendre(degree_of(c), x[:, 2], s)):
+        here, Y = c[rows_of(ell)], P[1:] * waves[:ell]
+        yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Slices that cover n rows."""
+    return (slice(start, start + _BLOCK) for start in range(0, n, _BLOCK))
+
+
+def synthesis(c: FloatArray, x: FloatArray) -> FloatArray:
+    """Values of the function with coefficients c ((L + 1)^2, k) at unit rows x (n, 3)."""
+    values = np.empty((len(x), c.shape[1]))
+    for block in blocks(len(x)):
+        values[block] = sum(terms(c, x[block]))
+    return values
+
+
+def power(c: FloatArray) -> FloatArray:
+    """Sum of the squares of each degree's coefficients; no rotation changes it."""
+    return np.array([(c[rows_of(ell)] ** 2).sum() for ell in range(degree_of(c) + 1)])
 
 
 @lru_cache(maxsize=32)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.harmonics.basis import synthesis
-from igl_spheremap.shapes.harmonics.rotation import euler_rotation
+from igl_spheremap.shapes.basis import synthesis
 
-R, Q = euler_rotation(0.4, 2.1, -1.0), euler_rotation(-2.0, 0.7, 0.3)
+R, Q = Rotation.from_euler("ZYZ", [[0.4, 2.1, -1.0], [-2.0, 0.7, 0.3]]).as_matrix()
 
 
 def on_sphere(shape, level):

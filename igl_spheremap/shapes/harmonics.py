@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MeshError, own_errstate
-from ...mesh.arrays import FloatArray, IntArray, check_rows, check_values
-from ...mesh.measure import vertex_areas
-from ...result.sphere_map import SphereMap
-from ...sphere.rows import unit_rows
-from ..locate import SphereLocator
-from ..transfer import sphere_mesh
+from ..errors import MeshError, own_errstate
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values
+from ..mesh.measure import vertex_areas
+from ..result.sphere_map import SphereMap
+from ..sphere.rows import unit_rows
 from . import LARGEST_DEGREE
-from .basis import blocks, degree_of, power, synthesis, terms
-from .ellipsoid import first_order_frames, skewness
+from .basis import blocks, degree_of, expand, power, synthesis, terms
+from .locate import SphereLocator
 from .rotation import rotate
-from .transform import expand
+from .transfer import sphere_mesh
+
+_FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of determinant 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,3 +312,22 @@ def spherical_harmonics(
     coefficients = expand(SphereLocator(result.sphere, result.faces), data, int(degree), oversampling)
     areas = vertex_areas(result.vertices, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))
+
+
+def first_order_frames(c: FloatArray) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
+    """Half axes along x (middle), y (shortest), z (longest), and pairs of rotations of surface and sphere."""
+    M = np.sqrt(0.75 / np.pi) * c[[3, 1, 2]].T  # the point x of the sphere goes to M x: rows are m = -1, 0, 1 (y, z, x)
+    U, sizes, Vt = np.linalg.svd(M)
+    order = [1, 2, 0]
+    surface, sphere = U.T[order], Vt[order]
+    # A rotation each: of an ellipsoid turned inside out the shortest axis is mirrored.
+    surface[1] *= np.linalg.det(surface)
+    sphere[1] *= np.linalg.det(sphere)
+    return sizes[order], [(flip[:, None] * surface, flip[:, None] * sphere) for flip in _FLIPS]
+
+
+def skewness(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Third central moments of the columns over the 3/2 power of the second."""
+    w = weights / weights.sum()
+    offset = values - w @ values
+    return np.asarray(w @ offset**3 / (w @ offset**2) ** 1.5)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...balance.derivatives import PAIRS, Derivatives, derivatives
-from ...balance.energy import Energy
-from ...balance.newton_system import NewtonSystem
-from ...balance.source import lay_flat
-from ...balance.step import certified_step
-from ...errors import FactorisationFailed
-from ...mesh.arrays import FloatArray, IntArray
-from ...sphere.rows import tangent_axes
+from ..balance.derivatives import PAIRS, Derivatives, derivatives
+from ..balance.energy import Energy
+from ..balance.newton_system import NewtonSystem
+from ..balance.source import lay_flat
+from ..balance.step import certified_step
+from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray, IntArray
+from ..sphere.rows import tangent_axes
+from .features import Picture
 from .moebius_fit import Notify, misfit
-from .picture import Picture
 
 _STEPS = 20  # at each width; the next one starts from what there is
 _SMALLEST_GAIN = 1e-3  # of the energy

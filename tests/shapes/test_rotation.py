@@ -1,18 +1,55 @@
-"""Rotations found by correlation: planted ones, all maxima, derivatives."""
+"""Rotations of coefficients are rotations of functions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from igl_spheremap.shapes.harmonics.basis import rows_of, synthesis
-from igl_spheremap.shapes.harmonics.rotation import euler_rotation, rotate, turning
-from igl_spheremap.shapes.registration.correlation import best_rotations, rotation_about, rotation_angle
+from igl_spheremap.shapes.basis import power, rows_of, synthesis
+from igl_spheremap.shapes.rotation import (
+    best_rotations,
+    euler_angles,
+    from_complex,
+    rotate,
+    rotation_angle,
+    to_complex,
+    turning,
+)
 from igl_spheremap.sphere.rows import unit_rows
+
+RNG = np.random.default_rng(0)
+X = unit_rows(RNG.normal(size=(60, 3)))
+C = RNG.normal(size=(21**2, 2))
+ANGLES = [(0.3, 1.2, -2.0), (0, 0, 0), (0.3, 0, 0), (0, 0, 0.3), (0.7, np.pi, 0), (1, 1e-13, 2), (1, np.pi - 1e-13, 2)]
+
+
+@pytest.mark.parametrize("angles", ANGLES)
+def test_rotated_coefficients_are_those_of_the_rotated_function(angles):
+    R = Rotation.from_euler("ZYZ", angles).as_matrix()
+    assert np.abs(synthesis(rotate(C, R), X) - synthesis(C, X @ R)).max() < 1e-12  # f(R^-1 x), rows
+    assert np.abs(Rotation.from_euler("ZYZ", euler_angles(R)).as_matrix() - R).max() < 1e-15
+
+
+def test_rotations_compose_and_keep_power():
+    Q, R = Rotation.from_euler("ZYZ", [[0.3, 1.2, -2], [-1, 2.9, 0.4]]).as_matrix()
+    assert np.abs(rotate(rotate(C, R), Q) - rotate(C, Q @ R)).max() < 1e-12
+    assert np.allclose(power(rotate(C, R)), power(C), rtol=1e-13)
+
+
+def test_the_complex_basis_and_back():
+    for ell in (0, 1, 5):
+        rows = C[ell * ell : (ell + 1) ** 2]
+        assert np.allclose(from_complex(to_complex(rows)), rows, atol=1e-15)
+        assert np.isclose(np.linalg.norm(to_complex(rows)), np.linalg.norm(rows))
+
+
+
+
 
 
 def random_rotation(rng):
-    return euler_rotation(rng.uniform(0, 7), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 7))
+    return Rotation.from_euler("ZYZ", [rng.uniform(0, 7), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 7)]).as_matrix()
 
 
 @pytest.mark.parametrize("band", [4, 16, 32])
@@ -35,7 +72,8 @@ def test_the_correlation_is_the_integral_over_the_sphere():
         assert np.isclose(value, known)
         for axis in np.eye(3):  # a maximum: no small rotation is better
             for angle in (1e-3, -1e-3):
-                assert (fixed[1:] * rotate(turned, rotation_about(angle * axis))[1:]).sum() < (fixed * turned)[1:].sum()
+                beside = rotate(turned, Rotation.from_rotvec(angle * axis).as_matrix())
+                assert (fixed[1:] * beside[1:]).sum() < (fixed * turned)[1:].sum()
 
 
 def test_symmetric_functions_have_as_many_best_rotations():
@@ -61,14 +99,12 @@ def test_turning_is_the_derivative_by_rotations():
     rng = np.random.default_rng(2)
     c, x, h = rng.normal(size=(36, 2)), unit_rows(rng.normal(size=(9, 3))), 1e-6
     for axis, rate in zip(np.eye(3), turning(c), strict=True):
-        R = rotation_about(h * axis)
+        R = Rotation.from_rotvec(h * axis).as_matrix()
         change = (synthesis(c, x @ R.T) - synthesis(c, x @ R)) / (2 * h)
         assert np.abs(change - synthesis(rate, x)).max() < 1e-8
 
 
-def test_rotation_vectors():
+def test_angles_of_rotations():
     for w in (np.zeros(3), np.array([1e-9, 0, 0]), np.array([0.3, -1.0, 2.0])):
-        R = rotation_about(w)
-        assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
-        assert np.allclose(R @ w, w)
+        R = Rotation.from_rotvec(w).as_matrix()
         assert np.isclose(np.radians(rotation_angle(R)), np.linalg.norm(w), rtol=1e-9, atol=1e-16)

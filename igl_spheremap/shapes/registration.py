@@ -11,20 +11,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import own_errstate
-from ...maps.balanced import balanced_spherical_map
-from ...maps.given_sphere import sphere_map
-from ...maps.options import METHODS, Auto
-from ...maps.repair_foldings import repair_foldings
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.measure import face_areas
-from ...result.run import Iterate, Listener
-from ...result.sphere_map import SphereMap
+from ..errors import own_errstate
+from ..maps.balanced import balanced_spherical_map
+from ..maps.given_sphere import sphere_map
+from ..maps.options import METHODS, Auto
+from ..maps.repair_foldings import repair_foldings
+from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.measure import face_areas
+from ..result.run import Iterate, Listener
+from ..result.sphere_map import SphereMap
 from . import STAGES
-from .correlation import Candidate
 from .elastic_fit import Elastic
+from .features import SurfacePair
 from .moebius_fit import fit_moebius
-from .pair import Pair
+from .rotation import RotationCandidate
 
 _FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map compare
 #: Radians that the features of the elastic levels are smoothed by, and the least stiffness of a level: wide features of
@@ -69,7 +69,7 @@ class Registration:
         `transfer` takes data between it and the fixed map.
     stages : tuple of RegistrationStage
         Start and every stage, in their order.
-    candidates : tuple of Candidate
+    candidates : tuple of RotationCandidate
         Rotations that were considered and their correlations, the best first; empty without that stage.
     notes : tuple of str
         Reasons to doubt the result.
@@ -77,7 +77,7 @@ class Registration:
 
     map: SphereMap
     stages: tuple[RegistrationStage, ...]
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[RotationCandidate, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -152,9 +152,9 @@ def register(
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     moving = reflected(moving) if reflect else moving
-    pair = Pair(moving, fixed, features, [_FIRST_WIDTH, *(_LEVELS if "elastic" in stages else ())])
+    pair = SurfacePair(moving, fixed, features, [_FIRST_WIDTH, *(_LEVELS if "elastic" in stages else ())])
     course = _Course(moving, pair, listener)
-    candidates: tuple[Candidate, ...] = ()
+    candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
             candidates = tuple(pair.rotations())
@@ -179,7 +179,7 @@ def register(
 class _Course:
     """The moving sphere on its way: takes each iterate, passes it on, and reports the stages."""
 
-    def __init__(self, moving: SphereMap, pair: Pair, listener: Listener | None) -> None:
+    def __init__(self, moving: SphereMap, pair: SurfacePair, listener: Listener | None) -> None:
         self.x, self.stages = moving.sphere, [_report("start", pair, moving.faces, moving.sphere, moving.sphere)]
         self._moving, self._pair, self._listener = moving, pair, listener
         self._name, self._count = "", 0
@@ -210,7 +210,7 @@ def reflected(result: SphereMap) -> SphereMap:
     return balanced_spherical_map(mirrored, faces, result.balance, method=method)
 
 
-def _report(name: str, pair: Pair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
+def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
     areas = face_areas(before, f)
     J = np.abs(np.log(face_areas(x, f) / areas))
     order = np.argsort(J)
@@ -219,7 +219,7 @@ def _report(name: str, pair: Pair, f: IntArray, before: FloatArray, x: FloatArra
                              float(J[order][np.searchsorted(covered, 0.95 * covered[-1])]))
 
 
-def _doubts(candidates: tuple[Candidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:
+def _doubts(candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:
     notes = []
     if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
         notes.append(f"the margin is small: the best rotation correlates {candidates[0].correlation:.3f}, "
