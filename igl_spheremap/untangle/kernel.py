@@ -1,9 +1,12 @@
-"""Points inside the kernel of a star: where a vertex may lie so that no face around it is folded.
+"""Stars of vertices, and points in their kernels: where a vertex may lie so that no face around it is folded.
 
-The star of a vertex is given by its outer edges (a, b), in any order, so that valences need no grouping. A
-position x is allowed if det(x, a, b) > 0 for all of them: a half-plane each in any chart that is a central
-projection. All is computed from differences to the chart's centre, so that stars of size 1e-12 are as good as
-large ones.
+The star of a vertex is given by its outer edges (a, b), in any order, so that valences need no grouping. A position x
+is in the kernel if det(x, a, b) > 0 for all of them. In the chart x = c + z_1 e_1 + z_2 e_2 of central projection at a
+unit vector c each is a half-plane:
+
+    det(x, a, b) = det(c, a, b) + z . (det(e_1, a, b), det(e_2, a, b)) > 0.
+
+The determinants are computed from a - c and b - c, so that stars of size 1e-12 keep as many digits as large ones.
 """
 
 from __future__ import annotations
@@ -17,12 +20,11 @@ from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_ro
 
 #: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
 _NEWTON_STEPS = 8
-#: Kernels may be unbounded in the chart: centres stay within this tangent of the angle from where they start.
+#: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre.
 _CHART_RADIUS = 1.5
-#: Points are approached to this share of the way to the kernel's boundary: vertices still to come need room.
-_KEPT_CLEAR = 0.7
-#: A point is in view of a chart if the cosine of its angle from the chart's centre is above this.
-_IN_VIEW = 0.1
+#: Moves end at 70 percent of the distance to the kernel's boundary, or to the nearest neighbour: vertices inserted or
+#: moved later need part of the kernel.
+REACH = 0.7
 
 
 @dataclass(frozen=True)
@@ -84,14 +86,17 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
 
 @dataclass(frozen=True)
 class _HalfPlanes:
-    """Half-planes {z : offset + normal . z > 0} of stars in charts x = centre + size (z_1 e_1 + z_2 e_2)."""
+    """Half-planes {z : offset + normal . z > 0} of stars in charts x = centre + size (z_1 e_1 + z_2 e_2).
+
+    `size` is that of the star, so that its corners have coordinates z of about 1.
+    """
 
     normal: FloatArray  # (e, 2), unit
     offset: FloatArray  # (e,)
     owner: IntArray
     start: IntArray
     centre: FloatArray
-    axes: FloatArray  # (k, 2, 3), scaled by the size of the star
+    axes: FloatArray  # (k, 2, 3), size times e_1 and e_2
     size: FloatArray  # (k,)
 
     def lift(self, z: FloatArray) -> FloatArray:
@@ -120,20 +125,20 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
 
 
 def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
-    """Move each centre to the analytic centre of its star's kernel, the neighbours held.
+    """The analytic centre of each star's kernel: the point x that maximises the product of det(x, a, b).
 
-    The point that maximises the product of det(x, a, b), so that the faces around share the room. For stars that
-    are small on the sphere it is affinely invariant: thin kernels do no harm.
+    So all faces around get area. For stars that are small on the sphere the centre moves with any affine map of the
+    star, so that it is found in thin kernels, too.
     """
     planes = _half_planes(x, stars, x[stars.vertices])
     return planes.lift(_newton(planes, np.zeros((len(stars.vertices), 2))))
 
 
 def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatArray | None = None) -> FloatArray:
-    """Place each centre inside its star's kernel, knowing a corner of the star in the kernel's closure.
+    """A point in each star's kernel: its analytic centre, or a point on the way from there to the `wanted` one.
 
-    When a vertex was collapsed to `target` and the faces of the fan from there are positively oriented, the
-    target sees the whole star: a short way from it, between its two outer edges, lies the kernel.
+    `target` is the corner of the star to which the vertex was collapsed. Where the faces of the fan from there are
+    positively oriented the target lies in the closure of the kernel, which begins between the two outer edges there.
     """
     planes = _half_planes(x, stars, x[target])
     touching = (stars.a == target[planes.owner]) | (stars.b == target[planes.owner])
@@ -155,14 +160,14 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
 def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
     """The wanted points, bit for bit, where they lie well inside; else points on the way there from inside."""
     ahead = row_dots(planes.centre, wanted)
-    seen = ahead > _IN_VIEW
+    seen = ahead > 1 / np.hypot(1, _CHART_RADIUS)
     ahead = np.where(seen, ahead, 1.0)
     away = np.einsum("ki,kji->kj", wanted - planes.centre, planes.axes) / (ahead * planes.size**2)[:, None]
     way = np.where(seen[:, None], away - z, 0.0)
     h = planes.offset + row_dots(planes.normal, z[planes.owner])
     approach = -row_dots(planes.normal, way[planes.owner])
     share = np.where(approach > 0, h, np.inf) / np.where(approach > 0, approach, 1.0)
-    share = _KEPT_CLEAR * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
+    share = REACH * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
     inside = planes.lift(z + np.minimum(share, 1.0)[:, None] * way)
     return np.where((seen & (share >= 1))[:, None], wanted, inside)
 
@@ -175,14 +180,19 @@ def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
         h = planes.offset + row_dots(planes.normal, z[planes.owner])
         unit = planes.normal / np.where(h > 0, h, np.inf)[:, None]
         square = bend * row_dots(z, z)
-        # The chart's points are longer than 1, which each determinant is divided by; and a barrier for the disc.
+        # Determinants are divided by the length of x, above 1 in the chart; the disc's barrier has the weight 2.
         pull = bend * (valence / (1 + square) + 2 / (_CHART_RADIUS**2 - square))
         g = np.add.reduceat(unit, planes.start, axis=0) - pull[:, None] * z
         xx, xy, yy = (np.add.reduceat(unit[:, i] * unit[:, j], planes.start) for i, j in ((0, 0), (0, 1), (1, 1)))
-        xx, yy = xx + pull, yy + pull
-        scale = xx * yy - xy * xy
-        scale = np.where(scale > 0, scale, np.inf)
-        step = np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1) / scale[:, None]
+        step = solve_symmetric(xx + pull, xy, yy + pull, g)
         decrement = np.sqrt(np.maximum(row_dots(g, step), 0.0))
+        # Below a decrement of 1/4 full steps converge quadratically (Nesterov and Nemirovski 1994).
         z = z + step / (1 + np.where(decrement > 0.25, decrement, 0.0))[:, None]
     return z
+
+
+def solve_symmetric(xx: FloatArray, xy: FloatArray, yy: FloatArray, g: FloatArray, least: float = 0.0) -> FloatArray:
+    """Solutions (k, 2) of k symmetric systems of two unknowns; 0 where determinant over trace^2 is `least` or less."""
+    det = xx * yy - xy * xy
+    scale = np.where(det > least * (xx + yy) ** 2, det, np.inf)
+    return np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1) / scale[:, None]

@@ -1,47 +1,124 @@
-"""Local repair of foldings, at a cost that depends on their surroundings only."""
+"""Local repair of foldings, at a cost that depends on their surroundings only.
+
+Thin faces fold when a vertex crosses their long side by a tiny distance: small moves of their corners put that right.
+Vertices around other foldings are removed and put back (embedding.py). What moved is relaxed towards the mesh's angles.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..sphere.gauge import fix_gauge
-from ..sphere.rows import weighted_sum
+from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows, weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_angle_difference
-from .embedding import Watch, dilate, fix_orientation, progressive_embedding
-from .nudge import nudge
+from ..verify.signs import folded_faces
+from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding
 from .relax import AngleLoss, descend
 
-#: Share of the faces up to which foldings are undone where they are. Measured: with 1 percent folded that leads to
-#: maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead of 1.1.
+#: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
+#: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
+#: of 1.1. Relaxing ends when a sweep gains less than this share, too.
 FEW = 0.01
 #: Rings around what embedding moved that are relaxed with it.
 RELAXED_RINGS = 2
-#: If the centroid is farther than this from the origin, the map is centred even where rounding then folds faces.
+#: A map is centred, even where that folds faces, if its centroid is farther than this from the origin.
 _OFF_CENTRE = 1e-3
 #: A repair is rejected if the mean angle difference grows by more than this factor.
 WORSE = 1.05
+#: Twice the area that small moves are to give a folded face, in units of its longest side squared.
+_THICKNESS = 1e-3
+#: Small moves are longer than the shortest sufficient ones by this factor.
+_OVER_RELAXATION = 1.3
+#: Small moves end after this many rounds without progress.
+_PATIENCE = 25
+#: Rings of vertices around foldings that small moves may move.
+_RINGS = 3
 
 
 def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
-    """True if the foldings are to be undone locally: at most one percent of the faces, and degree 1."""
+    """True if the foldings are to be repaired locally: at most one percent of the faces, and degree 1."""
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, watch: Watch | None = None) -> FloatArray:
-    """Unfold faces by small moves, embed the vertices of those that are left, and relax what moved: free of foldings.
+def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None) -> FloatArray:
+    """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
-    `watch` is called with the map after each round of small moves, and after each batch of embedded vertices.
+    `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
     """
     x = fix_orientation(x, mesh.f)
-    y = progressive_embedding(nudge(x, mesh.f, watch), mesh.f, watch)
+    y = progressive_embedding(small_moves(x, mesh.f, listener), mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
     around = mesh.f[moved[mesh.f].any(axis=1)]
-    return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=0.01)
+    return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=FEW)
+
+
+def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:
+    """Repair foldings by small moves of the vertices around them, where that succeeds.
+
+    For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
+    onto a half-space. Where several faces move a vertex, their moves are averaged. The iteration ends in the
+    intersection of the half-spaces if it is not empty (Agmon 1954, *The Relaxation Method for Linear Inequalities*).
+
+    >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
+    >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
+    >>> folded_faces(x, f).tolist(), bool(folded_faces(small_moves(x, f), f).any())
+    ([False, True, False, False], False)
+    """
+    bad = folded_faces(x, f)
+    near = np.zeros(len(x), dtype=bool)
+    near[f[bad]] = True
+    near = dilate(f, near, _RINGS)
+    y, folded = x, f[bad]
+    f = f[near[f].any(axis=1)]
+    best, fewest, since = x, len(folded), 0
+    while fewest and since < _PATIENCE:
+        y = _projected(y, folded, near)
+        if listener is not None:
+            listener(y)
+        folded = f[folded_faces(y, f)]
+        best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
+    return _without_failures(x, best, f)
+
+
+def _without_failures(x: FloatArray, y: FloatArray, f: IntArray) -> FloatArray:
+    """The moves from `x` to `y` except for those connected to foldings that are left."""
+    moved = (x != y).any(axis=1)
+    failed = np.zeros(len(x), dtype=bool)
+    failed[f[folded_faces(y, f)]] = True
+    while True:
+        grown = failed | (dilate(f, failed, 1) & moved)
+        if grown.sum() == failed.sum():
+            return np.where(failed[:, None], x, y)
+        failed = grown
+
+
+def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArray:
+    """One step that moves all folded faces towards a little area each.
+
+    Twice a face's area is det(o, q - p, r - p) with the outward unit vector o; it changes by o x (opposite side) as a
+    corner moves.
+    """
+    p = [x.take(folded[:, k], axis=0) for k in range(3)]
+    outward = p[0] + p[1] + p[2]
+    reach = np.sqrt(row_dots(outward, outward))
+    outward /= np.where(reach > 0, reach, 1.0)[:, None]
+    side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
+    square = np.stack([row_dots(s, s) for s in side])
+    slope = [row_crosses(outward, s) for s in side]
+    lack = _THICKNESS * square.max(axis=0) - row_dets(outward, side[1], side[2])
+    length = lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
+    move, count = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
+    for k in range(3):
+        np.add.at(move, folded[:, k], length[:, None] * slope[k])
+    moved = np.flatnonzero((count > 0) & movable)
+    y = x.copy()
+    y[moved] = unit_rows(x[moved] + _OVER_RELAXATION * move[moved] / count[moved, None])
+    return y
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:

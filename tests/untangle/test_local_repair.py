@@ -1,11 +1,11 @@
-"""Small moves that unfold slivers: enough, no more, and nothing where they do not help."""
+"""Small moves that repair slivers: enough, no more, and nothing where they do not help."""
 
 from __future__ import annotations
 
 import numpy as np
 from triangulations import icosphere, unit
 
-from igl_spheremap.untangle.nudge import nudge
+from igl_spheremap.untangle.local_repair import small_moves
 from igl_spheremap.verify.certificate import certify, orientation_signs
 
 
@@ -23,7 +23,7 @@ def test_slivers_stand_up_by_moves_as_small_as_they_are_thin():
     x, f = _with_slivers()
     edge = np.linalg.norm(x[f[:, 0]] - x[f[:, 1]], axis=1).mean()
     assert certify(x, f).foldings >= 10
-    y = nudge(x, f)
+    y = small_moves(x, f)
     assert certify(y, f).folding_free
     assert np.linalg.norm(y - x, axis=1).max() < 0.01 * edge
     assert (y != x).any(axis=1).sum() < 200
@@ -31,7 +31,7 @@ def test_slivers_stand_up_by_moves_as_small_as_they_are_thin():
 
 def test_a_map_without_foldings_stays_bit_for_bit():
     x, f = icosphere(3)
-    assert nudge(x, f).tobytes() == x.tobytes()
+    assert small_moves(x, f).tobytes() == x.tobytes()
 
 
 def test_what_small_moves_do_not_repair_is_left_and_the_rest_is_repaired():
@@ -39,7 +39,7 @@ def test_what_small_moves_do_not_repair_is_left_and_the_rest_is_repaired():
     away = np.argmin(x @ np.array([0.3, 0.5, -0.8]))
     x[away] = -x[away]  # a vertex on the other side of the sphere
     beside = np.unique(f[(f == away).any(axis=1)])
-    y = nudge(x, f)
+    y = small_moves(x, f)
     assert (y[away] == x[away]).all()
     folded = np.unique(f[orientation_signs(y, f) <= 0])
     assert away in folded
@@ -49,14 +49,14 @@ def test_what_small_moves_do_not_repair_is_left_and_the_rest_is_repaired():
 
 def test_a_map_in_one_point_is_survived():
     f = icosphere(1)[1]
-    assert np.isfinite(nudge(np.tile([0.0, 0.0, 1.0], (42, 1)), f)).all()
+    assert np.isfinite(small_moves(np.tile([0.0, 0.0, 1.0], (42, 1)), f)).all()
     opposite = np.tile([0.0, 0.0, 1.0], (42, 1)) * np.where(np.arange(42) % 2, 1.0, -1.0)[:, None]
-    assert np.isfinite(nudge(opposite, f)).all()
+    assert np.isfinite(small_moves(opposite, f)).all()
 
 
-def test_the_watcher_sees_every_round():
+def test_the_listener_sees_every_round():
     x, f = _with_slivers()
     seen = []
-    y = nudge(x, f, seen.append)
+    y = small_moves(x, f, seen.append)
     assert (seen[-1] == y).all()
     assert [certify(z, f).foldings for z in seen][-1] == 0
