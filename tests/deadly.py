@@ -2,6 +2,7 @@
 
 import errands
 
+from igl_spheremap.populations.manifest import Result
 from igl_spheremap.populations.table import Row
 
 
@@ -11,4 +12,4 @@ def map_one(job, options):
         errands.die()
     if "slow" in job.source:
         errands.wait()
-    return Row(job.source, job.target), None
+    return Result(Row(job.source, job.target), None, None)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
+import glob
 import os
+import re
+import secrets
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import FileError
 from .records import PathLike
 
-_COUNT = itertools.count()  # next() is atomic: no two threads of a process get the same number
 _TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
 
 
@@ -23,20 +25,35 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     """
     check_writable(path, force)
     final = Path(os.path.realpath(path))
-    partial = final.with_name(f".part-{os.getpid()}-{next(_COUNT)}-{final.name[-_TAIL:]}")
+    partial = final.with_name(f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}")
     try:
-        yield partial
-        if final.exists():
-            check_writable(path, force)
-            os.chmod(partial, final.stat().st_mode & 0o777)
-        os.replace(partial, final)
+        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # neither a file nor a link is followed
+        try:
+            yield partial
+            if final.exists():
+                check_writable(path, force)
+                os.chmod(partial, final.stat().st_mode & 0o777)
+            os.replace(partial, final)
+        finally:
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
     except FileError:
         raise
     except OSError as error:
         raise FileError(f"can't write {path}: {error.strerror or error}") from error
-    finally:
+
+
+def remove_partial_files(path: PathLike, process: int) -> None:
+    """Remove what a process of this machine, which was ended, left in the folder of a file."""
+    for left in Path(os.path.realpath(path)).parent.glob(f"{glob.escape(_partial(process))}*"):
         with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+            left.unlink()
+
+
+def _partial(process: int) -> str:
+    """How the names of a process's partial files begin: on a shared disk another machine has the same numbers."""
+    host = re.sub(r"[^A-Za-z0-9.]", "-", socket.gethostname())[:64]
+    return f".part-{host}-{process}-"
 
 
 def check_writable(path: PathLike, force: bool = False) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -15,22 +16,12 @@ from typing import Any
 
 from .._version import __version__
 from ..errors import WorkersUnavailable, import_optional, one_line
-from .child import Child, WorkerDied, check_memory_limit, own_child
-from .job import Job, Options, Result, map_in_child, map_one
+from .child import ProcessPool, WorkerDied, check_memory_limit
+from .job import Job, Options, failed, map_in_child, map_one
+from .manifest import Result
 
-
-class ProcessPool(ThreadPoolExecutor):
-    """An executor whose threads each own a process, which can be ended without the others."""
-
-    def __init__(self, workers: int) -> None:
-        self._children: list[Child] = []
-        super().__init__(workers, initializer=lambda: self._children.append(own_child()))
-
-    def end(self) -> None:
-        """End all processes at once, whatever they do, and take no more calls."""
-        self.shutdown(wait=False, cancel_futures=True)
-        for child in self._children:
-            child.end()
+_AHEAD = 2  # jobs in flight for each worker: one that runs, and one that is there when it ends
+_INTERVAL = 1.0  # seconds between two calls of `idle`
 
 
 @dataclass(frozen=True)
@@ -41,6 +32,44 @@ class Workers:
     call: Callable[[Job, Options], Result]
     count: Callable[[], int]
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor, WorkerDied)
+
+    def results(
+        self, todo: deque[Job], options: Options, retries: int, idle: Callable[[], None]
+    ) -> Iterator[tuple[Job, Result]]:
+        """Results as they come, until `todo` is empty and nothing is in flight; `idle` is called once a second.
+
+        A job whose worker died is run again, up to `retries` times.
+        """
+        running: dict[Future[Result], Job] = {}
+        deaths: Counter[Job] = Counter()
+        while todo or running:
+            while todo and len(running) < _AHEAD * max(1, self.count()):
+                job = todo.popleft()
+                running[self._submit(job, options)] = job
+            for future in wait(running, _INTERVAL, FIRST_COMPLETED).done:
+                job = running.pop(future)
+                error = future.exception() if not future.cancelled() else CancelledError()
+                if isinstance(error, CancelledError):
+                    raise WorkersUnavailable("the executor dropped its jobs, perhaps its scheduler is gone; run it "
+                                             "again to continue")
+                if not isinstance(error, self.deaths):
+                    yield job, future.result()
+                    continue
+                deaths[job] += 1
+                if deaths[job] <= retries:
+                    todo.append(job)
+                else:
+                    times = f" {deaths[job]} times" if retries else ""
+                    yield job, failed(job, options, f"its worker died{times}: {error}")
+            idle()
+
+    def _submit(self, job: Job, options: Options) -> Future[Result]:
+        try:
+            return self.executor.submit(self.call, job, options)
+        except self.deaths as error:  # a pool that broke takes no more jobs
+            future: Future[Result] = Future()
+            future.set_exception(error)
+            return future
 
 
 @contextmanager
@@ -59,25 +88,16 @@ def workers_of(
             yield Workers(pool, in_child, lambda: processes)
         finally:
             pool.end()
-    elif is_dask(executor):
-        yield _of_dask(executor, in_child if limited else map_one)
+    elif type(executor).__module__.partition(".")[0] == "distributed":
+        killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
+        client: Any = vars(executor)["_client"]
+        yield Workers(executor, in_child if limited else map_one, lambda: sum(client.nthreads().values()),
+                      (killed, WorkerDied))  # workers may come and go
     elif limited:
         raise ValueError("timeout and memory limit jobs of the own pool and of Dask, not of other executors")
     else:
         count = getattr(executor, "_max_workers", os.cpu_count() or 1)
         yield Workers(executor, map_one, lambda: count)
-
-
-def is_dask(executor: Executor) -> bool:
-    """Whether an executor is that of a Dask client."""
-    return type(executor).__module__.partition(".")[0] == "distributed"
-
-
-def _of_dask(executor: Any, call: Callable[[Job, Options], Result]) -> Workers:
-    """The workers of a Dask cluster, which may come and go."""
-    killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
-    client = executor._client
-    return Workers(executor, call, lambda: sum(client.nthreads().values()), (killed, WorkerDied))
 
 
 def connect(scheduler: str, seconds: float = 6.0) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import socket
 import threading
@@ -17,6 +16,7 @@ import numpy as np
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
 from ..io import check_writable, make_mark, read_mark, read_mesh, write_map
+from ..io.replacing import remove_partial_files
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
@@ -26,11 +26,11 @@ from ..mesh.clean import repair_mesh
 from ..result.sphere_map import SphereMap
 from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
-from .fingerprint import Fingerprint, fingerprint
+from .manifest import Fingerprint, Result, fingerprint, is_still
 from .table import Row
 
 _OF_THREAD = threading.local()
-Result = tuple[Row, Fingerprint | None]
+_STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
 
 
 @dataclass(frozen=True)
@@ -50,20 +50,23 @@ class Options:
         settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
         return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair} {self.keep_largest}"
 
+    def place(self, path: str) -> str:
+        """Where a path is, on a machine whose working directory may be another."""
+        return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
+
 
 @dataclass(frozen=True)
 class Job:
-    """An input, the file of its sphere, and the key of the result: a digest of all that it depends on."""
+    """An input, the file of its sphere, and the key of the result: a digest of the target's place and the options."""
 
     source: str
     target: str
     key: str
 
 
-def key_of(file: Fingerprint | None, options: Options, target: str) -> str:
-    """The key of a result; `target` is relative to the manifest. A file that can't be read gets no known key."""
-    content = file.sha256 if file is not None else f"unreadable {time.time_ns()}"
-    return sha256(f"{content} {options.text()} {target}".encode("utf-8", "surrogateescape")).hexdigest()[:32]
+def key_of(target: str, options: Options) -> str:
+    """The key of a result; `target` is relative to the manifest, which may move with it."""
+    return sha256(f"{options.text()} {target}".encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
 def map_one(job: Job, options: Options) -> Result:
@@ -71,24 +74,34 @@ def map_one(job: Job, options: Options) -> Result:
     if options.version != __version__:
         raise WorkersUnavailable(f"{here()} has igl_spheremap {__version__} where {options.version} is asked for")
     began = time.perf_counter()
-    target = place(job.target, options)
-    row = Row(job.source, job.target)
+    source, target = options.place(job.source), options.place(job.target)
+    row, read = Row(job.source, job.target), fingerprint(source)
     try:
-        row = _mapped(row, place(job.source, options), target, options)
+        row = _mapped(row, source, target, options, read)
     except Exception as error:  # one mesh must not end the others
-        row = replace(row, status=_status(error), notes=one_line(error))
+        status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")
+        row = replace(row, status=status, notes=one_line(error))
+        if status == "file" or not is_still(source, read):
+            read = None
     row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=here())
-    return row, fingerprint(target)
+    return Result(row, read, fingerprint(target))
 
 
-def place(path: str, options: Options) -> str:
-    """Where a path is, on a machine whose working directory may be another."""
-    return path if os.getcwd() == options.folder else os.path.join(options.folder, path)
+def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:
+    """`map_one` in the process of this thread; a job that passes a limit gets a row with the reason."""
+    try:
+        return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
+    except WorkerDied as died:
+        remove_partial_files(options.place(job.target), died.pid)
+        if not died.reason:
+            raise
+        return failed(job, options, died.reason)
 
 
-def _status(error: Exception) -> str:
-    kinds = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
-    return next((status for kind, status in kinds.items() if isinstance(error, kind)), "failed")
+def failed(job: Job, options: Options, reason: str) -> Result:
+    """The result of a job that ended with its process."""
+    row = Row(job.source, job.target, status="failed", notes=reason)
+    return Result(row, fingerprint(options.place(job.source)), fingerprint(options.place(job.target)))
 
 
 def here() -> str:
@@ -96,10 +109,12 @@ def here() -> str:
     return f"{socket.gethostname()}:{os.getpid()}"
 
 
-def _mapped(row: Row, source: str, target: str, options: Options) -> Row:
+def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerprint | None) -> Row:
     """Read, map, write, and measure."""
     check_writable(target, force=True)
     loaded = read_mesh(source, triangulate=options.repair)
+    if not is_still(source, read):
+        raise FileError(f"{row.source} changed while it was read; run it again")
     v, f = loaded
     if options.repair:
         repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
@@ -142,17 +157,3 @@ def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]
     result = mapper.map()
     _OF_THREAD.mapper = mapper
     return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
-
-
-def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:
-    """`map_one` in the process of this thread; a job that passes a limit gets a row with the reason."""
-    try:
-        return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
-    except WorkerDied as died:
-        target = place(job.target, options)
-        for left in Path(target).parent.glob(f".part-{died.pid}-*"):
-            with contextlib.suppress(OSError):
-                left.unlink()
-        if not died.reason:
-            raise
-        return Row(job.source, job.target, status="failed", notes=died.reason), fingerprint(target)

@@ -1,102 +1,151 @@
-"""The manifest of a population: options, inputs and every result, in a file that only grows."""
+"""The manifest of a population: every run and every result, in a file that only grows.
+
+A result counts again while its input and its output still have the content that they had. A file is known again by its
+size and the time of its last change, or else by its digest.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import errno
+import hashlib
 import json
 import os
+import sys
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from ..errors import FileError
 from ..io.replacing import check_writable
-from .fingerprint import Fingerprint, fingerprint
-from .lock import lock
-from .table import Row, from_plain, json_lines, plain
+from .table import ROW_ERRORS, Row, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
-_BEGIN = b'{"run": '
+_BEGIN = b'{"igl_spheremap run": '
+_BEYOND = 1 << 40  # Windows locks bytes against reading, too: one that no file reaches
+
+
+@dataclass(frozen=True, slots=True)
+class Fingerprint:
+    """Size in bytes, time of the last change in nanoseconds, and SHA-256 of a regular file."""
+
+    size: int
+    mtime_ns: int
+    sha256: str
+
+
+def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | None:
+    """The fingerprint of a file, None if it is no regular file that can be read.
+
+    The digest of a `known` one is taken without reading the file if size and time are still the same.
+    """
+    try:
+        if not os.path.isfile(path):  # opening a pipe may wait forever, a device may have no end
+            return None
+        with open(path, "rb") as file:
+            stat = os.fstat(file.fileno())
+            if known is not None and (known.size, known.mtime_ns) == (stat.st_size, stat.st_mtime_ns):
+                return known
+            digest = hashlib.sha256()
+            while block := file.read(1 << 20):
+                digest.update(block)
+    except OSError:
+        return None
+    return Fingerprint(stat.st_size, stat.st_mtime_ns, digest.hexdigest())
+
+
+def is_still(path: str, known: Fingerprint | None) -> bool:
+    """Whether a file has the content of a fingerprint; None is that of a file that can't be read."""
+    now = fingerprint(path, known)
+    return (now and now.sha256) == (known and known.sha256)
+
+
+@dataclass(frozen=True)
+class Result:
+    """A row, the file that was read for it, and the file that is at its target now.
+
+    ``read`` is None where another run may end otherwise though the input is the same: its result is not taken again.
+    """
+
+    row: Row
+    read: Fingerprint | None
+    written: Fingerprint | None
 
 
 class Manifest:
-    """JSON lines that are appended: a run, its inputs, and a line for each result. One run writes at a time.
+    """JSON lines that are appended: a line for each run and for each result. One run writes at a time.
 
-    A result is known by its key: a digest of the mesh file, the options, and the target's path from the manifest.
+    A result is known by its key, see `igl_spheremap.populations.job.Job`; the last one of a key counts.
     """
 
     def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
-        self.inputs: dict[str, Fingerprint] = {}
-        self._results: dict[str, tuple[Row, Fingerprint | None]] = {}
+        self._results: dict[str, Result] = {}
         with self._writing():
             self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
-        if not lock(self._file):
+        try:
+            self._check(path)
+        except FileError:
             self._file.close()
-            raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
-                            "manifest=FILE")
-        self._file.seek(0)
-        if not _BEGIN.startswith(self._file.read(len(_BEGIN)).partition(b"\n")[0]):  # its first line may be cut off
-            self._file.close()
-            raise FileError(f"{path} is no manifest, and is kept; give manifest=FILE")
+            raise
         if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
             self._file.write(b"\n")  # a run that was killed cut its last line off
         self._flushed = time.monotonic()
-        self._append({"run": dict(run)})
-        self._read()
+        self._append({"igl_spheremap run": dict(run)})
+        self._results.update(self._earlier())
+
+    def _check(self, path: str | os.PathLike[str]) -> None:
+        """Raise a FileError if another run writes the file, or if it is no manifest."""
+        if not _lock(self._file):
+            raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
+                            "manifest=FILE")
+        self._file.seek(0)
+        begin = self._file.read(len(_BEGIN))
+        if begin != _BEGIN[: len(begin)]:
+            raise FileError(f"{path} is no manifest, and is kept; give manifest=FILE")
+        if begin != _BEGIN:
+            self._file.truncate(0)  # its first run was killed as it began
 
     def _entries(self) -> Iterator[dict[str, Any]]:
-        """What the lines hold; those that are cut off are left out."""
         with self.path.open(encoding="utf-8", errors="replace") as file:
             yield from json_lines(file)
 
     def _last_run(self) -> str:
         """Host and process of the run that was recorded last."""
-        return next((entry["run"]["by"] for entry in reversed(list(self._entries())) if "run" in entry), "just begun")
+        runs = [entry["igl_spheremap run"] for entry in self._entries() if "igl_spheremap run" in entry]
+        return str(runs[-1].get("by")) if runs and isinstance(runs[-1], dict) else "just begun"
 
-    def _read(self) -> None:
-        """Read the records of earlier runs; other lines are ignored."""
+    def _earlier(self) -> Iterator[tuple[str, Result]]:
+        """Keys and results of earlier runs; other lines are ignored."""
         for entry in self._entries():
-            try:
-                if "input" in entry:
-                    self.inputs[entry["input"]["source"]] = Fingerprint(**entry["input"]["file"])
-                elif "row" in entry:
-                    output = entry["output"] and Fingerprint(**entry["output"])
-                    self._results[entry["key"]] = from_plain(entry["row"]), output
-            except (KeyError, TypeError, ValueError):
-                continue
+            with contextlib.suppress(*ROW_ERRORS):
+                files = [entry[name] and Fingerprint(**entry[name]) for name in ("read", "written")]
+                yield str(entry["key"]), Result(from_plain(entry["row"]), *files)
 
     def _ends_with_a_line(self) -> bool:
         self._file.seek(-1, os.SEEK_END)
         return self._file.read(1) == b"\n"
 
-    def add_inputs(self, inputs: Mapping[str, Fingerprint | None]) -> None:
-        """Record the inputs that are not recorded yet."""
-        for source, file in inputs.items():
-            if file is not None and self.inputs.get(source) != file:
-                self.inputs[source] = file
-                self._append({"input": {"source": source, "file": asdict(file)}})
-        self.flush()
+    def result(self, key: str, source: str, target: str) -> Row | None:
+        """The row of that key, if the source is the file that was read, and the target the one that was written."""
+        found = self._results.get(key)
+        same = found and found.read and is_still(source, found.read) and is_still(target, found.written)
+        return found.row if found and same else None
 
-    def result(self, key: str, target: str) -> Row | None:
-        """The row of that key, if its target is still the file that was written."""
-        if key not in self._results:
-            return None
-        row, output = self._results[key]
-        now = fingerprint(target, output)
-        return row if (now and now.sha256) == (output and output.sha256) else None
-
-    def add(self, key: str, row: Row, output: Fingerprint | None) -> None:
+    def add(self, key: str, result: Result) -> None:
         """Append a result."""
-        self._append({"key": key, "row": plain(row), "output": output and asdict(output)})
+        read, written = (file and asdict(file) for file in (result.read, result.written))
+        self._append({"key": key, "row": plain(result.row), "read": read, "written": written})
         self.flush(_INTERVAL)
 
     def _append(self, entry: Mapping[str, Any]) -> None:
+        line = json.dumps(entry).encode("utf-8") + b"\n"
         with self._writing():
-            self._file.write(json.dumps(entry).encode("utf-8") + b"\n")
+            if self._file.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         self._dirty = True
 
     def flush(self, interval: float = 0.0) -> None:
@@ -120,3 +169,23 @@ class Manifest:
     def __exit__(self, *_: object) -> None:
         self.flush()
         self._file.close()
+
+
+def _lock(file: IO[bytes]) -> bool:
+    """Lock a file until it is closed, as it is when the process ends; False if another run has it.
+
+    True where the file system has no locks.
+    """
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            file.seek(_BEYOND)
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EWOULDBLOCK, errno.EACCES)
+    return True

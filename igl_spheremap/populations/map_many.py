@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime, timezone
+from pathlib import Path
 
 from ..errors import import_optional, own_errstate
+from ..io import format_of
 from ..maps.balanced import check_balance
 from ..maps.options import Method, method_of
-from .engine import results
 from .executors import workers_of
-from .fingerprint import fingerprint
 from .job import Job, Options, here, key_of
 from .manifest import Manifest
-from .page import write_page
+from .page import check_page, write_page
 from .table import MAPPED, Row
-from .targets import manifest_of, targets_of
+
+_FIELD = re.compile(r"\{(folder|name|stem)\}")
 
 
 @own_errstate
@@ -127,16 +129,18 @@ def map_many(
 
     if report is not None:
         import_optional("PIL", "a report", "io")
+        check_page(report)
     with (Manifest(manifest or manifest_of(out), _run(options)) as log,
           workers_of(executor, processes, timeout, memory) as workers):
-        jobs = _jobs(log, names, targets, options)
+        jobs = [Job(source, target, key_of(os.path.relpath(os.path.realpath(target), log.path.parent), options))
+                for source, target in zip(names, targets, strict=True)]
         kept = _earlier_rows(log, jobs, retry_failed or force) if resume else {}
         todo.extend(job for job in jobs if job.target not in kept)
         for row in kept.values():
             take(row)
-        for job, (row, output) in results(workers, todo, options, retries, log.flush):
-            log.add(job.key, row, output)
-            take(row)
+        for job, result in workers.results(todo, options, retries, log.flush):
+            log.add(job.key, result)
+            take(result.row)
     done = [rows[target] for target in targets if target in rows]
     if report is not None:
         write_page(report, done, options, processes)
@@ -148,18 +152,50 @@ def _run(options: Options) -> dict[str, str]:
     return {"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds"), "by": here()}
 
 
-def _jobs(log: Manifest, names: Sequence[str], targets: Sequence[str], options: Options) -> list[Job]:
-    """The jobs; their inputs are recorded in the manifest."""
-    with ThreadPoolExecutor() as readers:
-        files = list(readers.map(lambda name: fingerprint(name, log.inputs.get(name)), names))
-    log.add_inputs(dict(zip(names, files, strict=True)))
-    folder = log.path.parent
-    return [Job(name, target, key_of(file, options, os.path.relpath(os.path.realpath(target), folder)))
-            for name, target, file in zip(names, targets, files, strict=True)]
-
-
 def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> dict[str, Row]:
     """Rows of earlier runs for these jobs by target, in their order."""
-    known = ((job, log.result(job.key, job.target)) for job in jobs)
-    return {job.target: replace(row, source=job.source, target=job.target, resumed=True) for job, row in known
+    with ThreadPoolExecutor() as readers:  # of files whose times have changed
+        known = list(readers.map(lambda job: log.result(job.key, job.source, job.target), jobs))
+    return {job.target: replace(row, source=job.source, target=job.target, resumed=True)
+            for job, row in zip(jobs, known, strict=True)
             if row is not None and (row.status in MAPPED or not mapped_only)}
+
+
+def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
+    """The pattern with the parts of each source's path; it is no format string, whose fields can do anything.
+
+    Raises a ValueError unless each source has a target of its own, in a format that keeps the order of vertices.
+
+    >>> targets_of("spheres/{stem}.ply", ["a/one.obj", "b/two.obj"])
+    ['spheres/one.ply', 'spheres/two.ply']
+    """
+    if set("{}") & set(_FIELD.sub("", pattern)):
+        raise ValueError(f"out {pattern}: known are {{folder}}, {{name}} and {{stem}}")
+    targets = [_target(pattern, source) for source in sources]
+    owner = {os.path.realpath(source): f"{source}, which is an input" for source in sources}
+    for source, target in zip(sources, targets, strict=True):
+        if not format_of(target).ordered:
+            raise ValueError(f"out gives {target}, whose format keeps no vertex order; give .ply, .obj or .npz")
+        place = os.path.realpath(target)
+        if place in owner:
+            raise ValueError(f"out gives {source} the target {owner[place]}; use {{folder}} or {{stem}}, and each "
+                             "input once")
+        owner[place] = f"{target}, which is that of {source}, too"
+    return targets
+
+
+def manifest_of(pattern: str) -> str:
+    """The manifest's place, in the folder that the pattern gives to all targets.
+
+    >>> manifest_of("spheres/{stem}.ply"), manifest_of("{folder}/lh.sphere.conformal")
+    ('spheres/stem.ply.manifest.jsonl', 'folder_lh.sphere.conformal.manifest.jsonl')
+    """
+    folder = pattern.partition("{")[0].rpartition("/")[0]
+    name = pattern.removeprefix(f"{folder}/").replace("{", "").replace("}", "").replace("/", "_")
+    return str(Path(folder or ("/" if pattern.startswith("/") else ""), f"{name}.manifest.jsonl"))
+
+
+def _target(pattern: str, source: str) -> str:
+    path = Path(source)
+    parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
+    return _FIELD.sub(lambda field: parts[field[1]], pattern)

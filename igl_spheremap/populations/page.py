@@ -1,4 +1,4 @@
-"""A page about a population: distributions, and a sheet of pictures, the worst first."""
+"""A page about a population: distributions, and a sheet of pictures of surfaces and spheres, the worst first."""
 
 from __future__ import annotations
 
@@ -13,19 +13,37 @@ from pathlib import Path
 import numpy as np
 
 from ..draw.markup import page, table
+from ..draw.palette import FOLDED, diverging
+from ..draw.plot import raster, shading, view_of
+from ..errors import FileError
+from ..io import read_mesh, read_sphere, write_picture
 from ..io.replacing import replacing
 from ..mesh.arrays import FloatArray
-from .child import own_child
-from .executors import ProcessPool
+from ..mesh.check import check_mesh
+from ..mesh.clean import repair_mesh
+from ..verify.distortion import mesh_area_distortion
+from ..verify.signs import folded_faces
+from .child import ProcessPool, own_child
 from .job import Options
-from .pictures import REACH, SIZE, draw_row
-from .statistics import FIGURES, worst_first
-from .table import MAPPED, Row
+from .table import FIGURES, MAPPED, Row, worst_first
 
+SIZE = 180  # pixels of each of the four views
+REACH = 2.0  # logarithm of an area ratio at the ends of the colours
+_AMBIENT = 0.6
+_BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 40
 _COLOURS = (f"Colours: the logarithm of image area over source area, purple at {-REACH:g}, white at 0, green at "
             f"{REACH:g}. Folded faces are vermilion.")
+
+_OURS = "<!-- igl_spheremap batch -->"
+
+
+def check_page(folder: str | os.PathLike[str]) -> None:
+    """Raise a FileError if `index.html` in a folder is not one that `write_page` wrote."""
+    path = Path(folder, "index.html")
+    if path.exists() and not (path.is_file() and _OURS in path.read_text(encoding="utf-8", errors="replace")):
+        raise FileError(f"{path} is no page of an earlier report, and is kept; give another folder for the report")
 
 
 def write_page(
@@ -35,6 +53,7 @@ def write_page(
 
     Pictures are drawn by processes, those that are there already are kept.
     """
+    check_page(folder)
     base = Path(folder)
     (base / "subjects").mkdir(parents=True, exist_ok=True)
     shown = [rows[k] for k in worst_first(rows)[:MOST]]
@@ -46,7 +65,7 @@ def write_page(
     cards = [_card(*entry) for entry in zip(shown, names, drawn, strict=True)]
     certified = sum(row.status == "certified" for row in rows)
     left_out = f" The sheet shows the worst {MOST:,}." if len(rows) > MOST else ""
-    body = [f"<h1>{certified:,} of {len(rows):,} maps are certified free of foldings</h1>",
+    body = [_OURS, f"<h1>{certified:,} of {len(rows):,} maps are certified free of foldings</h1>",
             f'<div class="plots">{"".join(_histograms(rows))}</div>',
             f"<h2>Worst first</h2><p>Files without a map, then by foldings, then by the figure that is farthest above "
             f"those of the others. {_COLOURS}{left_out}</p>", f'<div class="sheet">{"".join(cards)}</div>']
@@ -62,6 +81,34 @@ def _draw(rows: Sequence[Row], paths: Sequence[str], options: Options, processes
         return [future.exception() is None and future.result() for future in futures]
     finally:
         pool.end()
+
+
+def draw_row(row: Row, path: str, options: Options) -> bool:
+    """Draw surface and sphere from the front, then both from behind, unless the picture is newer than the map.
+
+    Purple shrinks, green grows, folded faces are vermilion. False where the files hold no map.
+    """
+    source, target = options.place(row.source), options.place(row.target)
+    if row.status not in MAPPED:
+        return False
+    if Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(target).st_mtime_ns:
+        return True
+    v, f = read_mesh(source, triangulate=options.repair)
+    if options.repair:
+        repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
+        v, f = repaired.v, repaired.f
+    x, _ = read_sphere(target)
+    mesh, view = check_mesh(v, f), view_of(v)
+    colours = diverging("", REACH).colours(mesh_area_distortion(mesh, x))
+    folded = folded_faces(x, mesh.f)
+    tiles = []
+    for turn in (view, view * _BEHIND):
+        for y in (v, x):
+            shaded = colours * shading(y, mesh.f, turn, _AMBIENT)[:, None]
+            shaded[folded] = FOLDED
+            tiles.append(raster(y @ turn, mesh.f, shaded, SIZE))
+    write_picture(path, np.concatenate(tiles, axis=1), force=True)
+    return True
 
 
 def _card(row: Row, name: str, has_picture: bool) -> str:

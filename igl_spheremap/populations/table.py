@@ -1,32 +1,47 @@
-"""The table of a population: one row an input, as TSV, CSV or JSON lines."""
+"""The table of a population: one row an input, as TSV, CSV or JSON lines; and which maps stand out."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import json
 import math
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import FileError
 from ..io.reading import reading
 from ..io.replacing import replacing
+from ..mesh.arrays import FloatArray
 
 _SEPARATORS = {".tsv": "\t", ".csv": ","}
 #: Suffixes of tables.
-FORMATS = (*_SEPARATORS, ".jsonl")
+TABLES = (*_SEPARATORS, ".jsonl")
 _CONVERT: dict[str, Callable[[Any], Any]] = {
     "bool": lambda value: str(value).lower() == "true", "int": int, "str": str,
     "float": lambda value: math.nan if value in (None, "") else float(value),
 }  # fmt: skip
+#: What `from_plain` raises.
+ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
 #: First characters that make a spreadsheet take a cell for a formula, and the quote that is put before them.
 _QUOTED = ("=", "+", "-", "@", "\t", "\r", "'")
 #: Statuses of rows whose target holds a map.
 MAPPED = ("certified", "folded")
+#: Figures that are the worse the larger they are, with their labels.
+FIGURES = {
+    "mean_angle": "mean angle", "p99_angle": "99% angle", "max_angle": "max angle",
+    "mean_area": "mean log area", "p99_area": "99% log area", "max_area": "max log area",
+    "mean_edge": "mean log edge", "stretch": "stretch",
+}  # fmt: skip
+#: Tukey's outer fence: interquartile ranges above the third quartile.
+OUTLIER = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,18 +116,20 @@ def plain(row: Row) -> dict[str, Any]:
 
 
 def from_plain(entry: Mapping[str, Any]) -> Row:
-    """The row that `plain` or a line of a table describes; TypeError and ValueError where it is none."""
+    """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it is none."""
     values = {}
     for field in fields(Row):
         text = entry[field.name] if field.default is MISSING else entry.get(field.name, field.default)
-        values[field.name] = _CONVERT[str(field.type)](text)
+        values[field.name] = value = _CONVERT[str(field.type)](text)
+        if isinstance(value, int) and abs(value) > sys.maxsize:
+            raise ValueError(f"{field.name} has {len(str(text))} digits")
     return Row(**values)
 
 
 def check_table(path: str | os.PathLike[str]) -> None:
     """Raise a ValueError unless the name is one of a table."""
-    if not str(path).lower().endswith(FORMATS):
-        raise ValueError(f"{path}: give a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file")
+    if not str(path).lower().endswith(TABLES):
+        raise ValueError(f"{path}: give a {', '.join(TABLES[:-1])} or {TABLES[-1]} file")
 
 
 def write_table(path: str | os.PathLike[str], rows: Sequence[Row]) -> None:
@@ -156,8 +173,8 @@ def _rows(path: Path) -> Iterator[Row]:
                 yield from_plain({key: _unquoted(text) for key, text in entry.items()})
             return
         for entry in json_lines(file):
-            if "source" in (entry := entry.get("row", entry)):
-                yield from_plain(entry)
+            with contextlib.suppress(*ROW_ERRORS):  # a line that holds something else
+                yield from_plain(entry.get("row", entry))
 
 
 def _unquoted(text: str) -> str:
@@ -165,11 +182,42 @@ def _unquoted(text: str) -> str:
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:
-    """The objects of a file of JSON lines; a line that was cut off is left out."""
+    """The objects of a file of JSON lines; a line that was cut off or is no JSON is left out."""
     for line in file:
         try:
-            entry = json.loads(line)
-        except ValueError:
+            entry = json.loads(line, parse_constant=_refuse)
+        except (ValueError, RecursionError):
             continue
         if isinstance(entry, dict):
             yield entry
+
+
+def _refuse(constant: str) -> None:
+    """Python reads NaN and Infinity, which no JSON holds."""
+    raise ValueError(constant)
+
+
+def excess(rows: Sequence[Row]) -> FloatArray:
+    """How far the figures (rows, `FIGURES`) lie above the third quartile, in interquartile ranges.
+
+    NaN counts as 0, and where the range is 0, all that is above it is infinitely far.
+
+    >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
+    [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]
+    """
+    columns = np.array([[getattr(row, name) for row in rows] for name in FIGURES], dtype=np.float64)
+    beyond = np.zeros((len(rows), len(FIGURES)))
+    for k, column in enumerate(columns):
+        finite = column[np.isfinite(column)]
+        if len(finite):
+            low, high = np.percentile(finite, [25, 75])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                beyond[:, k] = np.nan_to_num((column - high) / (high - low), posinf=np.inf, neginf=-np.inf)
+    return beyond
+
+
+def worst_first(rows: Sequence[Row]) -> list[int]:
+    """Indices of rows: those without a map, those with foldings, then by the largest excess of a figure."""
+    beyond = excess(rows).max(axis=1, initial=-np.inf)
+    mapless = [row.status not in MAPPED for row in rows]
+    return sorted(range(len(rows)), key=lambda k: (not mapless[k], -rows[k].foldings, -beyond[k]))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import socket
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,6 +15,7 @@ from file_names import ALL, needs
 
 from igl_spheremap import FileError
 from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.io.replacing import remove_partial_files, replacing
 
 
 def test_nothing_is_overwritten_without_force(ball, tmp_path):
@@ -105,3 +108,32 @@ def test_threads_that_write_one_target_do_not_share_a_temporary_file(ball, tmp_p
         assert list(pool.map(write, range(8))) == [None] * 8
     assert any(np.array_equal(read_mesh(tmp_path / "ball.ply").v, v * (k + 1)) for k in range(8))
     assert os.listdir(tmp_path) == ["ball.ply"]
+
+
+def test_partial_files_are_unique_and_those_of_another_machine_are_kept(tmp_path):
+    path = tmp_path / "ball.obj"
+    with replacing(path) as first, replacing(path, force=True) as second:
+        assert first.exists()
+        assert second.exists()
+        host = re.escape(re.sub(r"[^A-Za-z0-9.]", "-", socket.gethostname()))
+        assert re.fullmatch(rf"\.part-{host}-{os.getpid()}-[0-9a-f]{{16}}-ball\.obj", first.name)
+        assert first.name != second.name
+    other = tmp_path / f".part-elsewhere-{os.getpid()}-0-ball.obj"
+    own = tmp_path / first.name
+    for left in (other, own):
+        left.touch()
+    remove_partial_files(path, os.getpid())
+    assert sorted(os.listdir(tmp_path)) == [other.name, "ball.obj"]
+
+
+@pytest.mark.posix
+def test_a_link_at_the_place_of_a_partial_file_is_not_followed(ball, tmp_path, monkeypatch):
+    monkeypatch.setattr("secrets.token_hex", lambda size: size * "ab")
+    with replacing(tmp_path / "ball.obj") as partial:
+        pass
+    (tmp_path / "precious").write_text("precious")
+    partial.symlink_to(tmp_path / "precious")
+    with pytest.raises(FileError, match="File exists"):
+        write_mesh(tmp_path / "ball.obj", *ball, force=True)
+    assert partial.is_symlink()
+    assert (tmp_path / "precious").read_text() == "precious"

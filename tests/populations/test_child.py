@@ -10,8 +10,7 @@ from concurrent.futures import CancelledError
 import errands
 import pytest
 
-from igl_spheremap.populations.child import Child, WorkerDied, own_child
-from igl_spheremap.populations.executors import ProcessPool
+from igl_spheremap.populations.child import Child, ProcessPool, WorkerDied, own_child
 
 needs_proc = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is read from /proc")
 

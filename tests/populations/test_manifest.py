@@ -1,13 +1,13 @@
 """A manifest holds all that was finished, wherever the run that wrote it was killed."""
 
+import json
 import os
 from dataclasses import replace
 
 import pytest
 
 from igl_spheremap.errors import FileError
-from igl_spheremap.populations.fingerprint import fingerprint
-from igl_spheremap.populations.manifest import Manifest
+from igl_spheremap.populations.manifest import Manifest, Result, fingerprint
 from igl_spheremap.populations.table import Row, plain, read_table
 
 RUN = {"options": "-", "by": "host:1"}
@@ -17,56 +17,67 @@ PLAIN = [plain(row) for row in ROWS.values()]
 
 @pytest.fixture
 def written(tmp_path):
-    """A manifest of three results, of which one has an output, and the place of that."""
+    """A manifest of three results, of which one has an output; the files that were read lie beside it."""
     output = tmp_path / "0.obj"
     output.write_text("v 0 0 0")
     with Manifest(tmp_path / "all.jsonl", RUN) as log:
-        log.add_inputs({"0.ply": fingerprint(str(output))})
         for key, row in ROWS.items():
-            log.add(key, row, fingerprint(str(output)) if key == "key0" else None)
+            (tmp_path / row.source).write_text(key)
+            result = Result(row, fingerprint(str(tmp_path / row.source)), fingerprint(str(tmp_path / row.target)))
+            log.add(key, result)
     return tmp_path / "all.jsonl", output
 
 
-def found(path, output):
+def found(path):
+    """The rows of a new run, by their order."""
     with Manifest(path, RUN) as log:
-        rows = [log.result(key, str(output) if key == "key0" else "none.obj") for key in ROWS]
+        rows = [log.result(key, str(path.parent / row.source), str(path.parent / row.target))
+                for key, row in ROWS.items()]
     return [row and plain(row) for row in rows]  # NaN is not equal to itself
 
 
 def test_results_are_found_again(written):
-    assert found(*written) == PLAIN
+    assert found(written[0]) == PLAIN
     assert [plain(row) for row in read_table(written[0])] == PLAIN
 
 
 def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
-    path, output = written
+    path, _ = written
     whole = path.read_bytes()
     ends = [k for k in range(len(whole)) if whole[k : k + 1] == b"\n"]
     for cut in range(0, len(whole), 7):
         path.write_bytes(whole[:cut])
-        complete = sum(end <= cut for end in ends[2:])
-        assert [row is not None for row in found(path, output)] == [k < complete for k in range(3)]
+        complete = sum(end <= cut for end in ends[1:])
+        assert [row is not None for row in found(path)] == [k < complete for k in range(3)]
         with Manifest(path, RUN) as log:
-            log.add("key2", ROWS["key2"], None)
-        assert found(path, output)[2] == PLAIN[2]
+            log.add("key2", Result(ROWS["key2"], fingerprint(str(path.parent / "2.ply")), None))
+        assert found(path)[2] == PLAIN[2]
 
 
-def test_a_result_counts_only_while_its_output_is_what_was_written(written):
-    path, output = written
-    content = output.read_text()
-    output.write_text(content + " ")
-    assert found(path, output)[0] is None
-    output.unlink()
-    assert found(path, output)[0] is None
-    output.write_text(content)  # a copy: another time, the same content
-    assert found(path, output)[0] == PLAIN[0]
+@pytest.mark.parametrize("name", ["0.obj", "0.ply"])
+def test_a_result_counts_only_while_its_input_and_its_output_are_what_they_were(name, written):
+    path, file = written[0], written[0].parent / name
+    content = file.read_text()
+    file.write_text(content + " ")
+    assert found(path)[0] is None
+    file.unlink()
+    assert found(path)[0] is None
+    file.write_text(content)  # a copy: another time, the same content
+    assert found(path)[0] == PLAIN[0]
 
 
 def test_the_last_result_of_a_key_counts(written):
-    path, output = written
+    path, _ = written
     with Manifest(path, RUN) as log:
-        log.add("key1", replace(ROWS["key1"], status="failed"), None)
-    assert found(path, output)[1]["status"] == "failed"
+        log.add("key1", Result(replace(ROWS["key1"], status="failed"), fingerprint(str(path.parent / "1.ply")), None))
+    assert found(path)[1]["status"] == "failed"
+
+
+def test_a_result_whose_input_is_not_known_does_not_count(written):
+    path, _ = written
+    with Manifest(path, RUN) as log:
+        log.add("key1", Result(ROWS["key1"], None, None))
+    assert found(path)[1] is None
 
 
 def test_inputs_are_known_again_without_being_read(tmp_path):
@@ -86,18 +97,37 @@ def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
         Manifest(tmp_path / "none" / "all.jsonl", RUN)
 
 
-def test_no_other_file_is_taken_for_a_manifest(tmp_path):
-    (tmp_path / "mesh.obj").write_text("v 0 0 0")
+@pytest.mark.parametrize("text", ["v 0 0 0", "{\n}", '{"run": {}}\n', '{"source": "a.ply"}\n', "[", "\n"])
+def test_no_other_file_is_taken_for_a_manifest(text, tmp_path):
+    (tmp_path / "other.json").write_text(text)
     with pytest.raises(FileError, match="is no manifest"):
-        Manifest(tmp_path / "mesh.obj", RUN)
-    assert (tmp_path / "mesh.obj").read_text() == "v 0 0 0"
+        Manifest(tmp_path / "other.json", RUN)
+    assert (tmp_path / "other.json").read_text() == text
+
+
+#: Lines of a manifest that no run wrote.
+BAD = ["x", "[]", "5", "{}", "null", '{"row": 5}', '{"row": {}}', '{"row": null, "key": 1}', "[" * 200_000,
+       '{"a":' * 100_000, '{"igl_spheremap run": 5}', "\ud800".encode("utf-8", "surrogatepass").decode("latin-1")]
+ROW_FAULTS = [{"vertices": float("inf")}, {"vertices": 10**400}, {"energy": 10**400}, {"energy": float("nan")},
+              {"vertices": None}, {"vertices": []}, {"seconds": {}}]
+
+
+def test_lines_that_no_run_wrote_are_ignored(written):
+    path, _ = written
+    good = {"key": "key1", "row": PLAIN[1], "read": None, "written": None}
+    lines = [*BAD, *(json.dumps(good | {"row": PLAIN[1] | fault}) for fault in ROW_FAULTS),
+             json.dumps(good | {"read": 5}), json.dumps(good | {"written": {"size": 1}})]
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    assert found(path) == PLAIN
+    assert sorted(row.source for row in read_table(path)) == ["0.ply", "1.ply", "2.ply"]
 
 
 def test_one_run_writes_at_a_time(written):
-    path, output = written
+    path, _ = written
     with Manifest(path, RUN | {"by": "host:7"}):
         before = path.read_bytes()
         with pytest.raises(FileError, match="another run, host:7, writes"):
             Manifest(path, RUN)
         assert path.read_bytes() == before
-    assert found(path, output) == PLAIN
+    assert found(path) == PLAIN

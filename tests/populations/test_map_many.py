@@ -11,7 +11,7 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.errors import WorkersUnavailable
 from igl_spheremap.io import read_mark, read_mesh, write_mesh
-from igl_spheremap.populations.map_many import map_many
+from igl_spheremap.populations.map_many import manifest_of, map_many, targets_of
 from igl_spheremap.populations.table import plain
 from igl_spheremap.sphere.moebius import moebius
 
@@ -210,7 +210,7 @@ def broken(*_):
     raise BrokenExecutor("gone")
 
 
-def test_the_run_and_its_inputs_are_written_down_before_the_first_job(desk):
+def test_a_run_is_written_down_before_its_first_job(desk):
     class Reader(ThreadPoolExecutor):
         def submit(self, call, job, options):
             found.append([line.partition('"')[2].partition('"')[0] for line in manifest.read_text().splitlines()])
@@ -219,7 +219,46 @@ def test_the_run_and_its_inputs_are_written_down_before_the_first_job(desk):
     found, manifest = [], Path("stem.obj.manifest.jsonl")
     with Reader(1) as executor:
         map_many(["100.ply", "200.ply"], "{stem}.obj", executor=executor)
-    assert found[0] == ["run", "input", "input"]
+    assert found[0] == ["igl_spheremap run"]
+
+
+class Swapped(ThreadPoolExecutor):
+    """Replaces an input when its job is submitted, after it was listed, or while it is read."""
+
+    def submit(self, call, job, options):
+        return super().submit(self.swap, call, job, options)
+
+    def swap(self, call, job, options):
+        os.replace("400.ply", job.source)
+        return call(job, options)
+
+
+def test_a_file_that_changes_before_it_is_read_counts_as_what_was_read(desk):
+    first = Path("300.ply").read_bytes()
+    with Swapped(1) as executor:
+        (row,) = map_many(["300.ply"], "{stem}.obj", executor=executor)
+    assert (row.status, row.vertices) == ("certified", len(read_mesh("300.ply").v))
+    with ThreadPoolExecutor(1) as executor:
+        assert map_many(["300.ply"], "{stem}.obj", executor=executor)[0].resumed
+        Path("300.ply").write_bytes(first)
+        (row,) = map_many(["300.ply"], "{stem}.obj", executor=executor, force=True)
+    assert not row.resumed
+    assert row.vertices == len(read_mesh("300.ply").v) == len(read_mesh("300.obj").v)
+
+
+def test_a_file_that_changes_while_it_is_read_gives_no_map(desk, run, monkeypatch):
+    def swapped(source, **options):
+        monkeypatch.undo()
+        monkeypatch.chdir(desk)
+        loaded = read_mesh(source, **options)
+        os.replace("400.ply", source)
+        return loaded
+
+    monkeypatch.setattr("igl_spheremap.populations.job.read_mesh", swapped)
+    (row,) = run()
+    assert (row.status, row.notes) == ("file", "300.ply changed while it was read; run it again")
+    assert not Path("300_out.ply").exists()
+    assert (run()[0].status, run()[0].resumed) == ("certified", True)
 
 
 def test_at_most_two_jobs_a_worker_are_in_flight(desk):
@@ -295,3 +334,35 @@ def test_meshes_that_only_move_give_the_bits_of_new_ones(desk):
     for row, shape in zip(rows, shapes, strict=True):
         if row.status == "certified":
             assert np.array_equal(read_mesh(row.target).v, ism.spherical_conformal_map(shape, f).sphere)
+
+
+def test_targets_follow_the_pattern():
+    sources = ["s1/surf/lh.white", "s2/surf/rh.white"]
+    assert targets_of("{folder}/{stem}.sphere.conformal", sources) == ["s1/surf/lh.sphere.conformal",
+                                                                       "s2/surf/rh.sphere.conformal"]
+
+
+@pytest.mark.parametrize(
+    ("sources", "pattern"),
+    [
+        (["a/1.ply", "b/1.ply"], "out/{stem}.ply"),
+        (["1.ply", "1.ply"], "{stem}.obj"),
+        (["1.ply", "./1.ply"], "{stem}.obj"),
+        (["1.ply"], "{folder}/{name}"),
+        (["1.ply", "2.ply"], "{folder}/2.ply"),
+        (["1.ply"], "{stem}.stl"),
+        (["1.ply"], "{where}.ply"),
+        (["1.ply"], "{stem:>9999999999}.ply"),
+    ],
+)
+def test_what_would_be_lost_is_refused(sources, pattern):
+    with pytest.raises(ValueError, match="out "):
+        targets_of(pattern, sources)
+
+
+def test_manifests_of_two_patterns_are_two():
+    patterns = ["{stem}.ply", "{stem}.obj", "out/{stem}.ply", "{folder}/{stem}.ply", "/tmp/{stem}.ply", "one.ply"]
+    places = [manifest_of(pattern) for pattern in patterns]
+    assert len(set(places)) == len(places)
+    assert places[4] == "/tmp/stem.ply.manifest.jsonl"
+    assert not any(set("{}") & set(place) for place in places)

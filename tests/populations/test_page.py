@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from igl_spheremap.errors import FileError
 from igl_spheremap.io import read_mesh, read_picture, write_mesh
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.job import Job, Options, map_one
 from igl_spheremap.populations.map_many import map_many
-from igl_spheremap.populations.pictures import draw_row
-from igl_spheremap.populations.statistics import worst_first
-from igl_spheremap.populations.table import Row
+from igl_spheremap.populations.page import draw_row
+from igl_spheremap.populations.table import Row, worst_first
 
 pytest.importorskip("PIL")
 
@@ -50,7 +50,7 @@ def vermilion(image):
 
 def test_folded_faces_are_seen(desk):
     options = Options(Auto(), 0.0, False, False, False, os.getcwd())
-    row, _ = map_one(Job("400.ply", "400.obj", ""), options)
+    row = map_one(Job("400.ply", "400.obj", ""), options).row
     x, f = read_mesh("400.obj")
     write_mesh("400.obj", x * np.where(np.arange(len(x)) % 50 == 0, -1, 1)[:, None], f, force=True)
     assert draw_row(row, "400.png", options)
@@ -68,6 +68,15 @@ def test_a_population_without_maps_has_a_page(desk):
     for sources in ([], ["open.ply"]):
         assert len(map_many(sources, "{stem}.obj", processes=1, report="page")) == len(sources)
         assert f"0 of {len(sources)} maps are certified" in Path("page/index.html").read_text()
+
+
+def test_a_page_of_others_is_kept(desk):
+    os.mkdir("page")
+    Path("page/index.html").write_text("precious")
+    with pytest.raises(FileError, match="is no page of an earlier report"):
+        map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
+    assert Path("page/index.html").read_text() == "precious"
+    assert not Path("100.obj").exists()
 
 
 def test_names_are_text_and_not_markup(desk):

@@ -8,13 +8,13 @@ import os
 import pytest
 
 from igl_spheremap.errors import FileError
-from igl_spheremap.populations.table import FORMATS, Row, plain, read_table, write_table
+from igl_spheremap.populations.table import TABLES, Row, plain, read_table, write_table
 
 NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "'=x", "a,b", "two\nlines", "plain"]
 ROWS = [Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x") for k, name in enumerate(NAMES)]
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", TABLES)
 def test_tables_are_read_back_as_they_were_written(suffix, tmp_path):
     rows = [*ROWS, Row("none.ply", "none.obj", status="no mesh", resumed=True)]
     write_table(tmp_path / f"all{suffix}", rows)
@@ -45,7 +45,7 @@ def test_what_is_not_finite_is_null_or_empty(tmp_path):
 
 def test_a_name_without_an_encoding_spoils_no_table(tmp_path):
     name = os.fsdecode(b"bad\xff.ply")
-    for suffix in FORMATS:
+    for suffix in TABLES:
         write_table(tmp_path / f"all{suffix}", [Row(name, "b")])
         assert "udcff.ply" in (tmp_path / f"all{suffix}").read_text("utf-8")
 

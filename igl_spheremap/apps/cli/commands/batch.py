@@ -11,10 +11,8 @@ import numpy as np
 
 from ....io import check_writable
 from ....populations.executors import connect
-from ....populations.map_many import map_many
-from ....populations.statistics import FIGURES, OUTLIER, excess, worst_first
-from ....populations.table import Row, check_table, read_table, write_table
-from ....populations.targets import manifest_of, targets_of
+from ....populations.map_many import manifest_of, map_many, targets_of
+from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
 from ..arguments import chosen_method
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects

@@ -5,13 +5,13 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.populations.table import FORMATS, Row, write_table
+from igl_spheremap.populations.table import TABLES, Row, write_table
 
 ROWS = [*(Row(f"{k}.ply", f"{k}.obj", mean_angle=k / 100, seconds=k) for k in range(101)),
         Row("far.ply", "far.obj", mean_angle=50.0), Row("open.ply", "open.obj", status="no mesh", notes="open surface")]
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", TABLES)
 def test_quantiles_and_outliers_are_those_of_the_table(suffix, tmp_path, capsys):
     write_table(tmp_path / f"all{suffix}", ROWS)
     assert main(["summarise", str(tmp_path / f"all{suffix}")]) == Exit.OK
