@@ -112,7 +112,7 @@ def test_threads_that_write_one_target_do_not_share_a_temporary_file(ball, tmp_p
 
 def test_partial_files_are_unique_and_those_of_another_machine_are_kept(tmp_path):
     path = tmp_path / "ball.obj"
-    with replacing(path) as first, replacing(path, force=True) as second:
+    with replacing(path, force=True) as first, replacing(path, force=True) as second:
         assert first.exists()
         assert second.exists()
         host = re.escape(re.sub(r"[^A-Za-z0-9.]", "-", socket.gethostname()))
