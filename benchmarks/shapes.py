@@ -182,7 +182,7 @@ def hemispheres(data):
     areas = vertex_areas(moving.vertices, moving.faces)
     for name in ("curv", "thick"):
         right, left = data.over_fsaverage(f"{name}_right"), data.over_fsaverage(f"{name}_left")
-        pairs = [correlation(right, ism.transfer(left, fixed, x), areas) for x in (moving, result.map)]
+        pairs = [correlation(right, ism.transfer(fixed, left, x), areas) for x in (moving, result.map)]
         print(f"{name}: {pairs[0]:.3f} before, {pairs[1]:.3f} after")
     print(f"{result.map.certificate}; {seconds:.2f} s", flush=True)
 

@@ -53,6 +53,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .shapes.grid import from_grid as from_grid
     from .shapes.grid import to_grid as to_grid
     from .shapes.harmonics import AlignedHarmonics as AlignedHarmonics
+    from .shapes.harmonics import Expanded as Expanded
     from .shapes.harmonics import SphericalHarmonics as SphericalHarmonics
     from .shapes.harmonics import spherical_harmonics as spherical_harmonics
     from .shapes.locate import Location as Location
@@ -60,8 +61,10 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .shapes.registration import Registration as Registration
     from .shapes.registration import RegistrationStage as RegistrationStage
     from .shapes.registration import register as register
+    from .shapes.rotation import RotationCandidate as RotationCandidate
     from .shapes.texture import Atlas as Atlas
     from .shapes.texture import texture_atlas as texture_atlas
+    from .shapes.transfer import Resampled as Resampled
     from .shapes.transfer import resample as resample
     from .shapes.transfer import transfer as transfer
     from .sphere.cayley import cayley_update as cayley_update
@@ -104,11 +107,12 @@ _NAMES = {
     "populations.table": "Row",
     "samples": "samples",
     "shapes.grid": "from_grid to_grid",
-    "shapes.harmonics": "AlignedHarmonics SphericalHarmonics spherical_harmonics",
+    "shapes.harmonics": "AlignedHarmonics Expanded SphericalHarmonics spherical_harmonics",
     "shapes.locate": "Location SphereLocator",
     "shapes.registration": "Registration RegistrationStage register",
+    "shapes.rotation": "RotationCandidate",
     "shapes.texture": "Atlas texture_atlas",
-    "shapes.transfer": "resample transfer",
+    "shapes.transfer": "Resampled resample transfer",
     "sphere.cayley": "cayley_update",
     "start.star_map": "EigenProjection gauss_map weighted_eigen_projection",
     "verify.certificate": "Certificate certify",

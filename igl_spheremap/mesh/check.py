@@ -55,6 +55,9 @@ class Mesh:
     edges: HalfEdges
     A: FloatArray
 
+    def __repr__(self) -> str:
+        return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"
+
 
 @own_errstate
 @stage("check")

@@ -46,6 +46,9 @@ class RepairedMesh:
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 
+    def __repr__(self) -> str:
+        return f"RepairedMesh({len(self.v)} vertices, {len(self.f)} faces; {'; '.join(self.actions) or 'nothing done'})"
+
 
 @own_errstate
 def repair_mesh(v: ArrayLike, f: ArrayLike, keep_largest: bool = False) -> RepairedMesh:

@@ -48,6 +48,17 @@ def spread(n: int, most: int) -> slice:
     return slice(None, None, max(1, -(-n // most)))
 
 
+def weighted_quantile(values: FloatArray, weights: FloatArray, share: float = 0.5) -> float:
+    """The smallest value up to which that share of the weights lies: their median by default.
+
+    >>> weighted_quantile(np.array([3.0, 1.0, 2.0]), np.array([5.0, 1.0, 1.0]))
+    3.0
+    """
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] * share)]])
+
+
 def _unit_scale(d: FloatArray) -> FloatArray:
     """Rows divided by their largest entry, so that products neither over- nor underflow."""
     size = np.abs(d).max(axis=1, keepdims=True)
@@ -77,10 +88,10 @@ def angle_defects(angles: FloatArray, f: IntArray, n: int) -> FloatArray:
 
 
 def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
-    """Mean logarithm of the lengths of the edges around each vertex; lengths below 1e-300 count as that."""
+    """Mean logarithm of the lengths of the edges around each vertex; no length counts as less than the least float."""
     start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
     d = v.take(start, axis=0) - v.take(end, axis=0)
-    log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), 1e-300))
+    log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), np.finfo(float).tiny))
     n = len(v)  # a closed mesh runs through every edge once each way
     return np.asarray(np.bincount(start, log, n) / np.bincount(start, minlength=n))
 

@@ -136,7 +136,7 @@ def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling
     n = math.ceil(oversampling * degree) + 2
     z, w = gauss_rows(n)
     points = grid_points(z, longitudes(2 * n)).reshape(-1, 3)
-    return analysis(transfer(values, locator, points).reshape(n, 2 * n, -1), z, w, degree)
+    return analysis(transfer(locator, values, points).reshape(n, 2 * n, -1), z, w, degree)
 
 
 def grid_synthesis(c: FloatArray, z: FloatArray, columns: int) -> FloatArray:

@@ -120,7 +120,7 @@ class SurfacePair:
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Of each feature as it was given, over the moving surface's area, when its sphere is x."""
-        fixed = transfer(self._raw[1], self._locator, x)
+        fixed = transfer(self._locator, self._raw[1], x)
         centred = fixed - self.weights @ fixed
         return np.asarray(self.weights @ (centred * self._raw[0]) / np.sqrt(self.weights @ centred**2))
 

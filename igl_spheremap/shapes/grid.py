@@ -12,7 +12,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
 from .basis import gauss_rows, grid_points, longitudes
-from .transfer import transfer, weighted
+from .transfer import check_map, transfer, weighted
 
 Kind = Literal["equirectangular", "gauss"]
 
@@ -55,6 +55,8 @@ def to_grid(
         If the map is not certified folding-free.
     ValueError
         If there is no such kind, or no row.
+    TypeError
+        If the result is no map.
 
     Examples
     --------
@@ -65,9 +67,10 @@ def to_grid(
     """
     if rows < 1 or int(rows) != rows:
         raise ValueError(f"{rows} rows are out of range: give a whole number from 1")
+    check_map(result)
     theta, phi = _coordinates(kind, int(rows), 2 * int(rows))
     points = grid_points(np.cos(theta), phi).reshape(-1, 3)
-    sampled = transfer(result.vertices if values is None else values, result, points, labels)
+    sampled = transfer(result, result.vertices if values is None else values, points, labels)
     return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
 
 

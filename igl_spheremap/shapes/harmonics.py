@@ -16,7 +16,7 @@ from . import LARGEST_DEGREE
 from .basis import blocks, degree_of, expand, power, synthesis, terms
 from .locate import SphereLocator
 from .rotation import rotate
-from .transfer import sphere_mesh
+from .transfer import check_map, sphere_mesh
 
 _FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of determinant 1
 
@@ -39,6 +39,9 @@ class Expanded:
     values: FloatArray
     areas: FloatArray
 
+    def __repr__(self) -> str:
+        return f"Expanded({self.values.shape[1]} columns over {len(self.x)} vertices)"
+
 
 @dataclass(frozen=True, eq=False)
 class SphericalHarmonics:
@@ -58,6 +61,10 @@ class SphericalHarmonics:
 
     coefficients: FloatArray
     source: Expanded | None = None
+
+    def __repr__(self) -> str:
+        known = "" if self.source is None else f", of {len(self.source.x)} vertices"
+        return f"SphericalHarmonics(degree {self.degree}, {self.coefficients.shape[1]} columns{known})"
 
     @property
     def degree(self) -> int:
@@ -255,6 +262,10 @@ class AlignedHarmonics:
     surface_rotation: FloatArray
     sphere_rotation: FloatArray
 
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{axis:.3g}" for axis in self.axes)
+        return f"AlignedHarmonics(degree {self.harmonics.degree}, half axes {axes} along x, y, z)"
+
 
 @own_errstate
 def spherical_harmonics(
@@ -291,6 +302,8 @@ def spherical_harmonics(
         If the map is not certified folding-free.
     ValueError
         If `degree` or `oversampling` is out of range.
+    TypeError
+        If the result is no map.
 
     References
     ----------
@@ -308,6 +321,7 @@ def spherical_harmonics(
         raise ValueError(f"degree {degree} is out of range: give a whole number from 0 to {LARGEST_DEGREE}")
     if not oversampling >= 1:
         raise ValueError(f"oversampling {oversampling} is out of range: give a number from 1")
+    check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
     coefficients = expand(SphereLocator(result.sphere, result.faces), data, int(degree), oversampling)
     areas = vertex_areas(result.vertices, result.faces)

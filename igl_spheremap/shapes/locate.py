@@ -40,6 +40,9 @@ class Location:
     def __iter__(self) -> Iterator[Any]:
         return iter((self.face, self.weights))
 
+    def __repr__(self) -> str:
+        return f"Location({len(self.face)} points)"
+
 
 class SphereLocator:
     """Exact point location on a spherical triangulation.

@@ -17,7 +17,7 @@ from ..maps.given_sphere import sphere_map
 from ..maps.options import METHODS, Auto
 from ..maps.repair_foldings import repair_foldings
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.measure import face_areas
+from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import Iterate, Listener
 from ..result.sphere_map import SphereMap
 from . import STAGES
@@ -79,6 +79,10 @@ class Registration:
     stages: tuple[RegistrationStage, ...]
     candidates: tuple[RotationCandidate, ...]
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        reached = ", ".join(f"{stage.name} {stage.correlation.mean():.3f}" for stage in self.stages)
+        return f"Registration({len(self.map.sphere)} vertices; correlation at {reached})"
 
     @property
     def rotation(self) -> FloatArray:
@@ -213,10 +217,8 @@ def reflected(result: SphereMap) -> SphereMap:
 def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
     areas = face_areas(before, f)
     J = np.abs(np.log(face_areas(x, f) / areas))
-    order = np.argsort(J)
-    covered = np.cumsum(areas[order])
-    return RegistrationStage(name, pair.correlation(x), float(areas @ J / covered[-1]),
-                             float(J[order][np.searchsorted(covered, 0.95 * covered[-1])]))
+    mean = float(areas @ J / areas.sum())
+    return RegistrationStage(name, pair.correlation(x), mean, weighted_quantile(J, areas, 0.95))
 
 
 def _doubts(candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:

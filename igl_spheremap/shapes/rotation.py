@@ -17,10 +17,21 @@ _SAME = 3.0  # degrees between refined rotations that are one peak
 
 
 class RotationCandidate(NamedTuple):
-    """A rotation R for which fixed(x) is like moving(R^-1 x), and the correlation there."""
+    """A rotation R for which fixed(x) is like moving(R^-1 x), and the correlation there.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float64 array
+        What lay at x on the moving sphere goes to R x.
+    correlation : float
+        Of all features together, at most 1.
+    """
 
     rotation: FloatArray
     correlation: float
+
+    def __repr__(self) -> str:
+        return f"RotationCandidate(by {rotation_angle(self.rotation):.1f} degrees, correlation {self.correlation:.3f})"
 
 
 def to_complex(rows: FloatArray) -> ComplexArray:

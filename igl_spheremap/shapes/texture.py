@@ -40,6 +40,9 @@ class Atlas:
     weights: csr_matrix
     vertex: IntArray
 
+    def __repr__(self) -> str:
+        return f"Atlas({len(self.uv)} vertices, {len(self.f)} faces)"
+
     @own_errstate
     def carry(self, values: ArrayLike) -> FloatArray:
         """Values at the atlas' vertices.

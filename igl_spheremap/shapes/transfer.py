@@ -43,6 +43,9 @@ class Resampled:
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 
+    def __repr__(self) -> str:
+        return f"Resampled({len(self.v)} vertices, {len(self.f)} faces)"
+
 
 def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool = False) -> NDArray[Any]:
     """Values at points of a mesh, from those at its vertices.
@@ -71,7 +74,7 @@ def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, label
 
 @own_errstate
 def transfer(
-    values: ArrayLike, source: SphereMap | SphereLocator, target: SphereMap | ArrayLike, labels: bool = False
+    source: SphereMap | SphereLocator, values: ArrayLike, target: SphereMap | ArrayLike, labels: bool = False
 ) -> NDArray[Any]:
     """Carry data from one mesh to another through the sphere.
 
@@ -79,10 +82,10 @@ def transfer(
 
     Parameters
     ----------
-    values : (n,) or (n, ...) array_like
-        At the vertices of the source.
     source : SphereMap or SphereLocator
         Where the data are; keep a locator if there are several transfers.
+    values : (n,) or (n, ...) array_like
+        At the vertices of the source.
     target : SphereMap or (k, 3) array_like
         Where they shall be: at the vertices of another map, or at points of the sphere.
     labels : bool
@@ -99,6 +102,8 @@ def transfer(
         If there is not one value per vertex.
     FoldingsRemain
         If the source's map is not certified folding-free.
+    TypeError
+        If the source is no map, as where the order of arguments is another one.
 
     Examples
     --------
@@ -106,7 +111,7 @@ def transfer(
     >>> import igl_spheremap as ism
     >>> from igl_spheremap.shapes.transfer import transfer
     >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
-    >>> height = transfer(source.sphere[:, 2], source, [[0, 0, 1], [0, 0, -1]])
+    >>> height = transfer(source, source.sphere[:, 2], [[0, 0, 1], [0, 0, -1]])
     >>> np.allclose(height, [1, -1], atol=0.01)
     True
     """
@@ -174,4 +179,13 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 
 
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
-    return source if isinstance(source, SphereLocator) else SphereLocator(source.sphere, source.faces)
+    if isinstance(source, SphereLocator):
+        return source
+    check_map(source, "source")
+    return SphereLocator(source.sphere, source.faces)
+
+
+def check_map(result: object, name: str = "result") -> None:
+    """TypeError for what is no map: data come after the map that they lie over."""
+    if not isinstance(result, SphereMap):
+        raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")

@@ -9,13 +9,14 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.measure import spread, surface_area, vertex_normals
+from ..mesh.measure import spread, surface_area, vertex_normals, weighted_quantile
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators, apply
 from ..sphere.moebius import center
 from ..sphere.rows import INFINITE, from_chart, inner
 from ..verify.distortion import mean_angle_difference
 
+_TINY = np.finfo(float).tiny
 #: Faces sampled for the affine correction, and vertices for a first scale, at the most: medians need no more.
 _SAMPLE = 1000
 #: Faces of which the best is punctured, at the most: of 1000 the best leaves twice as much energy above the minimum.
@@ -94,7 +95,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     area = side * w.imag / 2
     quality = area / (side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2)
     middling = np.sort(area)[len(area) // 2]
-    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), 1e-300)
+    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), _TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
     yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()  # of the best 160 on large meshes
 
@@ -146,7 +147,7 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     face: its Beltrami coefficient is about conj(z) over the distance of the corners. Meshes so coarse, with some 200
     vertices, that the body reaches to an eighth of that do without.
     """
-    z = _about_middle(z, mesh.A)
+    z = _aboutweighted_quantile(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]
     nu = _median(_beltrami(mesh, body, z))
     if nu is None:
@@ -154,7 +155,7 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     if abs(nu) < _LARGEST_CORRECTION:
         z = z + nu * z.conj()
     distance, sample = np.abs(z), spread(len(z), _SAMPLE)
-    corner, middle = distance[mesh.f[face]].min(), _middle(distance[sample], mesh.A[sample])
+    corner, middle = distance[mesh.f[face]].min(), weighted_quantile(distance[sample], mesh.A[sample])
     if _FAR * corner < middle:
         return z, nu
     near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)
@@ -188,29 +189,22 @@ def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]
     """Faces in their own planes, as seen from outside: corners are 0, a length, and a point above the real line."""
     a, b, c = (np.ascontiguousarray(mesh.v[corners].T) for corners in f.T)
     p, q = b - a, c - a
-    side = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-300)
+    side = np.maximum(np.sqrt((p * p).sum(axis=0)), _TINY)
     along = (p * q).sum(axis=0) / side
     return side, along + 1j * np.sqrt(np.maximum((q * q).sum(axis=0) - along**2, 0.0))
 
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
-    z = _about_middle(z, weights)
+    z = _aboutweighted_quantile(z, weights)
     radius, sample = np.abs(z), spread(len(z), _SAMPLE)
-    middle = _middle(radius[sample], weights[sample])
+    middle = weighted_quantile(radius[sample], weights[sample])
     z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
 
 
-def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
+def _aboutweighted_quantile(z: ComplexArray, weights: FloatArray) -> ComplexArray:
     """Positions relative to about the middle of the weights: an estimate is enough, for centring comes later."""
     sample = spread(len(z), _SAMPLE)
     w = weights[sample]
-    return z - complex(_middle(z.real[sample], w), _middle(z.imag[sample], w))
-
-
-def _middle(values: FloatArray, weights: FloatArray) -> float:
-    """Weighted median."""
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(total, total[-1] / 2)]])
+    return z - complex(weighted_quantile(z.real[sample], w), weighted_quantile(z.imag[sample], w))

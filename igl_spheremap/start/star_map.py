@@ -77,6 +77,10 @@ class EigenProjection:
     phi: FloatArray
     eigenvalues: FloatArray
 
+    def __repr__(self) -> str:
+        values = ", ".join(f"{value:.3g}" for value in self.eigenvalues)
+        return f"EigenProjection({len(self.phi)} vertices, eigenvalues {values})"
+
 
 @own_errstate
 def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> EigenProjection:
@@ -168,7 +172,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     factor = mesh_conformal_factor(mesh, x)
     finite = np.isfinite(factor)
     factor = np.where(finite, factor, factor[finite].max(initial=1.0))
-    return np.maximum(factor, 1e-12 * max(float(factor.mean()), 1e-300))
+    return np.maximum(factor, 1e-12 * max(float(factor.mean()), np.finfo(float).tiny))
 
 
 def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:

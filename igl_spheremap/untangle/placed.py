@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.measure import log_edges
+from ..mesh.measure import log_edges, weighted_quantile
 from ..sphere.gauge import best_rotation, orientation_target
 from ..sphere.moebius import conformal_barycentre
 from ..sphere.rows import to_chart
@@ -45,10 +45,10 @@ class Placed:
 def centred(mesh: Mesh, layout: Layout) -> Placed:
     """Lay out about the deepest vertex; inverse stereographic projection centres the area."""
     area = mesh.A
-    unit = _median(layout.log_edge, area)
+    unit = weighted_quantile(layout.log_edge, area)
     z = layout.about(int(np.argmin(layout.log_edge)), unit)
-    c = complex(_median(z.real, area), _median(z.imag, area))
-    size = _median(np.abs(z - c), area) or float(np.abs(z - c).max())
+    c = complex(weighted_quantile(z.real, area), weighted_quantile(z.imag, area))
+    size = weighted_quantile(np.abs(z - c), area) or float(np.abs(z - c).max())
     z, unit = (z - c) / size, unit + np.log(size)
     # The conformal barycentre is a point (c, size) of the half-space over the plane: an affine map centres it.
     p = conformal_barycentre(to_ball(z).astype(np.float64), area)
@@ -65,12 +65,6 @@ def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
     """A map as it lies in the chart that touches the sphere at a pole."""
     z = to_chart(x, pole)
     return Placed(f, z, -log_edges(x, f), lambda tip: z - z[tip])
-
-
-def _median(values: FloatArray, area: FloatArray) -> float:
-    """The value that halves the area."""
-    order = np.argsort(values)
-    return float(values[order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)]])
 
 
 def onto_sphere(placed: Placed, z: ComplexArray | LongComplex) -> FloatArray:

@@ -27,7 +27,7 @@ def test_any_radius_and_float32(pear):
     again = ism.sphere_map(v, f, (100 * result.sphere).astype(np.float32))
     assert again.certificate.folding_free
     assert np.abs(again.sphere - result.sphere).max() < 1e-7
-    assert np.allclose(ism.transfer(v, again, result), v, atol=1e-4)
+    assert np.allclose(ism.transfer(again, v, result), v, atol=1e-4)
 
 
 def test_a_planted_fold_is_named_and_its_map_kept(pear):

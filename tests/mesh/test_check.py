@@ -186,7 +186,7 @@ def test_results_share_no_memory_with_what_was_given():
     lambda masked: ism.cayley_update(V, masked, 1.0),
     lambda masked: ism.angle_differences(V, F, masked),
     lambda masked: ism.SphereLocator(V, F).locate(masked),
-    lambda masked: ism.transfer(masked[:, 0], ism.SphereLocator(V, F), V),
+    lambda masked: ism.transfer(ism.SphereLocator(V, F), masked[:, 0], V),
     lambda masked: ism.texture_atlas(V, F).carry(masked),
     lambda masked: ism.texture_atlas(masked, F),
     lambda masked: ism.from_grid(masked[:4, :2], V),

@@ -144,3 +144,18 @@ def test_refusals(shape):
         ism.spherical_harmonics(result, degree=0).align()
     with pytest.raises(ism.MeshError, match="not orthogonal"):
         shape.rotated(np.diag([1, 1, -1]))
+
+
+def test_results_print_in_one_short_line():
+    x, f = ism.samples.sphere(162)
+    v = x * [1, 1.5, 2] + 0.2 * x[:, :1] ** 2  # no symmetry: axes have a front
+    result = ism.sphere_map(v, f, x)
+    shape = ism.spherical_harmonics(result, degree=4)
+    registration = ism.register(result, result, features=(v, v), stages=["rotation"])
+    results = (shape, shape.source, shape.align(), registration, registration.candidates[0], ism.check_mesh(v, f),
+               ism.repair_mesh(v, f), ism.weighted_eigen_projection(v, f, x), ism.texture_atlas(x, f),
+               ism.SphereLocator(x, f).locate(v), ism.resample(result, "ico:1"))
+    for each in results:
+        assert repr(each).startswith(type(each).__name__ + "(")
+        assert "\n" not in repr(each)
+        assert len(repr(each)) < 120

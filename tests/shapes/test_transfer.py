@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap import FoldingsRemain, MeshError, samples, spherical_conformal_map
+from igl_spheremap.shapes.grid import to_grid
+from igl_spheremap.shapes.harmonics import spherical_harmonics
 from igl_spheremap.shapes.locate import Location, SphereLocator
 from igl_spheremap.shapes.transfer import interpolate, regular_mesh, resample, transfer
 from igl_spheremap.sphere.rows import unit_rows
@@ -20,25 +22,25 @@ def maps():
 
 def test_a_mesh_to_itself_is_the_identity(maps):
     values = np.random.default_rng(0).normal(size=(len(maps[0].sphere), 2, 2))
-    assert np.array_equal(transfer(values, maps[0], maps[0]), values)
+    assert np.array_equal(transfer(maps[0], values, maps[0]), values)
     labels = np.random.default_rng(0).integers(0, 99, len(maps[0].sphere))
-    carried = transfer(labels, maps[0], maps[0], labels=True)
+    carried = transfer(maps[0], labels, maps[0], labels=True)
     assert np.array_equal(carried, labels)
     assert carried.dtype == labels.dtype
 
 
 def test_constants_and_bounds_are_kept(maps):
     n = len(maps[0].sphere)
-    assert np.allclose(transfer(np.full(n, 7.0), *maps), 7, atol=1e-14)
+    assert np.allclose(transfer(maps[0], np.full(n, 7.0), maps[1]), 7, atol=1e-14)
     values = np.random.default_rng(1).normal(size=n)
-    carried = transfer(values, *maps)
+    carried = transfer(maps[0], values, maps[1])
     assert values.min() <= carried.min() <= carried.max() <= values.max()
-    assert set(transfer(np.sign(values), *maps, labels=True)) <= {-1, 1}
+    assert set(transfer(maps[0], np.sign(values), maps[1], labels=True)) <= {-1, 1}
 
 
 def test_one_shape_meshed_twice_corresponds(maps):
     """The same surface: its points are carried to themselves, but for the size of the faces."""
-    carried = transfer(maps[0].vertices, *maps)
+    carried = transfer(maps[0], maps[0].vertices, maps[1])
     extent = np.ptp(maps[0].vertices, axis=0).max()
     assert np.abs(carried - maps[1].vertices).max() < 0.02 * extent
 
@@ -64,7 +66,7 @@ def test_resampling_converges_at_second_order():
     errors = []
     for k in (2, 3, 4, 5):
         x, f = regular_mesh(f"ico:{k}")
-        carried = transfer(np.sin(3 * x[:, 0]) * x[:, 1], SphereLocator(x, f), q)
+        carried = transfer(SphereLocator(x, f), np.sin(3 * x[:, 0]) * x[:, 1], q)
         errors.append(np.sqrt(np.mean((carried - np.sin(3 * q[:, 0]) * q[:, 1]) ** 2)))
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (orders > 1.8).all()
@@ -83,7 +85,7 @@ def test_resampling_on_the_other_mesh_of_the_sphere(maps):
     a, b = maps
     again = resample(a, (b.sphere, b.faces))
     assert np.array_equal(again.f, b.faces)
-    assert np.array_equal(again.v, transfer(a.vertices, a, b))
+    assert np.array_equal(again.v, transfer(a, a.vertices, b))
     assert np.array_equal(again.x, b.sphere)
     assert np.array_equal(resample(a, b).v, again.v)
 
@@ -103,9 +105,18 @@ def test_no_other_regular_spheres(word):
 
 def test_refusals(maps):
     with pytest.raises(MeshError, match="values for"):
-        transfer(np.zeros(3), *maps)
+        transfer(maps[0], np.zeros(3), maps[1])
     x, f = regular_mesh("ico:1")
     with pytest.raises(FoldingsRemain):
-        transfer(np.zeros(len(x)), SphereLocator(-x, f), x)
+        transfer(SphereLocator(-x, f), np.zeros(len(x)), x)
     location = Location(np.array([0]), np.array([[0.2, 0.5, 0.3]]))
     assert interpolate(np.arange(len(x)), f, location, labels=True).tolist() == [f[0, 1]]
+
+
+def test_data_come_after_the_map_that_they_lie_over(maps):
+    source, target = maps
+    values = source.vertices[:, 0]
+    for call in (lambda: transfer(values, source, target), lambda: to_grid(values, source),
+                 lambda: spherical_harmonics(values, source)):
+        with pytest.raises(TypeError, match="give a SphereMap first, then the values"):
+            call()

@@ -25,7 +25,7 @@ def test_data_go_to_a_regular_sphere(desk, capsys):
     assert main(["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz", "--to", "ico:2"]) == 0
     assert "height, -" in capsys.readouterr().out
     carried = read_scalars("out.npz")
-    expected = ism.transfer(desk.vertices[:, 2], desk, regular_mesh("ico:2")[0])
+    expected = ism.transfer(desk, desk.vertices[:, 2], regular_mesh("ico:2")[0])
     assert np.allclose(carried["height"], expected, atol=1e-9)
 
 
