@@ -5,6 +5,7 @@ A message names calls and arguments of this library; the command line prints its
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import wraps
 from importlib import import_module
@@ -76,6 +77,13 @@ def one_line(error: BaseException) -> str:
     elif isinstance(error, OSError) and error.strerror:
         words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return " ".join(str(words).split()) or type(error).__name__
+
+
+def check_range(name: str, value: float, least: float, most: float = math.inf) -> None:
+    """Raise ValueError, which names the limits, unless ``least <= value <= most``."""
+    if not (least <= value <= most and math.isfinite(value)):
+        limits = f"at least {least:g}" if most == math.inf else f"between {least:g} and {most:g}"
+        raise ValueError(f"{name} must be {limits}, not {value:g}")
 
 
 def import_optional(module: str, user: str, extra: str = "") -> Any:

@@ -1,15 +1,20 @@
-"""Files: one module per format, registered in the table `FORMATS`."""
+"""Files: meshes, maps, data, coefficients and pictures; `FORMATS` lists the formats of meshes."""
 
 from .coefficients import read_coefficients, write_coefficients
-from .files import read_mesh, read_sphere, write_mesh
-from .formats import FORMATS, format_of
-from .marks import make_mark, read_mark
-from .picture import read_picture, write_picture
+from .files import FORMATS, format_of, read_mesh, read_sphere, write_mesh
 from .records import Format, LoadedMesh
 from .replacing import check_writable
 from .scalars import read_scalars, write_scalars
-from .textured import write_textured
-from .written_map import SphereCheck, certify_radius, read_map, write_map, write_sphere
+from .textured import read_picture, write_picture, write_textured
+from .written_map import (
+    SphereCheck,
+    certify_radius,
+    make_mark,
+    read_map,
+    read_mark,
+    write_map,
+    write_sphere,
+)
 
 __all__ = [
     "FORMATS",

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import zipfile
+from collections.abc import Mapping
+from enum import Enum
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import igl
 import numpy as np
@@ -17,12 +21,11 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from ..result.sphere_map import SphereMap
-from .packing import pack, unpack
 from .reading import check_expansion
 from .records import Format, Metadata, RawMesh, of_triangles
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
 
 
 def read(path: Path, *names: str) -> RawMesh:
@@ -64,7 +67,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     with zipfile.ZipFile(BytesIO(data)) as archive:
         members = archive.infolist()
         check_expansion(sum(member.file_size for member in members), len(data))
-        if any(member.compress_type not in _METHODS for member in members):
+        if any(member.compress_type not in _COMPRESSIONS for member in members):
             raise MeshError("the archive is packed by a method other than NumPy's; save it by numpy.savez")
         return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
 
@@ -82,6 +85,50 @@ def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None =
     mark: dict[str, Any] = {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
     with path.open("wb") as file:
         np.savez(file, **mark | arrays)
+
+
+def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """What JSON holds of `value`; its arrays are added to `arrays`, under names such as ``certificate.flipped``."""
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return None
+    if isinstance(value, Enum):
+        return value.name
+    if dataclasses.is_dataclass(value):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
+    if isinstance(value, Mapping):
+        return {str(key): pack(item, _below(name, key), arrays) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [pack(item, _below(name, k), arrays) for k, item in enumerate(value)]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def unpack(kind: Any, value: Any, name: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """The value of type `kind` that `pack` took apart."""
+    if name in arrays:
+        return arrays[name]
+    if get_origin(kind) in (Union, UnionType):  # of one type or None
+        kind = next(option for option in get_args(kind) if option is not type(None))
+    if value is None:
+        return None
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind[value]
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        types = get_type_hints(kind)
+        return kind(**{key: unpack(types[key], item, _below(name, key), arrays) for key, item in value.items()})
+    if hasattr(kind, "_fields"):  # a named tuple
+        types = get_type_hints(kind)
+        return kind(*(unpack(types[key], item, _below(name, k), arrays)
+                      for k, (key, item) in enumerate(zip(kind._fields, value, strict=True))))
+    if get_origin(kind) is tuple:
+        return tuple(unpack(get_args(kind)[0], item, _below(name, k), arrays) for k, item in enumerate(value))
+    if isinstance(value, dict):
+        return {key: unpack(Any, item, _below(name, key), arrays) for key, item in value.items()}
+    return value
+
+
+def _below(name: str, key: object) -> str:
+    return f"{name}.{key}" if name else str(key)
 
 
 FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",))

@@ -1,4 +1,4 @@
-"""Surfaces with a texture: OBJ with its MTL and PNG beside it, or all in one GLB."""
+"""Pictures, and surfaces with a texture: OBJ with its MTL and PNG beside it, or all in one GLB."""
 
 from __future__ import annotations
 
@@ -12,10 +12,30 @@ from ..errors import FileError, import_optional
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..shapes.texture import Atlas
-from .picture import write_picture
+from .reading import check_regular
 from .records import PathLike
 from .replacing import check_writable, replacing
 from .text import write_text
+
+
+def read_picture(path: PathLike) -> NDArray[np.uint8]:
+    """An image (height, width, 3) of any format that pillow knows, rows from above."""
+    pillow = import_optional("PIL.Image", "a picture", "io")
+    try:
+        check_regular(Path(path))
+        with pillow.open(path) as image:
+            return np.asarray(image.convert("RGB"))
+    except FileError:
+        raise
+    except Exception as error:  # pillow raises many kinds on damaged or huge pictures
+        raise FileError(f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}") from None
+
+
+def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
+    """Write an image (height, width, 3), rows from above."""
+    pillow = import_optional("PIL.Image", "writing a picture", "io")
+    with replacing(path, force) as partial:
+        pillow.fromarray(image).save(partial, format="png")
 
 
 def write_textured(

@@ -11,17 +11,16 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from .animals import bird, dino, octopus
 from .cortex import brain
-from .helix import spring
 from .icosphere import sphere
 from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
+from .rings import spring
 
-Mesh = tuple[FloatArray, IntArray]
+Arrays = tuple[FloatArray, IntArray]
 
-_SHAPES: dict[str, Callable[..., Mesh]] = {
+_SHAPES: dict[str, Callable[..., Arrays]] = {
     shape.__name__: shape for shape in (bird, brain, dino, dumbbell, octopus, pear, sphere, spheroid, spring)
 }
 
@@ -40,8 +39,7 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(_SHAPES))
 
 
-@own_errstate
-def make(name: str, **parameters: Any) -> Mesh:
+def make(name: str, **parameters: Any) -> Arrays:
     """Make a sample by its name.
 
     Parameters
@@ -77,8 +75,7 @@ def make(name: str, **parameters: Any) -> Mesh:
     return _SHAPES[name](**parameters)
 
 
-@own_errstate
-def from_spec(spec: str) -> Mesh:
+def from_spec(spec: str) -> Arrays:
     """Make a sample from one string, as the command line takes it after ``sample:``.
 
     Parameters

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import own_errstate
+from ..errors import check_range, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
-from .arguments import number
-from .implicit import mesh_implicit
-from .limbs import Limb, SmoothUnion, limb
+from .implicit import Limb, SmoothUnion, limb, mesh_implicit
 
 DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the snout
     (-5.0, 0.95, 0.85, 0.10),
@@ -118,7 +116,7 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("arm_length", arm_length, least=0.5, most=20)
+    check_range("arm_length", arm_length, least=0.5, most=20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
     body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.11)

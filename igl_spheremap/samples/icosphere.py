@@ -5,9 +5,8 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from ..errors import own_errstate
+from ..errors import check_range, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
-from .arguments import number
 
 
 @own_errstate
@@ -24,7 +23,7 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=12)
+    check_range("n_vertices", n_vertices, least=12)
     k = max(round(float(np.sqrt((n_vertices - 2) / 10.0))), 1)
     corners, sides = igl.icosahedron()
     weight, triangles = _lattice(k)

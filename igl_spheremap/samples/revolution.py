@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ..errors import own_errstate
+from ..errors import check_range, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
-from .arguments import number
 from .rings import loft
 
 
@@ -168,8 +167,8 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=100)
-    number("aspect", aspect, least=0.02, most=50)
+    check_range("n_vertices", n_vertices, least=100)
+    check_range("aspect", aspect, least=0.02, most=50)
     return SurfaceOfRevolution(half_length=aspect).mesh(n_vertices)
 
 
@@ -189,8 +188,8 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=300)
-    number("waist", waist, least=0.05, most=2)
+    check_range("n_vertices", n_vertices, least=300)
+    check_range("waist", waist, least=0.05, most=2)
     return SurfaceOfRevolution(half_length=2.5, radius=(waist, 0.0, 2.0)).mesh(n_vertices)
 
 
@@ -208,5 +207,5 @@ def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    number("n_vertices", n_vertices, least=100)
+    check_range("n_vertices", n_vertices, least=100)
     return SurfaceOfRevolution(half_length=1.4, radius=(1.0, -0.4, 0.1, 0.2)).mesh(n_vertices)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from file_names import ALL, EXACT, ROUNDED, needs
 
-from igl_spheremap import FileError, MeshError, check_mesh
-from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap import FileError, MeshError, check_mesh, io
+from igl_spheremap.io import FORMATS, format_of, read_mesh, write_mesh
 
 
 @pytest.mark.parametrize("name", EXACT)
@@ -125,3 +127,27 @@ def test_faces_of_another_shape_are_refused_and_not_cut_anew(ball, tmp_path):
         with pytest.raises(MeshError, match="faces"):
             write_mesh(tmp_path / "ball.obj", v, faces)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_every_format_is_in_the_table_once():
+    suffixes = [suffix for entry in FORMATS for suffix in entry.suffixes]
+    assert len(suffixes) == len(set(suffixes))
+    package = Path(io.__file__).parent
+    defined = [path.stem for path in package.glob("*.py")
+               for _ in re.findall(r"^[A-Z]+ = Format\(", path.read_text("utf-8"), re.MULTILINE)]
+    assert sorted(entry.read.__module__.rpartition(".")[2] for entry in FORMATS) == sorted(defined)
+
+
+def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_path):
+    for name in ("ball.off", "ball.ply", "ball.npz", "ball.glb", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere"):
+        needs(name)
+        write_mesh(tmp_path / name, *ball)
+        (tmp_path / name).rename(tmp_path / "mystery")
+        assert format_of(tmp_path / "mystery") is format_of(name)
+        (tmp_path / "mystery").unlink()
+
+
+def test_names_of_results_are_known_and_not_those_of_freesurfer_s_own_files():
+    for name in ("lh.sphere.conformal", "rh.sphere.balanced", "lh.sphere.balanced.reg"):
+        assert format_of(name).name == "FreeSurfer"
+        assert name.removeprefix("lh.").removeprefix("rh.") not in ("sphere", "sphere.reg")

@@ -1,4 +1,4 @@
-"""A GLB file taken apart by the words of the glTF 2.0 specification, without the library that wrote it."""
+"""Pictures come back; a GLB file is taken apart by the words of the glTF 2.0 specification."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import io
 import json
 import os
 import struct
+import zlib
 
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
 from igl_spheremap import FileError
-from igl_spheremap.io import write_textured
+from igl_spheremap.io import read_picture, write_picture, write_textured
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
@@ -130,3 +131,30 @@ def test_textures_are_not_overwritten(result, tmp_path):
     assert os.listdir(tmp_path) == ["body.png"]
     with pytest.raises(FileError, match=r"\.obj and \.glb"):
         write_textured(tmp_path / "body.off", result.vertices, result.faces, atlas, checker_image(8, 2))
+
+
+def test_pictures_come_back(tmp_path):
+    image = np.random.default_rng(0).integers(0, 256, (5, 7, 3), dtype=np.uint8)
+    write_picture(tmp_path / "a.png", image)
+    assert np.array_equal(read_picture(tmp_path / "a.png"), image)
+
+
+def huge_png():
+    """A header that announces 10 gigapixels."""
+    header = b"IHDR" + struct.pack(">2I5B", 100_000, 100_000, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header))
+
+
+@pytest.mark.parametrize("data", [b"", b"no picture", huge_png()], ids=["empty", "text", "huge"])
+def test_what_is_no_picture_is_one_line(data, tmp_path):
+    (tmp_path / "a.png").write_bytes(data)
+    with pytest.raises(FileError, match=r"can't read .* as a picture"):
+        read_picture(tmp_path / "a.png")
+
+
+@pytest.mark.posix
+def test_devices_and_pipes_are_refused_without_reading(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in ("/dev/zero", tmp_path / "pipe"):
+        with pytest.raises(FileError, match="a device or a pipe"):
+            read_picture(path)

@@ -222,5 +222,5 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x 
     half, equal, conformal = figures["spread"]
     assert equal < 0.02 < 0.4 * conformal < half < 0.7 * conformal
     assert figures["back"]
-    assert all("covered once (exact)" in text and "area ratios" in text for text in figures["facts"])
+    assert all("covered once (exact)" in text and "areas: log(image / source)" in text for text in figures["facts"])
     assert figures["drawn"] > 0.15
