@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 
 from ..._version import __version__
 from ...shapes import LARGEST_DEGREE, STAGES
-from ..reproduce import ALL, ITEMS
+from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch

@@ -12,7 +12,7 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
 from ..viewer.body import clusters, follow
-from .surfaces import Surface
+from .runs import Surface
 
 _NONE = np.empty(0, dtype=np.int64)
 

@@ -15,9 +15,8 @@ from ...start.star_map import weighted_eigen_projection
 from ...verify.distortion import angle_differences, conformal_factor
 from ...verify.signs import folded_faces
 from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
-from .paper import TABLE_1
-from .runs import Outcome, Runs
-from .surfaces import Surface
+from .runs import Outcome, Runs, Surface
+from .tables import TABLE_1
 
 _FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 _REACH = 45.0  # degrees at the end of histograms that are compared

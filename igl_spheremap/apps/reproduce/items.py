@@ -1,17 +1,16 @@
-"""The list of what can be reproduced, and the loop that does it."""
+"""The list of what can be reproduced, and the loop that does it; importing it loads no numpy."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from ...errors import FileError, import_optional
-from ...io.replacing import replacing
-from ...mesh.arrays import IntArray
-from ...result.run import Listener
-from .figures import FIGURES
-from .runs import Runs
-from .tables import TABLES
+
+#: Names of all tables and figures, and one for all of them.
+ITEMS = ("table1", "table2", "table3", "fig3", "fig4", "fig5", "fig6", "fig9", "fig10")
+ALL = "all"
 
 
 def reproduce(
@@ -21,7 +20,7 @@ def reproduce(
     meshes: Path | None = None,
     max_iterations: int | None = None,
     report: Callable[[str], None] = lambda line: None,
-    listen: Callable[[IntArray], Listener | None] = lambda f: None,
+    listen: Callable[..., Any] = lambda f: None,
 ) -> list[Path]:
     """Write the named `ITEMS` into a folder, tables as Markdown and figures as PNG; return their paths.
 
@@ -29,6 +28,12 @@ def reproduce(
     counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
     `report` takes a line on each run, `listen` makes a listener for a run on a mesh with these faces.
     """
+    # The command's help needs the names alone.
+    from ...io.replacing import replacing
+    from .figures import FIGURES
+    from .runs import Runs
+    from .tables import TABLES
+
     if set(names) & set(FIGURES):
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():
@@ -41,18 +46,13 @@ def reproduce(
     runs = Runs(kept, meshes, max_iterations, report, listen)
     written = []
     for name in names:
-        written.append(_write(name, out, runs))
-        report(f"wrote {written[-1]}")
+        path = out / f"{name}{'.md' if name in TABLES else '.png'}"
+        made = TABLES[name](runs) if name in TABLES else FIGURES[name](runs)
+        with replacing(path, force=True) as partial:
+            if isinstance(made, str):
+                partial.write_text(made, encoding="utf-8")
+            else:
+                made.savefig(partial, format="png")
+        written.append(path)
+        report(f"wrote {path}")
     return written
-
-
-def _write(name: str, out: Path, runs: Runs) -> Path:
-    if name in TABLES:
-        path, page = out / f"{name}.md", TABLES[name].page(runs)
-        with replacing(path, force=True) as partial:
-            partial.write_text(page, encoding="utf-8")
-    else:
-        path, figure = out / f"{name}.png", FIGURES[name](runs)
-        with replacing(path, force=True) as partial:
-            figure.savefig(partial, format="png")
-    return path

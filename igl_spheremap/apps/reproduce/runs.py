@@ -1,26 +1,112 @@
-"""Runs of methods on surfaces, kept in files, from which an interrupted command continues."""
+"""The surfaces that stand for the paper's, and runs of methods on them, kept in files."""
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import importlib.util
 import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import igl
 import numpy as np
 
+from ... import samples
 from ..._version import __version__
 from ...errors import FactorisationFailed, MapError
+from ...io import read_mesh
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import check_mesh
+from ...result.recording import Recording
 from ...result.run import Iterate, Listener
 from ...verify.distortion import angle_differences
-from .surfaces import Surface, load_surface
+
+
+@dataclass(frozen=True)
+class Counterpart:
+    """What stands for a surface of the paper: a file of the folder, simplified to so many vertices, or a sample."""
+
+    file: str
+    relation: str
+    sample: str
+    sample_relation: str
+    simplify_to: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A checked mesh under the paper's name, where it is from, and how it relates to the paper's."""
+
+    name: str
+    v: FloatArray
+    f: IntArray
+    source: str
+    relation: str
+
+    @property
+    def digest(self) -> str:
+        """A hash of the mesh."""
+        return hashlib.sha256(self.v.tobytes() + self.f.tobytes()).hexdigest()[:16]
+
+
+_GRAY_MATTER = "public/fsaverage5_pial_left.obj"
+_TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
+#: By the paper's name.
+COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
+
+
+def load_surface(name: str, folder: Path | None) -> Surface:
+    """The surface that stands for one of `COUNTERPARTS`: from the folder, from nilearn, or a sample.
+
+    >>> load_surface("Bird 1", None).source
+    'sample:bird:n_vertices=890'
+    """
+    one = COUNTERPARTS[name]
+    if folder is not None and one.file and (folder / one.file).is_file():
+        v, f = _read(folder / one.file)
+        source, relation = one.file, one.relation
+        if one.simplify_to:
+            v, f = _simplified(v, f, int(one.simplify_to))
+    elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
+        v, f = _read(shipped)
+        source, relation = f"nilearn's {shipped.name}", one.relation
+    else:
+        v, f = samples.from_spec(one.sample)
+        source, relation = f"sample:{one.sample}", one.sample_relation
+    check_mesh(v, f)
+    return Surface(name, v, f, source, relation)
+
+
+def _read(path: Path) -> tuple[FloatArray, IntArray]:
+    mesh = read_mesh(path)
+    return mesh.v, mesh.f
+
+
+def _simplified(v: FloatArray, f: IntArray, n: int) -> tuple[FloatArray, IntArray]:
+    """Quadric simplification to n vertices."""
+    v, f, _, _ = igl.qslim(np.asfortranarray(v), np.asfortranarray(f, dtype=np.int32), 2 * n - 4)
+    return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
+
+
+def _nilearn_fsaverage() -> Path | None:
+    """The pial surface that nilearn ships, if it is installed and files can be read."""
+    if importlib.util.find_spec("nibabel") is None:
+        return None
+    spec = importlib.util.find_spec("nilearn")
+    for root in (spec.submodule_search_locations or ()) if spec else ():
+        path = Path(root) / "datasets" / "data" / "fsaverage5" / "pial_left.gii.gz"
+        if path.is_file():
+            return path
+    return None
+
 
 #: What is run, by the name that tables give it.
 METHODS: dict[str, Method] = {
@@ -95,9 +181,9 @@ class Runs:
         """The surface that stands for one of the paper's; a sample if asked, or where the meshes lack it."""
         return load_surface(name, None if sample else self._meshes)
 
-    def get(self, surface: Surface, name: str) -> Outcome:
-        """The outcome of a method of `METHODS` on a surface; of a failed run, the status is the error's message."""
-        method = METHODS[name]
+    def get(self, surface: Surface, name: str, method: Method | None = None) -> Outcome:
+        """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""
+        method = method or METHODS[name]
         if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
             method = replace(method, max_iterations=self._cap)
         key = json.dumps([surface.digest, method.name, method.settings(), __version__], sort_keys=True)
@@ -111,43 +197,52 @@ class Runs:
         return outcome
 
 
-class _Watch:
-    """Listener that keeps energies, times and the last map of each round, and passes iterates on."""
+class _Timed(Recording):
+    """Recording of the ends of all stages that keeps CPU seconds, too, its own left out, and passes iterates on."""
 
-    def __init__(self, listener: Listener | None) -> None:
-        self._listener = listener
-        self.energies: list[float] = []
+    def __init__(self, f: IntArray, listener: Listener | None) -> None:
+        super().__init__(f, budget=0)
+        self._next = listener
         self.clock: list[float] = []
-        self.maps: dict[int, FloatArray] = {}
-        self._began = time.process_time()
+        self._began, self._own = time.process_time(), 0.0
+
+    @property
+    def seconds(self) -> float:
+        """CPU seconds so far."""
+        return time.process_time() - self._began - self._own
 
     def __call__(self, iterate: Iterate) -> None:
-        if iterate.stage not in _STARTS:
-            self.energies.append(iterate.energy)
-            self.clock.append(time.process_time() - self._began)
-            self.maps[iterate.round] = iterate.x
-        if self._listener is not None:
-            self._listener(iterate)
+        """Keep the iterate."""
+        seconds = self.seconds
+        self.clock.append(seconds)
+        try:
+            super().__call__(iterate)
+            if self._next is not None:
+                self._next(iterate)
+        finally:
+            self._own += self.seconds - seconds
 
 
 def run(surface: Surface, method: Method, listener: Listener | None = None) -> Outcome:
-    """Map a surface and watch; an error that the method raises is the outcome's status."""
-    watch, began = _Watch(listener), time.process_time()
+    """Map a surface and record the run; an error that the method raises is the outcome's status."""
+    record = _Timed(surface.f, listener)
     n = len(surface.v)
     try:
-        result = spherical_conformal_map(surface.v, surface.f, method, listener=watch)
+        result = spherical_conformal_map(surface.v, surface.f, method, listener=record)
     except (MapError, FactorisationFailed) as error:
-        return Outcome(str(error), time.process_time() - began, sphere=np.full((n, 3), np.nan))
+        return Outcome(str(error), record.seconds, sphere=np.full((n, 3), np.nan))
+    steps = [k for k, step in enumerate(record.history) if step.stage not in _STARTS]
+    maps = {frame.iterate.round: frame.iterate.x for frame in record.frames if frame.iterate.stage not in _STARTS}
     return Outcome(
         result.status.name,
-        time.process_time() - began,
+        record.seconds,
         [asdict(entry) | {"status": entry.status.name} for entry in result.rounds],
         result.iterations,
         result.energy,
         result.certificate.foldings,
-        np.array(watch.energies),
-        np.array(watch.clock),
-        np.array([watch.maps[k] for k in sorted(watch.maps)]).reshape(-1, n, 3),
+        np.array([record.history[k].energy for k in steps]),
+        np.array(record.clock)[steps],
+        np.array(list(maps.values())).reshape(-1, n, 3),
         result.sphere,
     )
 

@@ -18,8 +18,8 @@ from igl_spheremap import MeshError, samples, write_mesh
 from igl_spheremap.apps.cli import arguments, main
 from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
-from igl_spheremap.apps.reproduce import ITEMS
 from igl_spheremap.apps.reproduce.figures import FIGURES
+from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
 from igl_spheremap.io import FORMATS
 from igl_spheremap.maps.spherical_conformal_map import spherical_conformal_map

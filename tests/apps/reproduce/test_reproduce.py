@@ -8,10 +8,10 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.reproduce import ITEMS, canvas, runs, surfaces
-from igl_spheremap.apps.reproduce.items import reproduce
-from igl_spheremap.apps.reproduce.paper import TABLE_1, TABLE_2, TABLE_3
-from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, Surface, load_surface
+from igl_spheremap.apps.reproduce import canvas, runs
+from igl_spheremap.apps.reproduce.items import ITEMS, reproduce
+from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, Surface, load_surface
+from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.draw.plot import shading, view_of
 
 
@@ -22,7 +22,7 @@ def small(monkeypatch):
         name: Counterpart("", "", f"spheroid:n_vertices={150 + 4 * k}", "a spheroid")
         for k, name in enumerate(COUNTERPARTS)
     }
-    monkeypatch.setattr(surfaces, "COUNTERPARTS", tiny)
+    monkeypatch.setattr(runs, "COUNTERPARTS", tiny)
 
 
 def page(out, name, **options):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from ...reproduce import ALL, ITEMS
-from ...reproduce.items import reproduce
+from ...reproduce.items import ALL, ITEMS, reproduce
 
 
 def run_reproduce(args: Namespace) -> None:
