@@ -63,3 +63,27 @@ def test_margins_of_the_package_refer_to_equations_that_exist():
     for path in PACKAGE.rglob("*.py"):
         for comment in comments(path.read_text("utf-8")):
             assert {int(n) for n in re.findall(r"eq\. \((\d+)\)", comment)} <= table, (path, comment)
+
+
+def defined(page):
+    """Numbers of the equations that a page of the docs gives a line of their own."""
+    text = (TABLE.parent / f"{page}.md").read_text("utf-8")
+    return [int(number) for number in re.findall(r"^\((\d+)\) ", text, re.MULTILINE)]
+
+
+def cited(page):
+    """Numbers of a page's equations that margins of the package name."""
+    texts = [comment for path in PACKAGE.rglob("*.py") for comment in comments(path.read_text("utf-8"))]
+    return {int(number) for text in texts for number in re.findall(rf"\b{page} \((\d+)\)", text)}
+
+
+@pytest.mark.parametrize("page", ["algorithm", "balance", "shapes"])
+def test_margins_name_numbered_equations_of_the_docs(page):
+    numbers = defined(page)
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert cited(page)
+    assert cited(page) <= set(numbers)
+
+
+def test_every_equation_of_the_default_method_is_in_a_margin():
+    assert cited("algorithm") == set(defined("algorithm"))

@@ -67,26 +67,25 @@ class PreconditionedCayley:
         energy, H = evaluated
         yield Iterate("sobolev", 0, 0, x, energy, np.inf)
         for k in count(1):
-            density = row_dots(x, H)  # lambda of eq. (9): twice the image area around each vertex
+            density = row_dots(x, H)  # lambda of eq. (9), algorithm (10): twice the image area around each vertex
             e = _boost(x, H, density)
-            g = H  # in its memory
-            g -= (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost
+            g = H - (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost: algorithm (12)
             g -= (e[:, None] * density).T
-            D = problem.metric.solve(g)
+            D = problem.metric.solve(g)  # algorithm (13)
             quadrupoles = _correct_quadrupoles(D, x, g)
             D -= weighted_sum(problem.A, D)
-            # A step leaves at most a fifth of the square of what is not of degree 2, and of that the same share as of
-            # degree 3 or less, if its Hessian is the sphere's but for a sixth.
+            # A step leaves at most a fifth of the square of what is not of degree 2, and a twentieth of what is, if its
+            # Hessian is the sphere's but for a sixth.
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
-            left = (abs(square - quadrupoles) + quadrupoles / 4) / 5
-            trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with P^-1 H for H
+            left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
+            trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, reductions=_HALVINGS)
             step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
             if step is None:
                 return
             (x, H), energy = step.trial, step.energy
             area = surface_area(x, problem.f)
-            residual = left / max(energy - area, _LEAST_GAP)
+            residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
             yield Iterate("sobolev", 0, k, x, energy, residual, step.tau, {"area": area})
 
 
@@ -96,7 +95,7 @@ def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
     A uniform shift would load the vertices of limbs, whose image is tiny, like all others, and distort them.
     """
     gram = density.sum() * np.eye(3) - weighted_moment(density, x, x)
-    return np.linalg.solve(gram, H.sum(axis=0) - weighted_sum(density, x))
+    return np.linalg.solve(gram, H.sum(axis=0) - weighted_sum(density, x))  # algorithm (11)
 
 
 def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
@@ -110,7 +109,7 @@ def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
     Q, turned = (5 / (16 * np.pi) * ((M + M.T) / 2 - np.trace(M) / 3 * np.eye(3)) for M in moments)
     y = np.einsum("jk,ki->ji", turned, x_columns)
     y += column_crosses(x_columns, np.einsum("jk,ki->ji", Q, x_columns))
-    D += column_crosses(x_columns, y).T / 3
+    D += column_crosses(x_columns, y).T / 3  # algorithm (14)
     return 4 * np.pi / 5 * float((Q**2).sum() + (turned**2).sum())
 
 

@@ -51,7 +51,7 @@ def laplacian(
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
-        weight = by_libigl(igl.cotmatrix_entries, v, f)  # eq. (13)
+        weight = by_libigl(igl.cotmatrix_entries, v, f)  # eq. (13), algorithm (1)
     elif weights == "mollified":
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     elif weights == "uniform":
@@ -144,7 +144,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
             continue
         diagonal = _diagonal(L, mesh, choice)
         kept = L.data[diagonal]
-        L.data[diagonal] += _REGULARISATION * mesh.A  # P, in the memory of L: factors keep the pattern only
+        L.data[diagonal] += _REGULARISATION * mesh.A  # algorithm (2), in the memory of L: factors keep the pattern only
         try:
             factor = factorize(L, backend, like.factor if like else None)
         except FactorisationFailed:

@@ -30,12 +30,13 @@ def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
     P = D = np.empty((0, len(z)))
     for ell in range(degree + 1):
         if ell:
-            top = np.sqrt(1 + 0.5 / ell) * s * top  # (2)
+            top = np.sqrt(1 + 0.5 / ell) * s * top  # shapes (2)
         m = np.arange(ell)[:, None]
         r = np.sqrt((2 * ell + 1) * (ell - m) / ((2 * ell - 1) * (ell + m))) if ell else m
         last, step = P, D
         P, D = np.empty((2, ell + 1, len(z)))
-        D[:ell] = r / (ell - m) * (ell + m - 1) * step - r / (ell - m) * (2 * ell - 1) * (below_one * last)  # (3)
+        share = r / (ell - m)
+        D[:ell] = share * (ell + m - 1) * step - share * (2 * ell - 1) * (below_one * last)  # shapes (3)
         P[:ell] = r * last + D[:ell]
         P[ell] = D[ell] = top
         yield P * signs[(ell + np.arange(ell + 1)) % 2]
@@ -59,7 +60,7 @@ def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
     waves = np.sqrt(2) * np.cumprod(turn, axis=0)  # exp(i m phi), m = 1, 2, ...
     for ell, P in enumerate(legendre(degree_of(c), x[:, 2], s)):
         here, Y = c[rows_of(ell)], P[1:] * waves[:ell]
-        yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]
+        yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]  # shapes (1)
 
 
 def blocks(n: int) -> Iterator[slice]:
@@ -121,7 +122,7 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
     waves = np.concatenate((F.real, -F.imag), axis=2)
     c = np.empty(((degree + 1) ** 2, k))
     for ell, P in enumerate(legendre(degree, z, np.sqrt((1 - z) * (1 + z)))):
-        each = np.matmul(P[:, None], waves[: ell + 1])[:, 0]  # m, 2 k
+        each = np.matmul(P[:, None], waves[: ell + 1])[:, 0]  # shapes (4): m, 2 k
         middle = ell * ell + ell
         c[middle : middle + ell + 1] = each[:, :k]
         c[middle - ell : middle] = each[:0:-1, k:]

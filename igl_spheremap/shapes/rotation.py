@@ -91,7 +91,7 @@ def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexA
     turn = -1j * np.arange(-ell, ell + 1)[:, None]
     phase = spin_phase(ell)[:, None]
     rows = np.swapaxes(U, -1, -2) @ (phase.conj() * np.exp(gamma * turn) * rows)
-    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))
+    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))  # shapes (5)
 
 
 def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
@@ -164,7 +164,7 @@ def _on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
         a, b, U = f[ell - 1, inside], g[ell - 1, inside], spins[ell - 1, inside, inside]
         pairs = (phase[inside, None] * a.conj()) @ (phase.conj()[inside, None] * b).T
         where = np.arange(-ell, ell + 1)  # negative frequencies from the end
-        spectrum[np.ix_(where, where, where)] += pairs[:, None] * (U[:, :, None] * U.T)
+        spectrum[np.ix_(where, where, where)] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (6)
     return np.asarray(np.fft.fftn(spectrum).real)
 
 

@@ -39,7 +39,7 @@ def orientation_target(mesh: Mesh) -> FloatArray:
     outward = mesh.v - weighted_sum(mesh.A, mesh.v)
     inside_out = np.vdot(mesh.A, row_dots(normals, outward)) < 0
     outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
-    outward += normals
+    outward += normals  # algorithm (21)
     return outward
 
 
@@ -52,4 +52,4 @@ def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> Flo
     """
     u, _, vt = np.linalg.svd(weighted_moment(weights, x, target))
     u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
-    return np.asarray(u @ vt)
+    return np.asarray(u @ vt)  # algorithm (22)

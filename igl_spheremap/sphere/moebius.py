@@ -32,7 +32,7 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     if not cc < 1:
         raise MeshError(f"the Moebius centre has length {np.sqrt(cc):g}; give a point inside the unit ball")
     y = x - c
-    y *= ((1 - cc) / row_dots(y, y))[:, None]
+    y *= ((1 - cc) / row_dots(y, y))[:, None]  # algorithm (18)
     y -= c
     # Where c is near the rim, rounding leaves the sphere by some units in the last place: normalise.
     y /= np.sqrt(row_dots(y, y))[:, None]
@@ -63,7 +63,7 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
         if size <= within:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)
+        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)  # algorithm (19)
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > 0.5:
@@ -87,7 +87,7 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
     """Point that goes to the centre under ``moebius(moebius(., first), then)``."""
     # The inverse of the first map, taken at `then`: hyperbolic translation of `then` by `first`.
     dot, ff, tt = float(first @ then), float(first @ first), float(then @ then)
-    return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)
+    return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)  # algorithm (20)
 
 
 def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:

@@ -126,13 +126,13 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
-    green = operators.factor.solve(loads, _ACCURACY)
+    green = operators.factor.solve(loads, _ACCURACY)  # algorithm (3)
     target = np.ravel(_in_their_planes(mesh, mesh.f[[face]])).conj()
     if target[1].imag == 0:  # without area it is placed as an equilateral one: the affine correction finds its shape
         target = np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
-            coefficients = np.linalg.solve(green[[b, c]] - green[a], target)
+            coefficients = np.linalg.solve(green[[b, c]] - green[a], target)  # algorithm (4)
         except np.linalg.LinAlgError:
             return np.full(len(mesh.v), np.nan + 0j)
         return np.einsum("ij,j->i", green, coefficients)
@@ -147,23 +147,23 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     face: its Beltrami coefficient is about conj(z) over the distance of the corners. Meshes so coarse, with some 200
     vertices, that the body reaches to an eighth of that do without.
     """
-    z = _aboutweighted_quantile(z, mesh.A)
+    z = _about_middle(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]
     nu = _median(_beltrami(mesh, body, z))
     if nu is None:
         return z, 1.0
     if abs(nu) < _LARGEST_CORRECTION:
-        z = z + nu * z.conj()
+        z = z + nu * z.conj()  # algorithm (6)
     distance, sample = np.abs(z), spread(len(z), _SAMPLE)
     corner, middle = distance[mesh.f[face]].min(), weighted_quantile(distance[sample], mesh.A[sample])
     if _FAR * corner < middle:
         return z, nu
-    near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)
+    near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)  # algorithm (7)
     ring = mesh.f[near.take(mesh.f[:, 0])]
     ring = ring[near[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]
     kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
-    return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu
+    return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu  # algorithm (8)
 
 
 def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
@@ -173,7 +173,7 @@ def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
         first, second, third = z[f.T]
         dp, dq = second - first, third - first
         # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
-        nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # -z_wbar / conj(z_w)
+        nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # algorithm (5)
         known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z).max()
         return np.where(known & (w.imag > 0) & (np.abs(nu) < 1), nu, np.nan)
 
@@ -196,14 +196,14 @@ def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]
 
 def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     """Inverse stereographic projection with about half the weight in each hemisphere; infinity is the south pole."""
-    z = _aboutweighted_quantile(z, weights)
+    z = _about_middle(z, weights)
     radius, sample = np.abs(z), spread(len(z), _SAMPLE)
     middle = weighted_quantile(radius[sample], weights[sample])
     z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
-    return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))
+    return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))  # algorithm (9)
 
 
-def _aboutweighted_quantile(z: ComplexArray, weights: FloatArray) -> ComplexArray:
+def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
     """Positions relative to about the middle of the weights: an estimate is enough, for centring comes later."""
     sample = spread(len(z), _SAMPLE)
     w = weights[sample]

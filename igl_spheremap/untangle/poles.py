@@ -28,13 +28,13 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     ends = _nearest_ends(t)
     turn = _away_from_infinity(ends)
     source, image = _completed(t, ends)
-    M = _frame(image @ turn.T) @ np.linalg.inv(_frame(source @ placed.turn.T))
+    M = _frame(image @ turn.T) @ np.linalg.inv(_frame(source @ placed.turn.T))  # algorithm (24)
     (a, b), (c, d) = M / np.sqrt(np.linalg.det(M))
     N, D = a * placed.z + b, c * placed.z + d
     D = np.where(D == 0, np.finfo(float).tiny, D)
 
     def about(tip: int) -> ComplexArray:
-        return placed.about(tip) / D / D[tip]  # the product may overflow
+        return placed.about(tip) / D / D[tip]  # algorithm (25); the product may overflow
 
     at = ends @ turn.T
     nearest = (to_ball(N / D).astype(np.float64) @ at.T).argmax(axis=1)
@@ -77,5 +77,5 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
 def _frame(x: FloatArray) -> ComplexArray:
     """The matrix, up to a factor, whose Moebius map takes infinity, 0 and 1 of the plane to three points."""
     across, north = x[:, 0] + 1j * x[:, 1], x[:, 2] >= 0
-    p = np.where(north, [across, 1 + x[:, 2]], [1 - x[:, 2], across.conj()])
+    p = np.where(north, [across, 1 + x[:, 2]], [1 - x[:, 2], across.conj()])  # algorithm (23)
     return np.asarray(p[:, :2] * np.linalg.solve(p[:, :2], p[:, 2]), dtype=np.complex128)
