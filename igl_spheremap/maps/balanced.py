@@ -13,11 +13,12 @@ from ..descent.energies.harmonic import HarmonicEnergy
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import stage, timed
-from ..result.run import History, Listener, Status
+from ..result.run import History, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import turn_to_gauss_map
 from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
+from ..verify.distortion import mesh_angle_differences
 from .options import Method
 from .run import finish
 from .spherical_conformal_map import spherical_conformal_map
@@ -158,7 +159,11 @@ def rebalance_checked(
     certificate = certify_checked(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
         x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)
-    found = Candidate(x, HarmonicEnergy.of(mesh).evaluate(x)[0], status, conformal.rounds, certificate, "turned",
+    value = HarmonicEnergy.of(mesh).evaluate(x)[0]
+    mean_angle = float(np.abs(mesh_angle_differences(mesh, x)).mean())
+    last = Round(len(conformal.rounds), "conformal map", 0, certificate.foldings, len(history.steps), value, mean_angle,
+                 status, time.perf_counter() - began)
+    found = Candidate(x, value, status, (*conformal.rounds, last), certificate, "turned",
                       conformal.stretch, conformal.backend, notes)
     settings = conformal.settings | {"balance": float(balance)}
     balanced = finish(mesh, found, history, conformal.method, settings, began)

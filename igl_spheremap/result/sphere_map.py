@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..draw.markup import table
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.certificate import Certificate
-from ..verify.distortion import (
-    angle_differences,
-    angle_figures,
-    area_distortion,
-    conformal_factor,
-    describe_angles,
-    describe_logs,
-    log_figures,
-)
+from ..verify.distortion import angle_differences, area_distortion, conformal_factor
+from .findings import Finding, angles, areas, energy, verdict
 from .recording import plot_run
 from .run import Round, Status, Step
 
@@ -144,25 +136,43 @@ class SphereMap:
         return table(result_rows(self))
 
     def __repr__(self) -> str:
-        verdict = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
-        return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {verdict}, "
+        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {outcome}, "
                 f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
 
 
+def run_findings(result: SphereMap) -> list[Finding]:
+    """How a map was made: the method's line, and the notes."""
+    options = ", ".join(f"{key} = {value}" for key, value in result.settings.items() if key != "balance")
+    made = "".join((result.method, f" ({options})" if options else "", f", {result.backend}" if result.backend else ""))
+    text = f"{made}: {result.iterations} iterations, {result.seconds:.2f} s; {result.status.value}"
+    run = {
+        "method": result.method, "settings": result.settings, "backend": result.backend, "timings": result.timings,
+        "iterations": result.iterations, "seconds": result.seconds, "status": result.status.name,
+        "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
+    }  # fmt: skip
+    notes = [Finding("note", note, {}) for note in result.notes]
+    return [Finding("method", text, run), *notes]
+
+
+def map_findings(result: SphereMap) -> list[Finding]:
+    """What is known of a map; the verdict comes last."""
+    found = [energy(result.energy), angles(result.angle_differences()), areas(result.area_ratios())]
+    if result.balance:
+        text = f"{result.balance:g} on the way from conformal (0) to area-preserving (1)"
+        found.append(Finding("balance", text, {}))
+    if result.stretch != 1:
+        advice = "" if result.gauge == "poles" else '; without gauge="centred" they may keep their angles'
+        text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
+        found.append(Finding("stretch", text, {}))
+    return [*found, verdict(result.certificate)]
+
+
 def result_rows(result: SphereMap) -> list[tuple[str, str]]:
-    """Figures of a map as labels and texts, the most important first."""
-    backend = f", factorised by {result.backend}" if result.backend else ""
-    options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
-    rows = [
-        ("certificate", str(result.certificate)),
-        ("mesh", f"{len(result.vertices):,} vertices, {len(result.faces):,} faces"),
-        ("angle differences", describe_angles(angle_figures(result.angle_differences()))),
-        ("area ratios", f"their logarithms are {describe_logs(log_figures(result.area_ratios()))}"),
-        ("harmonic energy", f"{result.energy:.6f}, which is 4π {result.energy - 4 * math.pi:+.2e}"),
-        ("method", f"{result.method}{f' ({options})' if options else ''}{backend}"),
-        ("run", f"{result.iterations:,} iterations, {result.seconds:.2f} s; {result.status.value}"),
-    ]
-    return rows + [("note", note) for note in result.notes]
+    """All findings as labels and texts, the verdict first."""
+    *known, certificate = map_findings(result)
+    size = Finding("mesh", f"{len(result.vertices):,} vertices, {len(result.faces):,} faces", {})
+    return [(found.label, found.text) for found in (certificate, size, *known, *run_findings(result))]
 
 
 ROUNDS = ("round", "from", "folded faces", "iterations", "energy", "mean angle")

@@ -272,14 +272,3 @@ def angle_figures(differences: FloatArray) -> dict[str, float]:
     size = np.abs(differences).ravel()
     median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
     return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
-
-
-def describe_angles(figures: dict[str, float]) -> str:
-    """The statistics of `angle_figures` in words."""
-    return ("{mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
-            "at most {max:.3g})").format(**figures)
-
-
-def describe_logs(figures: dict[str, float]) -> str:
-    """The statistics of `log_figures` in words."""
-    return "{mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})".format(**figures)

@@ -61,6 +61,7 @@ _FLAGS = {
     "read_mesh(path, triangulate=True)": "--repair",
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
+    'gauge="centred"': "--gauge centred",
 }
 
 #: Errors that take one line; any other is a defect of the package and shows its traceback.

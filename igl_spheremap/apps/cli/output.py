@@ -9,7 +9,7 @@ import sys
 import tempfile
 import textwrap
 from argparse import Namespace
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,18 +18,15 @@ import numpy as np
 from ...errors import FileError, import_optional
 from ...io import Format, check_writable, format_of
 from ...io.replacing import replacing
-from ...mesh.arrays import FloatArray
-from ...verify.certificate import Certificate
-from ...verify.distortion import angle_figures, describe_angles, describe_logs, log_figures
+from ...result.findings import Finding
 from .arguments import WRITTEN
-from .exits import UsageError
+from .exits import UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "json", "plot")
 _WIDTH = 80
 _LABEL = 13
-_LISTED = 10  # faces or vertices that JSON lists of each kind of fault
 _T = TypeVar("_T")
 
 
@@ -111,24 +108,10 @@ class Findings:
         self.mesh("source", source)
         self.figures |= {"repairs": source.repairs, "vertices": len(source.v), "faces": len(source.f)}
 
-    def energy(self, energy: float) -> None:
-        """Add the harmonic energy, eq. (6)."""
-        above = f"4 pi {energy - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
-        self.add("energy", f"{energy:.6f}, which is {above}", energy=energy)
-
-    def angles(self, differences: FloatArray) -> None:
-        """Add angle differences (m, 3) in degrees."""
-        figures = angle_figures(differences)
-        self.add("angles", f"differ by {describe_angles(figures)}", angle_differences=figures)
-
-    def ratios(self, kind: str, logarithms: FloatArray) -> None:
-        """Add logarithms of the ratios of areas or edges."""
-        figures = log_figures(logarithms)
-        self.add(f"{kind}s", f"log(image / source) is {describe_logs(figures)}", **{f"{kind}_ratios": figures})
-
-    def certificate(self, certificate: Certificate) -> None:
-        """Add a certificate."""
-        self.add("certificate", str(certificate), certificate=certificate_figures(certificate))
+    def extend(self, findings: Iterable[Finding]) -> None:
+        """Add what is known of a map."""
+        for finding in findings:
+            self.add(finding.label, with_flags(finding.text), **finding.numbers)
 
     def report(self, args: Namespace) -> None:
         """Print the summary and write the JSON, as the flags ask."""
@@ -159,15 +142,6 @@ def paragraph(label: str, text: str) -> str:
         break_long_words=False,
         break_on_hyphens=False,
     )
-
-
-def certificate_figures(certificate: Certificate) -> dict[str, Any]:
-    """A certificate for JSON: counts, and the first faces or vertices of each fault."""
-    figures: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
-    for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
-        where: Sequence[int] = getattr(certificate, name)
-        figures[name] = {"count": len(where), "first": [int(i) for i in where[:_LISTED]]}
-    return figures
 
 
 def _plain(value: Any) -> Any:

@@ -10,16 +10,10 @@ from ...draw.plot import fit, pose
 from ...maps.balanced import rebalance
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
+from ...result import findings
 from ...result.sphere_map import SphereMap
 from ...verify.certificate import certify_checked
-from ...verify.distortion import (
-    angle_figures,
-    describe_angles,
-    describe_logs,
-    log_figures,
-    mesh_angle_differences,
-    mesh_area_distortion,
-)
+from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
 from ...verify.signs import folded_faces
 from . import window
 from .app import App, draw_app, panel, paragraph, show_app, subject_combo, zoom_slider
@@ -67,12 +61,12 @@ class ResultView(App):
         self.x, self._map_caption = x, caption
         self._folded = np.flatnonzero(folded_faces(x, self.mesh.f))
         self._lens = lens or follow(x @ self._turn.T, self.mesh.f, self._folded)
-        angles, areas = mesh_angle_differences(self.mesh, x), mesh_area_distortion(self.mesh, x)
-        self._facts = (
-            f"{certify_checked(x, self.mesh.f)}.\n"
-            f"Angles differ by {describe_angles(angle_figures(angles))}.\n"
-            f"Logarithms of area ratios are {describe_logs(log_figures(areas))}."
+        found = (
+            findings.verdict(certify_checked(x, self.mesh.f)),
+            findings.angles(mesh_angle_differences(self.mesh, x)),
+            findings.areas(mesh_area_distortion(self.mesh, x)),
         )
+        self._facts = "\n".join(f"{each.label}: {each.text}" for each in found)
         self.show_subject(self.subject)
 
     def show_subject(self, subject: str) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius, write_map
 from ....maps.repair_foldings import repair_foldings
+from ....result import findings
 from ....sphere.rows import unit_rows
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
 from ..exits import Exit
 from ..inputs import load_pair
-from ..output import Findings, certificate_figures, check_outputs, write_target
+from ..output import Findings, check_outputs, write_target
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
 
@@ -35,11 +36,13 @@ def run_check(args: Namespace) -> Exit:
     found.add("sphere", f"{pair.name}: radius {checked.radius:.6g}", sphere=pair.name, radius=checked.radius)
     if not len(checked.certificate.not_finite) and checked.radius > 0:
         unit = pair.x / checked.radius
-        found.energy(harmonic_energy(v, f, unit))
-        found.angles(angle_differences(v, f, unit))
-        found.ratios("area", area_distortion(v, f, unit))
-        found.ratios("edge", edge_distortion(v, f, unit))
-    found.certificate(checked.certificate)
+        found.extend([
+            findings.energy(harmonic_energy(v, f, unit)),
+            findings.angles(angle_differences(v, f, unit)),
+            findings.areas(area_distortion(v, f, unit)),
+            findings.edges(edge_distortion(v, f, unit)),
+        ])
+    found.extend([findings.verdict(checked.certificate)])
     found.report(args)
     return Exit.OK if checked.certificate.folding_free else Exit.UNCERTIFIED
 
@@ -67,9 +70,9 @@ def run_repair(args: Namespace) -> Exit:
         ("after", args.target, result.sphere, written.certificate),
     ):
         found.add(label, f"{file}: {certificate}")
-        found.angles(angle_differences(source.v, source.f, positions))
-        angles = found.figures.pop("angle_differences")
-        found.figures[label] = {"certificate": certificate_figures(certificate), "angle_differences": angles}
+        angles = findings.angles(angle_differences(source.v, source.f, positions))
+        found.add(angles.label, angles.text)
+        found.figures[label] = findings.verdict(certificate).numbers | angles.numbers
     moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
     found.add("moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds)
     found.report(args)

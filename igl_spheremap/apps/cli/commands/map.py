@@ -21,16 +21,17 @@ from ....maps.p_harmonic import p_harmonic_map
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.timings import stage
+from ....result.findings import certificate_numbers
 from ....result.recording import Recording, plot_run
 from ....result.run import Iterate, Listener, Status, title_of
-from ....result.sphere_map import ROUNDS, SphereMap, round_rows
+from ....result.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....sphere.rows import unit_rows
 from ...report import write_report
 from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import Findings, certificate_figures, check_outputs, paragraph, target_format, write_target
+from ..output import Findings, check_outputs, paragraph, target_format, write_target
 from ..progress import measures
 
 _LISTENING = "listening"
@@ -173,38 +174,23 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
-    found = Findings(
-        target=args.target, settings=result.settings, timings=result.timings, balance=result.balance,
-        gauge=result.gauge, stretch=result.stretch, notes=result.notes,
-        rounds=[entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
-    )  # fmt: skip
+    found = Findings(target=args.target, balance=result.balance, gauge=result.gauge, stretch=result.stretch,
+                     notes=result.notes)
     found.source(source)
-    backend = f", {result.backend}" if result.backend else ""
-    found.add(
-        "method",
-        f"{result.method}{backend}: {result.iterations} iterations, {result.seconds:.2f} s; {result.status.value}",
-        method=result.method, backend=result.backend, iterations=result.iterations, seconds=result.seconds,
-        status=result.status.name,
-    )  # fmt: skip
+    method, *notes = run_findings(result)
+    found.extend([method])
     if args.timings:
         found.lines += _timings(result)
-    for note in result.notes:
-        found.add("note", note)
+    found.extend(notes)
     found.lines += _rounds(result)
-    found.energy(result.energy)
-    found.angles(result.angle_differences())
-    found.ratios("area", result.area_ratios())
-    if result.stretch != 1:
-        advice = "" if result.gauge == "poles" else "; without --gauge centred they may keep their angles"
-        found.add("stretch", f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}")
-    found.certificate(result.certificate)
+    found.extend(map_findings(result))
     kind, radius = target_format(args).name, written.radius
     found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")
     found.figures["file"] = {
         "format": kind,
         "radius": radius,
         "moved": written.moved,
-        "certificate": certificate_figures(written.certificate),
+        "certificate": certificate_numbers(written.certificate),
     }
     return found
 

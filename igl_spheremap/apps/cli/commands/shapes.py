@@ -9,6 +9,7 @@ import numpy as np
 from ....io import read_coefficients, write_coefficients, write_map, write_mesh
 from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray
+from ....result.findings import certificate_numbers
 from ....shapes import STAGES
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.registration import Registration, register
@@ -17,7 +18,7 @@ from ...viewer.choices import REGISTRATION_SIZE
 from ...viewer.compare import registration_view
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source, read_target_sphere
-from ..output import Findings, certificate_figures, check_outputs, write_target
+from ..output import Findings, check_outputs, write_target
 
 
 def run_harmonics(args: Namespace) -> None:
@@ -90,7 +91,7 @@ def run_register(args: Namespace) -> Exit:
     found.mesh("fixed", fixed)
     _describe(found, result)
     found.add("written", f"{args.target}: {written.certificate}", target=args.target,
-              certificate=certificate_figures(written.certificate))
+              certificate=certificate_numbers(written.certificate))
     found.report(args)
     if args.show or args.screenshot:
         run_app(registration_view(*maps, result, features), args)

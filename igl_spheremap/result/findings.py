@@ -1,0 +1,69 @@
+"""What is known of a map: sentences for people, the same in shell, notebooks and windows, and numbers for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from ..mesh.arrays import FloatArray
+from ..verify.certificate import Certificate
+from ..verify.distortion import angle_figures, log_figures
+
+_LISTED = 10  # faces or vertices of each kind of fault that programs are given
+
+
+class Finding(NamedTuple):
+    """A sentence, with the label that it is read after, and the numbers behind it by their names in JSON."""
+
+    label: str
+    text: str
+    numbers: dict[str, Any]
+
+
+def verdict(certificate: Certificate) -> Finding:
+    """Whether the map is free of foldings."""
+    return Finding("certificate", str(certificate), {"certificate": certificate_numbers(certificate)})
+
+
+def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
+    """Counts, and the first faces or vertices of each fault."""
+    numbers: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
+    for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
+        where: Sequence[int] = getattr(certificate, name)
+        numbers[name] = {"count": len(where), "first": [int(i) for i in where[:_LISTED]]}
+    return numbers
+
+
+def energy(value: float) -> Finding:
+    """The harmonic energy, eq. (6).
+
+    >>> energy(12.6).text
+    '12.600000, which is 4 pi +3.36e-02 (4 pi: a smooth conformal map)'
+    """
+    above = f"4 pi {value - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
+    return Finding("energy", f"{value:.6f}, which is {above}", {"energy": value})
+
+
+def angles(differences: FloatArray) -> Finding:
+    """Angle differences (m, 3) in degrees."""
+    numbers = angle_figures(differences)
+    text = ("differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
+            "at most {max:.3g})")
+    return Finding("angles", text.format(**numbers), {"angle_differences": numbers})
+
+
+def areas(logarithms: FloatArray) -> Finding:
+    """Logarithms of image area over source area (m,)."""
+    return _ratios("area", logarithms)
+
+
+def edges(logarithms: FloatArray) -> Finding:
+    """Logarithms of image length over source length."""
+    return _ratios("edge", logarithms)
+
+
+def _ratios(kind: str, logarithms: FloatArray) -> Finding:
+    numbers = log_figures(logarithms)
+    text = "log(image / source) is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})"
+    return Finding(f"{kind}s", text.format(**numbers), {f"{kind}_ratios": numbers})
