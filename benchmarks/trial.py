@@ -19,7 +19,7 @@ import numpy as np
 from competitors import COMPETITORS, FACTORS, factorised_matrix
 
 import igl_spheremap as ism
-from igl_spheremap.operators.factor import factorize
+from igl_spheremap.operators.factor.factorize import factorize
 
 
 def main(name: str, path: str, cap: str) -> dict[str, object]:

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import edge_keys
-from ..operators.factor import available_backends
+from ..operators.factor.factorize import available_backends
 from ..operators.factor.ordering import bandwidth_order, nested_dissection
 from .derivatives import PAIRS, Derivatives
 

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import vertex_areas
-from ..operators.factor import Factor, factorize
+from ..operators.factor.factorize import Factor, factorize
 from ..sphere.rows import inner, row_dots, tangent
 
 #: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.

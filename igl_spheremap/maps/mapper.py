@@ -90,7 +90,7 @@ class SphereMapper:
         True
         """
         mesh = move_mesh(self.mesh, v)
-        self.operators = build_operators(mesh, self.method.backend, like=self.operators)
+        self.operators = build_operators(mesh, self.method.backend, reuse=self.operators)
         self.mesh = mesh
         self.__dict__.pop("_family", None)
 

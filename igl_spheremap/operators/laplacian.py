@@ -15,7 +15,7 @@ from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
 from ..mesh.measure import by_libigl
 from ..mesh.timings import stage
-from .factor import Factor, factorize
+from .factor.factorize import Factor, factorize
 from .flips import delaunay_triangulation
 
 #: "cotangent" are the mesh's own weights, eq. (13). "mollified" takes them from `mollified_edge_lengths`, which differ
@@ -128,10 +128,10 @@ class Operators:
 
 
 @stage("Laplacian")
-def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = None) -> Operators:
+def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None = None) -> Operators:
     """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 
-    The operators `like` these, of the same faces at other positions, are lost: their order and memory are used again.
+    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: it is lost.
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """
@@ -146,7 +146,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", like: Operators | None = 
         kept = L.data[diagonal]
         L.data[diagonal] += _REGULARISATION * mesh.A  # algorithm (2), in the memory of L: factors keep the pattern only
         try:
-            factor = factorize(L, backend, like.factor if like else None)
+            factor = factorize(L, backend, reuse.factor if reuse else None)
         except FactorisationFailed:
             if choice == "uniform":
                 raise

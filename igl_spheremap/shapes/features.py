@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, check_values
 from ..mesh.check import Mesh, check_mesh
-from ..operators.factor import factorize
+from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..result.sphere_map import SphereMap
 from .basis import degree_of, expand, gauss_rows, grid_synthesis

@@ -12,7 +12,7 @@ from ..errors import FactorisationFailed, MapError, NotConverged
 from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import angle_defects
-from ..operators.factor import factorize
+from ..operators.factor.factorize import factorize
 from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
 #: Halvings of a Newton step at the most.

@@ -14,7 +14,7 @@ from ..errors import FactorisationFailed, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, fill_directions, vertex_areas, vertex_normals
-from ..operators.factor import factorize
+from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..verify.distortion import mesh_conformal_factor
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -9,14 +10,15 @@ import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
-from ..operators.factor import Factor, factorize
-from ..operators.factor.block_jacobi import block_jacobi
+from ..operators.factor.conjugate_gradients import block_jacobi
+from ..operators.factor.factor import Analysis, Entries, Factor
+from ..operators.factor.factorize import analyse, fits_memory, refactorize
 
 
 class VertexBlocks:
     """Matrices of 2 x 2 blocks, one for each vertex and each half-edge of a closed mesh; analysed once."""
 
-    _factor: Factor | None = None
+    _analysis: Analysis | None = None
 
     def __init__(self, f: IntArray) -> None:
         self.f, self.n = f, len(f) // 2 + 2
@@ -28,10 +30,11 @@ class VertexBlocks:
         H.setdiag((1 + damping) * H.diagonal() + added)
         if not exact:
             return block_jacobi(H)
-        self._factor = factorize(H, like=self._factor, many=True)
-        if not self._factor.exact:  # multigrid is made for Laplacians
+        if not fits_memory(H.shape[0]):
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
-        return self._factor
+        if self._analysis is None:
+            self._analysis = analyse(replace(Entries.of(H), repeated=True, limbs=True))
+        return refactorize(self._analysis, H.data)
 
     def gram(self, left: FloatArray, right: FloatArray) -> sp.csr_matrix:
         """Sum over faces of left^T right, where both are (rows, 6, m) and the product is symmetric.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.operators import operators as operators_module
-from igl_spheremap.operators.factor import available_backends
+from igl_spheremap.operators import laplacian as operators_module
+from igl_spheremap.operators.factor.factorize import available_backends
 
 V, F = ism.samples.make("dino", n_vertices=1500)
 

@@ -1,15 +1,22 @@
-"""Preconditioned conjugate gradients for several right-hand sides at once."""
+"""Preconditioned conjugate gradients for several right-hand sides at once, on matrices in blocks of rows."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
+import scipy.sparse as sp
 
-from .row_blocks import Rows, times
+from ...errors import FactorisationFailed
+from .factor import Factor
+
+Rows = list[tuple[slice, sp.csr_matrix]]
 
 #: Steps of conjugate gradients at the most: meshes took up to 85.
 _MAX_STEPS = 200
+#: Rows whose products are made at once: they fit the cache, and their memory is used again. That of millions of rows
+#: would be taken from the system, page by page, for every product.
+_BLOCK = 1 << 14
 
 
 def conjugate_gradients(
@@ -41,3 +48,35 @@ def conjugate_gradients(
 def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a / b as a column, and 0 where b is 0: a field that has converged exactly stays where it is."""
     return np.divide(a, b, out=np.zeros_like(a), where=b != 0.0)[:, None]
+
+
+def by_rows(A: sp.csr_matrix) -> Rows:
+    """A matrix in blocks of rows, in its own memory."""
+    blocks = []
+    for first in range(0, A.shape[0], _BLOCK):
+        start = A.indptr[first : first + _BLOCK + 1]
+        block = sp.csr_matrix((len(start) - 1, A.shape[1]))
+        block.indptr = start - start[0]  # given to the constructor, views are copied
+        block.data, block.indices = (values[start[0] : start[-1]] for values in (A.data, A.indices))
+        blocks.append((slice(first, first + _BLOCK), block))
+    return blocks
+
+
+def times(block: sp.csr_matrix, x: np.ndarray) -> np.ndarray:
+    """Product with fields in rows: column by column takes two thirds of the time of all at once."""
+    return np.array([block @ field for field in x])
+
+
+def block_jacobi(P: sp.csr_matrix) -> Factor:
+    """Two unknowns a vertex, preconditioned by their 2 x 2 blocks, so that the axes at a vertex make no difference."""
+    (a, c), b = P.diagonal().reshape(-1, 2).T, P.diagonal(1)[::2]
+    det = a * c - b * b
+    if not min(a.min(), det.min()) > 0.0:
+        raise FactorisationFailed("the matrix is not positive definite")
+    blocks, n = np.stack((c, -b, -b, a), axis=1) / det[:, None], len(det)
+    inverse = sp.bsr_matrix((blocks.reshape(n, 2, 2), np.arange(n), np.arange(n + 1))).tocsr()
+
+    def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
+        return conjugate_gradients(by_rows(P), lambda r, _: (inverse @ r.T).T, b.T.copy(), accuracy).T
+
+    return Factor("block-jacobi", 2 * n, inverse.__matmul__, refined=refined)

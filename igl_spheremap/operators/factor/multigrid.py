@@ -18,12 +18,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from . import scipy_superlu
-from .aggregation import aggregate
-from .base import Factor, Solver, reordered
-from .conjugate_gradients import conjugate_gradients
+from .conjugate_gradients import Rows, by_rows, conjugate_gradients, times
+from .factor import Factor, Solver, SuperLU, factorise_by, reordered
+from .graph_sphere import aggregate
 from .ordering import bandwidth_order, renumbered
-from .row_blocks import Rows, by_rows, times
 
 #: Levels of up to this size are factorised by SuperLU.
 _COARSEST = 2_000
@@ -42,7 +40,7 @@ class _Level:
     restrict: Rows
 
 
-def build(P: sp.csr_matrix, many: bool = False) -> Factor:
+def multigrid(P: sp.csr_matrix) -> Factor:
     """Set up the hierarchy of `P`; raise FactorisationFailed where it can't be positive definite."""
     order = bandwidth_order(P)
     A, scale = _scaled(renumbered(P, order))
@@ -57,7 +55,7 @@ def build(P: sp.csr_matrix, many: bool = False) -> Factor:
         levels.append(_Level(rows, by_rows(prolong), by_rows(restrict)))
         nnz += A.nnz + 2 * prolong.nnz
         A, rows = coarse, by_rows(coarse)
-    coarsest = scipy_superlu.build(A)
+    coarsest = factorise_by(SuperLU, A)
     cycle = partial(_cycle, levels, coarsest.apply)
 
     def apply(b: np.ndarray) -> np.ndarray:
@@ -72,7 +70,7 @@ def build(P: sp.csr_matrix, many: bool = False) -> Factor:
         return x.T
 
     nnz += coarsest.nnz or 0
-    return Factor("multigrid", len(order), P.indices, reordered(order, apply), nnz, refined=reordered(order, refined))
+    return Factor("multigrid", len(order), reordered(order, apply), nnz, refined=reordered(order, refined))
 
 
 def _scaled(A: sp.csr_matrix) -> tuple[sp.csr_matrix, np.ndarray]:

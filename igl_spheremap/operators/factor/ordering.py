@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from .base import inverse_permutation
 from .graph_sphere import graph_sphere
 
 #: The cutting planes are medians over a sample of this many vertices a leaf.
@@ -36,6 +35,13 @@ def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
     A good start for minimum degree orders, which break ties by index.
     """
     return reverse_cuthill_mckee(P, symmetric_mode=True)
+
+
+def inverse_permutation(order: np.ndarray) -> np.ndarray:
+    """The place of each index in an order."""
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=order.dtype)
+    return rank
 
 
 def renumbered(P: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:

@@ -1,6 +1,6 @@
 """All factorisations agree, fail alike, and the multigrid cycle is a metric."""
 
-from importlib import import_module
+import threading
 
 import igl
 import numpy as np
@@ -9,9 +9,11 @@ import scipy.sparse as sp
 
 from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.operators import factor as factor_module
-from igl_spheremap.operators.factor import available_backends, factorize
-from igl_spheremap.operators.factor.block_jacobi import block_jacobi
+from igl_spheremap.operators.factor import factor as factor_module
+from igl_spheremap.operators.factor import factorize as factorize_module
+from igl_spheremap.operators.factor.conjugate_gradients import block_jacobi
+from igl_spheremap.operators.factor.factor import Entries
+from igl_spheremap.operators.factor.factorize import analyse, available_backends, factorize, refactorize
 from igl_spheremap.operators.laplacian import laplacian
 
 BACKENDS = ("cvxopt", "scikit-sparse", "scipy")
@@ -58,20 +60,82 @@ def test_pinned_vertices(backend):
     assert np.abs(P @ factorize(P, backend).solve(b) - b).max() < 1e-10
 
 
-@pytest.mark.parametrize(("name", "module"), [("cvxopt", "cvxopt_cholmod"), ("scipy", "scipy_superlu")])
-@pytest.mark.parametrize(("dissect_from", "many"), [(0, False), (0, True), (10**9, True)])
-def test_all_orders_of_a_backend_solve_a_matrix_and_another_of_its_pattern(
-    name, module, dissect_from, many, monkeypatch
-):
-    if name not in available_backends():
-        pytest.skip(f"{name} is not installed")
-    monkeypatch.setattr(import_module(f"igl_spheremap.operators.factor.{module}"), "_DISSECT_FROM", dissect_from)
+def lower_triangle(P, **options):
+    """The lower triangle of a matrix, and its values."""
+    P = P.tocsr()
+    rows = np.arange(P.shape[0]).repeat(np.diff(P.indptr))
+    lower = rows >= P.indices
+    return Entries(P, rows[lower], P.indices[lower], **options), P.data[lower]
+
+
+@pytest.mark.parametrize("limbs", [False, True])
+@pytest.mark.parametrize("dissect_from", [0, 10**9])
+def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(backend, dissect_from, limbs, monkeypatch):
+    for name in ("_CHOLMOD_DISSECTS_FROM", "_SUPERLU_DISSECTS_FROM"):
+        monkeypatch.setattr(factor_module, name, dissect_from)
     P = problem(4, 1e-3)
     b = right_hand_sides(P.shape[0])
-    first = factorize(P, name, many=many)
-    x = first.solve(b)
+    entries, values = lower_triangle(P, repeated=True, limbs=limbs)
+    analysis = analyse(entries, backend)
+    x = refactorize(analysis, values).solve(b)
     np.testing.assert_allclose(P @ x, b, atol=1e-10)
-    np.testing.assert_allclose(factorize(4 * P, name, like=first).solve(b), x / 4, rtol=1e-15)
+    for factor in (4, 2, 0.5):
+        np.testing.assert_allclose(factor * refactorize(analysis, factor * values).solve(b), x, atol=1e-9)
+
+
+def test_the_order_of_another_matrix_is_used_again(backend):
+    P = problem(4, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    first = factorize(P, backend)
+    x = first.solve(b)
+    np.testing.assert_allclose(factorize(4 * P, backend, reuse=first).solve(b), x / 4, rtol=1e-15)
+    other = problem(3, 1e-3)
+    y = factorize(other, backend, reuse=factorize(P, backend)).solve(b[: other.shape[0]])
+    np.testing.assert_allclose(other @ y, b[: other.shape[0]], atol=1e-10)
+
+
+def test_entries_of_either_triangle_with_several_rows_a_vertex(backend):
+    graph = problem(2).tocsr()
+    rng = np.random.default_rng(3)
+    dense = np.kron(graph.toarray() != 0, np.ones((2, 2))) * rng.normal(size=(2 * graph.shape[0],) * 2)
+    dense = dense + dense.T + 50 * np.eye(len(dense))
+    rows, columns = np.nonzero(np.tril(dense))
+    turned = rng.random(len(rows)) < 0.5
+    rows, columns = np.where(turned, columns, rows), np.where(turned, rows, columns)
+    factor = refactorize(analyse(Entries(graph, rows, columns, unknowns=2), backend), dense[rows, columns])
+    b = right_hand_sides(len(dense))
+    np.testing.assert_allclose(factor.solve(b), np.linalg.solve(dense, b), atol=1e-10)
+
+
+def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(monkeypatch):
+    """Each thread takes an order, and thereby options, of its own; what they solve is what one alone solves."""
+    cholmod = pytest.importorskip("cvxopt.cholmod")
+    monkeypatch.setitem(cholmod.options, "supernodal", 0)
+    monkeypatch.setitem(cholmod.options, "postorder", False)
+    P = problem(4, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    entries, values = lower_triangle(P)
+    alone = refactorize(analyse(entries, "cvxopt"), values).solve(b)
+    seen, failures = [], []
+
+    def work(k):
+        try:
+            for scale in range(1, 8):
+                analysis = analyse(lower_triangle(P, repeated=bool(k % 2))[0], "cvxopt")
+                seen.append(np.abs(scale * refactorize(analysis, scale * values).solve(b) - alone).max())
+        except Exception as error:  # a thread's exceptions are lost
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures
+    assert len(seen) == 28
+    assert max(seen) < 1e-9 * np.abs(alone).max()
+    assert (cholmod.options["supernodal"], cholmod.options["postorder"]) == (0, False)
+    assert "nmethods" not in cholmod.options
 
 
 def test_one_right_hand_side_is_a_column(backend):
@@ -111,19 +175,19 @@ def test_unknown_backend():
 
 
 def test_missing_backend(monkeypatch):
-    monkeypatch.setattr(factor_module, "_installed", lambda module: module != "sksparse.cholmod")
+    monkeypatch.setattr(factorize_module, "_installed", lambda module: module != "sksparse.cholmod")
     with pytest.raises(ValueError, match=r"needs sksparse\.cholmod, which is not installed"):
         factorize(problem(1), "scikit-sparse")
 
 
 def test_auto_needs_nothing_but_scipy(monkeypatch):
-    monkeypatch.setattr(factor_module, "_installed", lambda module: module.startswith("scipy"))
+    monkeypatch.setattr(factorize_module, "_installed", lambda module: module.startswith("scipy"))
     assert available_backends() == ("scipy", "multigrid")
     assert factorize(problem(2)).backend == "scipy"
 
 
 def test_auto_turns_to_multigrid_where_memory_is_short(monkeypatch):
-    monkeypatch.setattr(factor_module, "_memory", lambda: 1e5)
+    monkeypatch.setattr(factorize_module, "_memory", lambda: 1e5)
     factor = factorize(problem(3))
     assert factor.backend == "multigrid"
     assert not factor.exact

@@ -6,8 +6,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from igl_spheremap.operators.factor.aggregation import aggregate
-from igl_spheremap.operators.factor.graph_sphere import graph_sphere
+from igl_spheremap.operators.factor.graph_sphere import aggregate, graph_sphere
 from igl_spheremap.operators.factor.ordering import bandwidth_order, nested_dissection
 from igl_spheremap.operators.laplacian import laplacian
 

@@ -1,0 +1,297 @@
+"""Exact factors of sparse symmetric positive definite matrices: their interface, and a class for each library.
+
+An analysis takes where the entries are, orders them and makes room; then it factorises values of that pattern again and
+again.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+
+from ...errors import FactorisationFailed
+from ...mesh.timings import stage
+from .ordering import bandwidth_order, inverse_permutation, nested_dissection
+
+Solver = Callable[[np.ndarray], np.ndarray]
+
+#: From so many unknowns on CHOLMOD dissects: that takes no longer than minimum degree, and on folded surfaces it fills
+#: less.
+_CHOLMOD_DISSECTS_FROM = 100_000
+#: SuperLU's minimum degree fills less and costs less than a dissection below; far above, it takes longer than factors.
+_SUPERLU_DISSECTS_FROM = 40_000
+#: Relative residual from which on SuperLU counts as having failed.
+_LARGEST_BACKWARD_ERROR = 1e-8
+#: cvxopt has one set of options for all threads.
+_OPTIONS = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """A fixed operator that is the inverse of a symmetric positive definite matrix, exactly or approximately."""
+
+    backend: str
+    n: int
+    apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
+    nnz: int | None = None  # entries stored, where that is known without cost
+    #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
+    refined: Callable[[np.ndarray, float], np.ndarray] | None = None
+    indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, where others may follow
+    #: Factorises a matrix with the same entries in less time. It takes the memory of this factor, which is lost then.
+    again: Callable[[sp.csr_matrix], Factor] | None = None
+
+    @property
+    def exact(self) -> bool:
+        """False for a multigrid cycle, which is symmetric positive definite, too."""
+        return self.refined is None
+
+    def fits(self, P: sp.csr_matrix) -> bool:
+        """Whether a matrix has the same entries."""
+        return self.indices is not None and np.array_equal(self.indices, P.indices)
+
+    @stage("solves")
+    def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:
+        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
+
+        Where the operator is not exact it preconditions at most 200 steps of conjugate gradients, until the residual of
+        each column has fallen to `accuracy` times that of `b`, in the norm of P^-1.
+        """
+        b = np.asarray(b, dtype=np.float64)
+        if b.ndim not in (1, 2) or b.shape[0] != self.n:
+            raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
+        if self.refined is None:
+            return self.apply(b)
+        return self.refined(b.reshape(self.n, -1), accuracy).reshape(b.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Entries:
+    """Where symmetric matrices with the same number of rows for each vertex of a graph have entries.
+
+    Attributes
+    ----------
+    graph : (n, n) csr_matrix
+        Symmetric pattern of the vertices, with a full diagonal; its values don't matter.
+    rows, columns : (e,) int arrays
+        Where the entries are, each once; row r belongs to vertex ``r // unknowns``.
+    mirrored : bool
+        Whether the mirror image of each is among them, too; else of each two images any one is given.
+    unknowns : int
+        Rows for each vertex.
+    repeated : bool
+        Whether many matrices of the pattern follow: a library may search longer for an order.
+    limbs : bool
+        Whether the graph has narrow limbs, on which minimum degree fills less than a dissection.
+    """
+
+    graph: sp.csr_matrix
+    rows: np.ndarray
+    columns: np.ndarray
+    mirrored: bool = False
+    unknowns: int = 1
+    repeated: bool = False
+    limbs: bool = False
+
+    @classmethod
+    def of(cls, P: sp.csr_matrix) -> Entries:
+        """All entries of a matrix."""
+        columns = np.arange(P.shape[0], dtype=P.indices.dtype).repeat(np.diff(P.indptr))
+        return cls(P, P.indices, columns, mirrored=True)
+
+    @property
+    def n(self) -> int:
+        """Rows of the matrices."""
+        return self.unknowns * int(self.graph.shape[0])
+
+    def expanded(self, order: np.ndarray) -> np.ndarray:
+        """Order of the rows from one of the vertices."""
+        if self.unknowns == 1:
+            return order
+        return (self.unknowns * order[:, None] + np.arange(self.unknowns, dtype=order.dtype)).ravel()
+
+    def lower(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows and columns below the diagonal of the matrix in an order, and the numbers of their entries."""
+        rank = inverse_permutation(order)
+        rows, columns = rank.take(self.rows), rank.take(self.columns)
+        if not self.mirrored:
+            return np.maximum(rows, columns), np.minimum(rows, columns), np.arange(len(rows))
+        lower = np.flatnonzero(rows >= columns)
+        return rows.take(lower), columns.take(lower), lower
+
+    def full(self, order: np.ndarray) -> tuple[sp.csc_matrix, np.ndarray]:
+        """A matrix in an order with room for both triangles, and the number of each datum's entry."""
+        rank = inverse_permutation(order)
+        rows, columns, numbers = rank.take(self.rows), rank.take(self.columns), np.arange(1, len(self.rows) + 1)
+        if not self.mirrored:
+            off = np.flatnonzero(rows != columns)
+            rows, columns = np.append(rows, columns[off]), np.append(columns, rows[off])
+            numbers = np.append(numbers, numbers[off])
+        A = sp.csc_matrix((numbers, (rows, columns)), shape=(self.n, self.n))
+        place = A.data - 1
+        A.data = np.zeros(len(place))
+        return A, place
+
+
+class Analysis(Protocol):
+    """An order and room for the factors of one pattern."""
+
+    backend: ClassVar[str]
+
+    def __init__(self, entries: Entries) -> None: ...
+
+    def factorise(self, values: np.ndarray) -> Factor:
+        """Factor of a matrix with these entries; the one before may be lost. FactorisationFailed if not definite."""
+
+
+class Cholmod:
+    """CHOLMOD through cvxopt, with wheels for every system, under the GPL."""
+
+    backend: ClassVar[str] = "cvxopt"
+
+    def __init__(self, entries: Entries) -> None:
+        import cvxopt.cholmod
+
+        self._cvxopt: Any = cvxopt
+        dissect = entries.n >= _CHOLMOD_DISSECTS_FROM
+        vertices = nested_dissection(entries.graph).order if dissect else bandwidth_order(entries.graph)
+        self._order = entries.expanded(vertices)
+        rows, columns, numbers = entries.lower(self._order)
+        index = cvxopt.matrix(rows), cvxopt.matrix(columns)
+        self._A = cvxopt.spmatrix(cvxopt.matrix(numbers.astype(np.float64)), *index, (entries.n, entries.n))
+        self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
+        given = {"p": cvxopt.matrix(np.arange(entries.n))} if dissect else {}
+        with self._options(nmethods=(1 + entries.repeated) * dissect):  # to try, `given` first; 0 is the default
+            self._symbolic = cvxopt.cholmod.symbolic(self._A, **given)
+
+    @contextmanager
+    def _options(self, **options: int) -> Iterator[None]:
+        """Options of CHOLMOD while one thread uses it; the caller's own are restored."""
+        current = self._cvxopt.cholmod.options
+        with _OPTIONS:
+            before = dict(current)
+            current.update(supernodal=2, **options)
+            try:
+                yield
+            finally:
+                current.clear()
+                current.update(before)
+
+    def factorise(self, values: np.ndarray) -> Factor:
+        """Factor of a matrix with these entries."""
+        self._A.V = self._cvxopt.matrix(values.take(self._place))
+        try:
+            with self._options():
+                self._cvxopt.cholmod.numeric(self._A, self._symbolic)
+        except ArithmeticError as error:
+            raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
+        return Factor(self.backend, len(self._order), reordered(self._order, self._solve))
+
+    def _solve(self, b: np.ndarray) -> np.ndarray:
+        matrix, cholmod = self._cvxopt.matrix, self._cvxopt.cholmod
+        with self._options():
+            if b.size == len(b):
+                x = matrix(b)
+                cholmod.solve(self._symbolic, x)
+            else:  # sparse right-hand sides go through the factor four at a time: a third of the time
+                x = matrix(cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
+        return np.asarray(x).reshape(b.shape)
+
+
+class ScikitSparse:
+    """CHOLMOD through scikit-sparse: supernodal Cholesky with approximate minimum degree."""
+
+    backend: ClassVar[str] = "scikit-sparse"
+
+    def __init__(self, entries: Entries) -> None:
+        from sksparse import cholmod
+
+        self._cholmod: Any = cholmod
+        self._order = entries.expanded(bandwidth_order(entries.graph))  # a mesh's own order misleads minimum degree
+        self._A, self._place = entries.full(self._order)
+        self._symbolic = cholmod.analyze(self._A, mode="supernodal", ordering_method="amd")
+
+    def factorise(self, values: np.ndarray) -> Factor:
+        """Factor of a matrix with these entries."""
+        self._A.data = values.take(self._place)
+        try:
+            factor = self._symbolic.cholesky(self._A)
+        except self._cholmod.CholmodError as error:
+            raise FactorisationFailed(f"CHOLMOD: {error}") from error
+        return Factor(self.backend, len(self._order), reordered(self._order, factor.solve_A))
+
+
+class SuperLU:
+    """SuperLU as it comes with scipy, in symmetric mode without pivoting: as good as a Cholesky factorisation.
+
+    Minimum degree in a mesh's own order can make twenty times the fill (spikes): it breaks ties by index.
+    """
+
+    backend: ClassVar[str] = "scipy"
+
+    def __init__(self, entries: Entries) -> None:
+        from scipy.sparse.linalg import splu
+
+        self._splu, self._entries = splu, entries
+        small = entries.n < _SUPERLU_DISSECTS_FROM
+        if small and (entries.limbs or not entries.repeated):
+            self._arrange(entries.expanded(bandwidth_order(entries.graph)), "MMD_AT_PLUS_A")
+        else:
+            self._arrange(entries.expanded(nested_dissection(entries.graph).order), "NATURAL")
+
+    def _arrange(self, order: np.ndarray, rule: str) -> None:
+        self._order, self._rule = order, rule
+        self._A, self._place = self._entries.full(order)
+
+    def factorise(self, values: np.ndarray) -> Factor:
+        """Factor of a matrix with these entries."""
+        self._A.data = values.take(self._place)
+        try:
+            lu = self._splu(self._A, permc_spec=self._rule, diag_pivot_thresh=0.0,
+                            options={"SymmetricMode": True, "Equil": False})
+        except RuntimeError as error:
+            raise FactorisationFailed(f"SuperLU: {error}") from error
+        factor = Factor(self.backend, len(self._order), reordered(self._order, lu.solve), nnz=lu.nnz)
+        if self._entries.repeated and self._rule != "NATURAL":  # minimum degree would be searched every time
+            self._arrange(self._order[np.argsort(lu.perm_c)], "NATURAL")
+        return factor
+
+
+def factorise_by(library: type[Analysis], P: sp.csr_matrix) -> Factor:
+    """Factorise a matrix of which both triangles are stored."""
+    return _factorised(library(Entries.of(P)), P)
+
+
+def _factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
+    factor = analysis.factorise(P.data)
+    if isinstance(analysis, SuperLU):
+        _check_definite(P, factor.apply)
+    return replace(factor, indices=P.indices, again=partial(_factorised, analysis))
+
+
+def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
+    """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
+    i = np.arange(P.shape[0], dtype=np.float64)
+    b = np.stack([np.ones_like(i), np.cos(i), np.cos(i * i % 1009.0)], axis=1)
+    x = solve(b)
+    backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
+    if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:
+        raise FactorisationFailed("SuperLU: the matrix is not numerically positive definite")
+
+
+def reordered(order: np.ndarray, solve: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """Solver of a system from one of the same system reordered, whose i-th row is row ``order[i]`` of the first."""
+    rank = inverse_permutation(order)
+
+    def apply(b: np.ndarray, *options: float) -> np.ndarray:
+        x = np.empty_like(b)
+        x.T[...] = solve(b.T.take(order, axis=-1).T, *options).T.take(rank, axis=-1)
+        return x
+
+    return apply

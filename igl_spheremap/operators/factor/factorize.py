@@ -1,0 +1,112 @@
+"""Sparse symmetric positive definite solvers behind one function. If you're not sure which one to use, take "auto"."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from importlib.util import find_spec
+
+import numpy as np
+import scipy.sparse as sp
+
+from ...errors import FactorisationFailed
+from ...mesh.timings import stage
+from .factor import Analysis, Cholmod, Entries, Factor, ScikitSparse, SuperLU, factorise_by
+from .multigrid import multigrid
+
+#: The module that each exact solver needs, and its class. The fastest measured comes first.
+_EXACT: dict[str, tuple[str, type[Analysis]]] = {
+    "cvxopt": ("cvxopt.cholmod", Cholmod),
+    "scikit-sparse": ("sksparse.cholmod", ScikitSparse),
+    "scipy": ("scipy.sparse.linalg", SuperLU),
+}
+_MULTIGRID = "multigrid"
+
+#: Memory of a factor and of making it: the most that was measured (SuperLU, 240,000 vertices).
+_BYTES_PER_UNKNOWN = 3_000
+
+
+def available_backends() -> tuple[str, ...]:
+    """Names of the solvers that are installed, the fastest first; "scipy" and "multigrid" always are."""
+    return (*(name for name, (needs, _) in _EXACT.items() if _installed(needs)), _MULTIGRID)
+
+
+@stage("factorisation")
+def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
+    """Factorise a symmetric positive definite matrix, of which both triangles are stored.
+
+    "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
+    memory, "multigrid", which only approximates the inverse. The order and the memory of `reuse`, the factor of another
+    matrix, are used again if that has the same pattern; it is lost then.
+
+    Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
+    not finite or not numerically positive definite.
+
+    >>> factor = factorize(sp.diags_array([2.0, 4.0]), backend="scipy")
+    >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
+    ([0.5, 0.25], 'scipy')
+    """
+    P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
+    if backend == "auto" and not fits_memory(P.shape[0]):
+        backend = _MULTIGRID
+    backend = _chosen(backend)
+    _check_finite(P.data)
+    if reuse is not None and reuse.backend == backend and reuse.again and reuse.fits(P):
+        return reuse.again(P)
+    return multigrid(P) if backend == _MULTIGRID else factorise_by(_EXACT[backend][1], P)
+
+
+def analyse(entries: Entries, backend: str = "auto") -> Analysis:
+    """An exact solver for matrices of one pattern that are factorised again and again, by `refactorize`.
+
+    Raises ValueError for a backend that is unknown or not installed.
+    """
+    return _EXACT[_chosen(backend)][1](entries)
+
+
+@stage("factorisation")
+def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
+    """Factorise a matrix of a pattern that was analysed; its last factor may be lost.
+
+    Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see it,
+    not numerically positive definite.
+    """
+    _check_finite(values)
+    return analysis.factorise(values)
+
+
+def fits_memory(n: int) -> bool:
+    """Whether an exact factor for so many unknowns takes at most half of the machine's memory."""
+    return n * _BYTES_PER_UNKNOWN <= _memory() / 2
+
+
+def _chosen(backend: str) -> str:
+    available = available_backends()
+    if backend == "auto":
+        return available[0]
+    if backend not in (*_EXACT, _MULTIGRID):
+        raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join((*_EXACT, _MULTIGRID))}")
+    if backend not in available:
+        raise ValueError(f"backend {backend!r} needs {_EXACT[backend][0]}, which is not installed")
+    return backend
+
+
+def _check_finite(values: np.ndarray) -> None:
+    if not np.isfinite(values).all():
+        raise FactorisationFailed("the matrix has entries that are not finite")
+
+
+def _memory() -> float:
+    """Bytes of the machine's memory, not what is free of it: the choice must not change from run to run."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
+
+
+@cache
+def _installed(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
