@@ -9,9 +9,8 @@ from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, corner_angles, log_edges
 from ..untangle.blocks import VertexBlocks
 from ..untangle.deep_limbs import floors, shorten_limbs
+from ..untangle.layout import onto_sphere, unroll
 from ..untangle.local_repair import repair_locally
-from ..untangle.placed import onto_sphere
-from ..untangle.unrolling import unroll
 from ..verify.certificate import certify_checked
 
 #: No image edge of such a start is shorter than exp(-this): half of float64's digits are left to move it.

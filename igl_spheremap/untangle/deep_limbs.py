@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
-from .placed import LongComplex, Placed, plane_angles
+from .layout import LongComplex, Placed, plane_angles
 
 #: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
 #: its own if its tip is as much deeper than where it begins.

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
 from .deep_limbs import tips_beyond
-from .placed import Placed, from_anchor, to_ball
+from .layout import Placed, from_anchor, to_ball
 
 #: The ends of the axes.
 _ENDS = np.vstack((np.eye(3), -np.eye(3)))

@@ -1,8 +1,8 @@
-"""Descent vertex by vertex on the angle differences of the stars, with exact signs as the acceptance test.
+"""Descent on the angle differences vertex by vertex, with exact signs as the acceptance test.
 
-Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton
-step of its own in its tangent plane, and keeps it if its loss falls and every face around it stays positively
-oriented.
+Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton step of its
+own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented. Sweeps move
+limbs hardly, but work where edges are too short or angles too bad for steps of the whole map.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ from ..mesh.measure import corner_angles
 from ..sphere.rows import row_crosses, row_dots, tangent_axes, unit_rows
 from .collapse import independent
 from .embedding import proper
-from .kernel import Stars, stars_of
+from .kernel import REACH, Stars, solve_symmetric, stars_of
 
-#: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep.
+#: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
+#: over-relaxation, as neighbours will move the same way.
 _LENGTHS = (1.8, 0.7, 0.2)
-#: Longest step, in units of the distance to the nearest neighbour.
-_REACH = 0.7
 
 
 @dataclass(frozen=True)
@@ -54,8 +53,10 @@ class AngleLoss:
 
     def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
               axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Loss of each face; gradient (e, 2) in p along two axes; Hessian (e, 3): xx, xy, yy, of Gauss-Newton type with
-        iteratively reweighted squares.
+        """Loss of each face, its gradient (e, 2) as p moves along two axes, and a Hessian (e, 3): xx, xy, yy.
+
+        Squares are reweighted, as Gauss and Newton would take sum d^2 / size: sum (grad d) (grad d)^T / size. As a
+        corner x moves, the angle at p between u = x - p and another side turns by n x u / |u|^2, n the unit normal.
         """
         u, w = a - p, b - p
         d, normal = self._differences(u, w)
@@ -128,7 +129,7 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
                               for part in loss.model(at, a, b, axes.take(owner, axis=0)))
     nearest = np.minimum.reduceat(row_dots(a - at, a - at), stars.start)
-    steps = _newton(gradient, hessian, _REACH * np.sqrt(nearest))
+    steps = _newton(gradient, hessian, REACH * np.sqrt(nearest))
     move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
     new, rows = old.copy(), np.arange(len(p))
     for length in _LENGTHS:
@@ -148,9 +149,6 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
 def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
     """Minimiser of each quadratic model in the plane, within a radius."""
     xx, xy, yy = hessian.T
-    det = xx * yy - xy * xy
-    scale = np.where(det > 1e-12 * (xx + yy) ** 2, det, np.inf)
-    step = -np.stack((yy * gradient[:, 0] - xy * gradient[:, 1], xx * gradient[:, 1] - xy * gradient[:, 0]),
-                     axis=1) / scale[:, None]
+    step = solve_symmetric(xx, xy, yy, -gradient, least=1e-12)  # flatter models are rounding
     length = np.sqrt(row_dots(step, step))
     return step * np.minimum(1, longest / np.where(length > 0, length, 1))[:, None]

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
-from ..sphere.rows import from_chart, unit_rows
+from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.signs import orientation_signs
 from .deep_limbs import floors, shorten_limbs
 from .embedding import embed_locally
-from .placed import as_mapped
+from .layout import as_mapped, onto_sphere
 
 Float32Array = NDArray[np.float32]
 
@@ -74,7 +74,7 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
     for floor in floors(np.float32):
-        yield from_chart(shorten_limbs(placed, angles, floor).z.astype(np.complex128), pole)
+        yield onto_sphere(placed, shorten_limbs(placed, angles, floor).z)
     yield x
 
 

@@ -32,12 +32,11 @@ from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .candidate import Candidate
 from .deep_limbs import floors, shorten_limbs
+from .layout import Placed, onto_sphere, unroll
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
-from .placed import Placed, onto_sphere
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
-from .unrolling import unroll
 
 #: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
 #: steps and sweeps, which cost little there, are run three times, each from the end of the last.
