@@ -1,7 +1,5 @@
 """The arguments that several commands share, each described once. Nothing here takes time to import, for the help."""
 
-from __future__ import annotations
-
 import math
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable

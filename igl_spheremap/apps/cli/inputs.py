@@ -1,7 +1,5 @@
 """What commands read: meshes, their maps, data over their vertices, landmarks, and lists of files."""
 
-from __future__ import annotations
-
 import glob
 import os
 import shutil

@@ -1,7 +1,5 @@
 """What commands write: OUT, which may be stdout, a summary in 80 columns for people, and JSON for programs."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

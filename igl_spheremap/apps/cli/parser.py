@@ -4,8 +4,6 @@ Nothing here takes time to import, so that help is at once. The work of a comman
 `commands/`, whose docstring is the help: a sentence, and examples.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from argparse import ArgumentParser, BooleanOptionalAction, RawDescriptionHelpFormatter
@@ -121,7 +119,7 @@ COMMANDS = (
         argument("--image", "FILE", "the picture of a texture; default: a checkerboard"),
         *shared.OUTPUT,
     )),
-    Command("harmonics", "shapes", (
+    Command("harmonics", "transfer", (
         *shared.pair("SURFACE"),
         *shared.target("coefficients: .coef as SPHARM-PDM writes them, or .npz"),
         argument("--degree", "L", "the largest degree (default: 15)", type=_DEGREE, default=15),
@@ -144,7 +142,7 @@ COMMANDS = (
                  default=180),
         *shared.OUTPUT,
     )),
-    Command("register", "shapes", (
+    Command("register", "register", (
         *shared.pair("MOVING"),
         argument("fixed", "FIXED", "the surface to lay it on"),
         argument("fixed_sphere", "FIXED_SPHERE", "its map"),

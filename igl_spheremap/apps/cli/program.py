@@ -3,8 +3,6 @@
 Nothing here takes time to import, so that Ctrl-C is caught at once.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """`batch` and `summarise`: maps of many files, and which of them stand out."""
 
-from __future__ import annotations
-
 import os
 from argparse import Namespace
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """`check` and `repair`: is a map, of any program, free of foldings, and how does it become so?"""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`info`, `samples` and `completion`: what a mesh is, which shapes the package makes, and help for the shell."""
 
-from __future__ import annotations
-
 import inspect
 from argparse import Namespace
 from dataclasses import asdict

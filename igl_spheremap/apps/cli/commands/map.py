@@ -1,7 +1,5 @@
 """`map`, `p-harmonic` and `landmarks`: map, write, certify what was written, and report."""
 
-from __future__ import annotations
-
 import shlex
 from argparse import Namespace
 from collections.abc import Callable
@@ -15,9 +13,7 @@ from ....draw.plot import FORMATS
 from ....errors import import_optional
 from ....io import SphereCheck, write_map
 from ....io.replacing import replacing
-from ....maps.balanced import rebalance
-from ....maps.landmarks import landmark_map
-from ....maps.p_harmonic import p_harmonic_map
+from ....maps import balanced, landmarks, p_harmonic
 from ....maps.spherical_conformal_map import spherical_conformal_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.timings import stage
@@ -52,7 +48,7 @@ def run_map(args: Namespace) -> Exit:
 
     def solve(v: FloatArray, f: IntArray, listener: Listener) -> SphereMap:
         result = spherical_conformal_map(v, f, method, listener=listener)
-        return rebalance(result, args.balance, listener=listener) if args.balance else result
+        return balanced.rebalance(result, args.balance, listener=listener) if args.balance else result
 
     return _map_by(args, solve)
 
@@ -63,7 +59,7 @@ def run_p_harmonic(args: Namespace) -> Exit:
     igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4
     """
     options = _variational(args)
-    return _map_by(args, lambda v, f, listener: p_harmonic_map(v, f, args.p, listener=listener, **options))
+    return _map_by(args, lambda v, f, listener: p_harmonic.p_harmonic_map(v, f, args.p, listener=listener, **options))
 
 
 def run_landmarks(args: Namespace) -> Exit:
@@ -75,7 +71,7 @@ def run_landmarks(args: Namespace) -> Exit:
     options = _variational(args)
     return _map_by(
         args,
-        lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
+        lambda v, f, listener: landmarks.landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
         lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 

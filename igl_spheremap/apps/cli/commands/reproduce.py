@@ -1,7 +1,5 @@
 """`reproduce`: the paper's tables and figures."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 from ...reproduce.items import ALL, ITEMS, reproduce

@@ -1,6 +1,4 @@
-"""`resample`, `transfer`, `grid` and `export`: surfaces, data and pictures carried over a map."""
-
-from __future__ import annotations
+"""`resample`, `transfer`, `grid`, `harmonics` and `export`: surfaces, data and pictures carried over a map."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -8,13 +6,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .... import io
 from ....draw.palette import colours
 from ....errors import import_optional
-from ....io import read_picture, write_mesh, write_picture, write_scalars, write_textured
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray
 from ....shapes.grid import to_grid
+from ....shapes.harmonics import spherical_harmonics
 from ....shapes.locate import SphereLocator
 from ....shapes.texture import checker_image, texture_atlas
 from ....shapes.transfer import interpolate
@@ -38,7 +37,7 @@ def run_resample(args: Namespace) -> None:
     source = pair.source
     args.progress.stage(f"resampling {source.name}")
     v = interpolate(source.v, source.f, SphereLocator(pair.unit, source.f).locate(points))
-    write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
+    write_target(args, lambda path: io.write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
     found = Findings(target=args.target, vertices=len(v), faces=len(faces))
     found.mesh("source", source)
     found.add("sphere", f"{pair.name}, resampled at the vertices of {args.to}", sphere=pair.name, to=args.to)
@@ -60,7 +59,7 @@ def run_transfer(args: Namespace) -> None:
     args.progress.stage(f"locating {len(points)} points on {pair.name}")
     location = SphereLocator(pair.unit, source.f).locate(points)
     carried = {key: interpolate(values, source.f, location, args.labels) for key, values in maps.items()}
-    write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
+    io.write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
     found = Findings(target=args.target, vertices=len(points), maps={})
     found.mesh("source", source)
     found.add("sphere", f"{pair.name}, at the {len(points)} vertices of {args.to}", sphere=pair.name, to=args.to)
@@ -88,7 +87,7 @@ def run_grid(args: Namespace) -> None:
     args.progress.stage(f"sampling {source.name}")
     grid = to_grid(pair.map(), values, args.kind, args.rows)
     if target.lower().endswith(".png"):
-        write_picture(target, _picture(grid), force=args.force)
+        io.write_picture(target, _picture(grid), force=args.force)
     else:
         with replacing(target, args.force) as partial:
             write_arrays(partial, {"grid": grid, "kind": args.kind})
@@ -107,6 +106,49 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
         raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
     low = grid.min(axis=(0, 1))
     return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)
+
+
+def run_harmonics(args: Namespace) -> None:
+    """Expand a mapped surface, or data over it, in spherical harmonics.
+
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+    """
+    if args.template and not args.align:
+        raise UsageError("--template goes with --align")
+    check_outputs(args)
+    mesh = read_target_sphere(args.to) if args.surface else None
+    pair = load_pair(args)
+    source = pair.source
+    values = None if args.data is None else read_data(args.data, source)
+    args.progress.stage(f"expanding {source.name}")
+    harmonics = spherical_harmonics(pair.map(), values, args.degree)
+    found = Findings(target=args.target)
+    found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
+              source=source.name, sphere=pair.name)
+    if args.align:
+        aligned = harmonics.align(io.read_coefficients(args.template) if args.template else None)
+        harmonics = aligned.harmonics
+        axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
+        found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+    error, power = harmonics.error(), harmonics.power()
+    found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
+              error_percent=error, degree=args.degree, power=power)
+    surface = harmonics.surface(mesh) if mesh else None
+    args.progress.stage(f"writing {args.target}")
+    io.write_coefficients(args.target, harmonics, force=args.force)
+    if surface:
+        io.write_mesh(args.surface, *surface, force=args.force)
+    if args.table:
+        _write_table(args, error, power)
+    found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
+    found.report(args)
+
+
+def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
+    lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
+    with replacing(args.table, args.force) as partial:
+        partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))
 
 
 def run_export(args: Namespace) -> None:
@@ -128,7 +170,7 @@ def run_export(args: Namespace) -> None:
     check_outputs(args)
     if args.show in _TEXTURES:
         import_optional("PIL.Image", "a texture", "io")
-    image = checker_image() if args.image is None else read_picture(args.image)
+    image = checker_image() if args.image is None else io.read_picture(args.image)
     pair = load_pair(args)
     source = pair.source
     found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show)
@@ -137,7 +179,7 @@ def run_export(args: Namespace) -> None:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
         atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
-        write_textured(target, source.v, source.f, atlas, image, force=args.force)
+        io.write_textured(target, source.v, source.f, atlas, image, force=args.force)
         vertices, kind = int(atlas.vertex.max()) + 1, "cut along the seam" if cut else "the mesh as it is"
         found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
         outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
@@ -145,9 +187,9 @@ def run_export(args: Namespace) -> None:
         values = vertex_maps(source.v, source.f, pair.unit)[args.show]
         if target.lower().endswith(".ply"):
             metadata = {"vertex_properties": {**colours(values), "quality": values}}
-            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
+            io.write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:
-            write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
+            io.write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
         found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
     found.add("written", f"{target}: {args.show}, {outcome}")

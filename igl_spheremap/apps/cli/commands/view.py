@@ -1,7 +1,5 @@
 """`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
