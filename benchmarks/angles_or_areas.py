@@ -1,20 +1,18 @@
 """Draw the figure of docs/guide/angles_or_areas.md: three bodies at five balances, as checkerboard and as sphere.
 
-    python benchmarks/angles_or_areas.py docs/images/angles_or_areas.png
+    python -m benchmarks angles_or_areas
 """
 
-import sys
+from __future__ import annotations
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 from PIL import Image
 
 import igl_spheremap as ism
 from igl_spheremap.draw.plot import pose
+
+from .common import IMAGES, pyplot
 
 BODIES, BALANCES = ("dino", "brain", "octopus"), (0, 0.25, 0.5, 0.75, 1)
 LIGHT = np.array([0.3, 0.4, 0.87])
@@ -43,12 +41,13 @@ def colours(v, x, faces):
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     longitude, latitude = np.arctan2(middle[:, 1], middle[:, 0]), np.arcsin(np.clip(middle[:, 2], -1, 1))
     odd = (np.floor(longitude * 12 / np.pi) + np.floor(latitude * 12 / np.pi)) % 2 == 1
-    return plt.get_cmap("turbo")(distance / distance.max())[:, :3] * np.where(odd, 0.55, 1)[:, None]
+    return pyplot().get_cmap("turbo")(distance / distance.max())[:, :3] * np.where(odd, 0.55, 1)[:, None]
 
 
-def main(target):
+def main(argv: list[str]) -> None:
     """Draw."""
-    figure, grid = plt.subplots(2 * len(BODIES), len(BALANCES), figsize=(12, 14.5))
+    target = argv[0] if argv else IMAGES / "angles_or_areas.png"
+    figure, grid = pyplot().subplots(2 * len(BODIES), len(BALANCES), figsize=(12, 14.5))
     for row, name in enumerate(BODIES):
         v, f = ism.samples.make(name, n_vertices=8000)
         turn = pose(v)
@@ -66,7 +65,3 @@ def main(target):
     with Image.open(target) as picture:  # 96 colours take a third of the bytes
         small = picture.convert("RGB").quantize(96, dither=Image.Dither.NONE)
     small.save(target, optimize=True)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

@@ -1,8 +1,8 @@
 """Certify balanced maps at every iterate, measure them, and compare them with what other programs make.
 
-    python benchmarks/balanced_maps.py run RESULTS.jsonl [--meshes FOLDER] [--bodies 30]
-    python benchmarks/balanced_maps.py field RESULTS.jsonl FILE ...
-    python benchmarks/balanced_maps.py report RESULTS.jsonl docs/balance_figures.md docs/images/balance_front.png
+    python -m benchmarks balanced_maps run RESULTS.jsonl [--meshes FOLDER] [--bodies 30]
+    python -m benchmarks balanced_maps field RESULTS.jsonl FILE ...
+    python -m benchmarks balanced_maps report RESULTS.jsonl docs/balance_figures.md docs/images/balance_front.png
 
 `run` maps every sample, every mesh below FOLDER and random bodies with limbs at five balances, adds a line of JSON a
 mesh, and leaves out what RESULTS already has. `field` needs lapy, u-unwrap3d, and Octave with SDEM for their rows.
@@ -11,7 +11,6 @@ Times are CPU seconds of one thread.
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import json
 import os
@@ -23,14 +22,13 @@ import time
 from pathlib import Path
 from statistics import median
 
-os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
+import numpy as np
+from bodies import random_body
+from scipy.io import loadmat, savemat
 
-import numpy as np  # noqa: E402
-from scipy.io import loadmat, savemat  # noqa: E402
+import igl_spheremap as ism
 
-import igl_spheremap as ism  # noqa: E402
+from .common import parser, pyplot, timed
 
 BALANCES = (0.25, 0.5, 0.75, 1.0)
 #: What a program in a process of its own may take.
@@ -56,8 +54,6 @@ def run(results, meshes, bodies):
 
 def sources(meshes, bodies):
     """Names, and functions that make meshes."""
-    from bodies import random_body
-
     for name in ism.samples.names():
         yield f"sample:{name}", lambda name=name: ism.samples.make(name)
     for path in sorted(meshes.glob("*/*.obj")) if meshes else ():
@@ -80,9 +76,7 @@ def measured(v, f):
         watched += time.process_time() - began
 
     try:
-        began = time.process_time()
-        conformal = ism.spherical_conformal_map(v, f)
-        seconds = time.process_time() - began
+        conformal, seconds = timed(lambda: ism.spherical_conformal_map(v, f))
         f = conformal.faces
         row["balances"]["0"] = figures(conformal, 1.0, 0)
         for balance in BALANCES:
@@ -202,8 +196,9 @@ def summary(rows):
     order = [row["name"] for row in rows if not row["failure"] and not is_monotone(row)]
     failed = [f"{row['name']} ({row['failure']})" for row in rows if row["failure"]]
     yield "# Figures of balanced maps\n"
-    yield (f"Written by `benchmarks/balanced_maps.py` at version {ism.__version__.removesuffix('.dev0')}. The energy "
-           "is in [Between angles and areas](balance.md).\n")
+    version = ism.__version__.removesuffix(".dev0")
+    yield (f"Written by `python -m benchmarks balanced_maps` at version {version}. The energy is in "
+           "[Between angles and areas](balance.md).\n")
     yield (f"{len(rows)} meshes (samples, {len(shared)} meshes of the [corpus](corpus.md), random bodies with limbs) "
            f"at balance .25, .5, .75 and 1: {sum(row['folded'] for row in rows)} folded faces in all iterates, "
            f"{len(failed)} failures{': ' + '; '.join(failed) if failed else ''}.")
@@ -261,12 +256,7 @@ def field_table(peers):
 
 def draw(rows, image):
     """A curve a mesh: area against angles over the balances, some with their names, one with its balances."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8, 6))
+    figure, axes = pyplot().subplots(figsize=(8, 6))
     rows = [row for row in rows if not row["failure"] and row["balances"]["0"]["area"] > 0.05]
     for row in sorted(rows, key=lambda row: row["name"] in NAMED):  # these on top
         found = row["balances"].values()
@@ -288,10 +278,10 @@ def rows_of(results):
     return [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
 
 
-def main():
+def main(argv: list[str]) -> None:
     """Parse the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    commands = parser.add_subparsers(dest="command", required=True)
+    arguments = parser(__doc__)
+    commands = arguments.add_subparsers(dest="command", required=True)
     for name in ("run", "field", "report"):
         commands.add_parser(name).add_argument("results", type=Path)
     commands.choices["run"].add_argument("--meshes", type=Path)
@@ -299,9 +289,5 @@ def main():
     commands.choices["field"].add_argument("paths", nargs="+")
     commands.choices["report"].add_argument("target", type=Path)
     commands.choices["report"].add_argument("image", type=Path)
-    options = vars(parser.parse_args())
+    options = vars(arguments.parse_args(argv))
     globals()[options.pop("command")](**options)
-
-
-if __name__ == "__main__":
-    main()

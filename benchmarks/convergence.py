@@ -1,6 +1,8 @@
 """Convergence of Algorithm 1, of Gu and Yau's descent and of the fast method, in one plot.
 
-``python benchmarks/convergence.py`` writes docs/images/convergence.png: energy gap against iterations and against CPU
+    python -m benchmarks convergence [--mesh sample:brain]
+
+writes docs/images/convergence.png: energy gap against iterations and against CPU
 seconds, each method counted from the arrays on. The gap is the energy above the limit of the method itself, run on to
 rounding (of the fast method's, for the descent, which does not get near), in units of the mesh's own discretisation
 error, energy minus image area: below 1e-3 of it nothing that can be seen of the map changes.
@@ -8,7 +10,6 @@ error, energy minus image area: below 1e-3 of it nothing that can be seen of the
 
 from __future__ import annotations
 
-import argparse
 import time
 from pathlib import Path
 
@@ -16,9 +17,10 @@ import numpy as np
 
 import igl_spheremap as ism
 from igl_spheremap.maps.options import Method
-from igl_spheremap.mesh.measure import face_areas
+from igl_spheremap.mesh.measure import surface_area
 
-ROOT = Path(__file__).parents[1]
+from .common import IMAGES, load, parser, pyplot
+
 #: What is run: label and method.
 RUNS = {
     "Gu and Yau's descent, Gauss map": ism.GuYau(tutte=False, plateau=0.0, max_iterations=4000),
@@ -41,26 +43,20 @@ def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np
     return seconds, energies, result
 
 
-def main() -> None:
+def main(argv: list[str]) -> None:
     """Run the three, after a first map that loads what they import, print what they reached, and draw."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mesh", default="sample:brain", help="file, or sample:NAME")
-    parser.add_argument("--image", type=Path, default=ROOT / "docs" / "images" / "convergence.png")
-    options = parser.parse_args()
-    name = options.mesh.removeprefix("sample:")
-    v, f = ism.samples.make(name) if name != options.mesh else ism.read_mesh(name)
+    arguments = parser(__doc__)
+    arguments.add_argument("--mesh", default="sample:brain", help="file, or sample:SPEC")
+    arguments.add_argument("--image", type=Path, default=IMAGES / "convergence.png")
+    options = arguments.parse_args(argv)
+    v, f = load(options.mesh)
     for method in RUNS.values():
         ism.spherical_conformal_map(*ism.samples.make("sphere"), method)
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
+    figure, axes = pyplot().subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     courses = {label: course(v, f, method) for label, method in RUNS.items()}
     descent, *_, fastest = RUNS
     fast = courses[fastest]
-    error = fast[1][-1] - face_areas(fast[2].sphere, f).sum()
+    error = fast[1][-1] - surface_area(fast[2].sphere, f)
     for label, (seconds, energies, result) in courses.items():
         limit = fast[1][-1] if label == descent else energies.min()
         gap = np.maximum((energies - limit) / error, 1e-12)
@@ -83,7 +79,3 @@ def reached(gap: np.ndarray, seconds: np.ndarray, level: float) -> str:
     above = np.flatnonzero(gap > level)
     k = above[-1] + 1 if len(above) else 0
     return f"{k} ({seconds[k]:.2f} s)" if k < len(gap) else "never"
-
-
-if __name__ == "__main__":
-    main()

@@ -1,37 +1,146 @@
 """Time, memory and quality of this package beside its peers, measured in one run.
 
-``python benchmarks/peers.py`` takes the package's own samples; ``--meshes FILE ...`` takes yours. Each mesh is loop-
-subdivided ``--levels`` times. Competitors take turns, each in a process of its own, with one thread and after a
-warm-up; figures are medians over the rounds. Writes docs/benchmarks.md and docs/images/benchmarks.png.
+    python -m benchmarks peers [--meshes FILE ...] [--levels 3] [--only COMPETITOR ...]
+
+Each mesh, by default a sample, is loop-subdivided. Competitors take turns, each in a process of its own, with one
+thread and after a warm-up; figures are medians over the rounds. Writes docs/benchmarks.md and its picture.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import json
-import signal
+import platform
 import statistics
-import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import igl
 import numpy as np
-from competitors import COMPETITORS, FACTORS, LARGEST
-from peers_report import plot, write_report
+import scipy.sparse as sp
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.measure import vertex_areas
+from igl_spheremap.operators.factor import factorize
+from igl_spheremap.operators.laplacian import laplacian
 
-ROOT = Path(__file__).parents[1]
+from .common import DOCS, IMAGES, ROOT, in_process, load, measured, parser, pyplot, quality
+
+Array = np.ndarray
+Competitor = Callable[[Array, Array], "Array | ism.SphereMap"]
+
+#: Flow: stop when the radius varies by less than this share of it, or after so many steps.
+_ROUND, _FLOW_STEPS = 1e-3, 60
+#: Flow: length of a step in time, the surface being scaled to unit area.
+_FLOW_TIME = 1.0
 #: Rounds for meshes of up to so many vertices.
 ROUNDS = ((300_000, 3), (10**9, 1))
 #: A competitor that took longer than this, in seconds, is not repeated.
 LONG = 20.0
 
+HEADER = """# Benchmarks
 
-def main(argv: list[str] | None = None) -> None:
+Written by `python -m benchmarks peers`. CPU and wall seconds from arrays to result, certificate included for this
+package; medians over rounds in which the competitors take turns, each in a process of its own, with one thread and
+after a warm-up. *Memory* is the growth of the peak, in MB, of a process that holds the mesh. *Foldings* are exact
+(`ism.certify`); *mean* and *99 %* are of the angle differences in degrees, over all corners. *Speed-up* is CPU time
+of the row over that of `ours, cvxopt` and of `ours, scipy`. *Over factor* is CPU time, and in brackets memory, over
+those of ordering and factorisation alone with the same backend.
+
+- `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators
+  below an absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
+- `mean curvature flow`: conformalised (Kazhdan, Solomon, Ben-Chen 2012), as in `benchmarks/peers.py`,
+  factorised by the fastest backend here.
+- `lai2014`: the paper's Algorithm 2 around Algorithm 1, up to 20,000 vertices.
+
+Machine: {machine}, Python {python}; igl_spheremap {version}.
+"""
+COLUMNS = ("competitor", "CPU s", "wall s", "memory", "foldings", "mean", "99 %", "speed-up", "over factor")
+
+
+def ours(v: Array, f: Array, **options: str) -> ism.SphereMap:
+    """This package, its certificate included."""
+    return ism.spherical_conformal_map(v, f, **options)
+
+
+def lapy(v: Array, f: Array, guarded: bool = True, use_cholmod: bool = False) -> Array:
+    """LaPy's linear method (after Choi, Lam, Lui 2015), as it ships or with its refusals switched off."""
+    from lapy import TriaMesh, conformal
+
+    with np.errstate(all="ignore"):
+        if guarded:
+            return conformal.spherical_conformal_map(TriaMesh(v, f), use_cholmod=use_cholmod)
+        with _without_refusals(conformal):
+            return conformal.spherical_conformal_map(TriaMesh(v, f), use_cholmod=use_cholmod)
+
+
+@contextmanager
+def _without_refusals(conformal: object) -> Iterator[None]:
+    """LaPy divides by what it finds, instead of refusing denominators below an absolute 1e-8."""
+    names = ("_ensure_nonzero", "_ensure_nonzero_array")
+    kept = {name: getattr(conformal, name) for name in names}
+    for name in names:
+        setattr(conformal, name, lambda *_: None)
+    try:
+        yield
+    finally:
+        for name, function in kept.items():
+            setattr(conformal, name, function)
+
+
+def mean_curvature_flow(v: Array, f: Array) -> Array:
+    """Conformalised mean curvature flow (Kazhdan, Solomon, Ben-Chen 2012), with the fastest factorisation there is."""
+    L, x = laplacian(v, f), v / np.sqrt(igl.doublearea(v, f).sum() / 2)
+    for _ in range(_FLOW_STEPS):
+        A = vertex_areas(x, f)  # the mass follows the surface, the stiffness stays
+        x = factorize(sp.diags_array(A, format="csr") + _FLOW_TIME * L).solve(A[:, None] * x)
+        x -= np.einsum("i,ij->j", A, x) / A.sum()
+        x /= np.sqrt(igl.doublearea(x, f).sum() / 2)
+        radius = np.linalg.norm(x, axis=1)
+        if np.sqrt(A @ (radius * np.sqrt(4 * np.pi) - 1) ** 2 / A.sum()) < _ROUND:
+            break
+    return x / np.linalg.norm(x, axis=1)[:, None]
+
+
+def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
+    """What the map factorises."""
+    mesh = ism.check_mesh(v, f)
+    return laplacian(mesh.v, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.v, mesh.f), format="csr")
+
+
+#: In the order of the tables.
+COMPETITORS: dict[str, Competitor] = {
+    "ours, cvxopt": partial(ours, backend="cvxopt"),
+    "ours, scipy": partial(ours, backend="scipy"),
+    "ours, multigrid": partial(ours, backend="multigrid"),
+    "LaPy": lapy,
+    "LaPy, no refusals": partial(lapy, guarded=False),
+    "LaPy, cholespy": partial(lapy, guarded=False, use_cholmod=True),
+    "mean curvature flow": mean_curvature_flow,
+    "lai2014": partial(ours, method="lai2014"),
+}
+
+#: Ordering and factorisation alone: the least that a map can cost, by backend.
+FACTORS = {f"factor, {backend}": backend for backend in ("cvxopt", "scipy", "multigrid")}
+
+#: Vertices beyond which a competitor is not tried.
+LARGEST = {"lai2014": 20_000, "mean curvature flow": 300_000, "LaPy": 300_000, "LaPy, cholespy": 300_000,
+           "LaPy, no refusals": 1_000_000, "ours, scipy": 1_500_000, "factor, scipy": 1_500_000}
+
+
+def main(argv: list[str]) -> None:
     """Run the benchmark, and write the report after every mesh."""
+    if argv[:1] == ["--trial"]:
+        with contextlib.redirect_stdout(io.StringIO()):
+            figures = trial(*argv[1:])
+        print(json.dumps(figures))
+        return
     options = arguments().parse_args(argv)
     rows = json.loads(options.results.read_text()) if options.add else []
     with tempfile.TemporaryDirectory() as folder:
@@ -45,27 +154,44 @@ def main(argv: list[str] | None = None) -> None:
     plot(rows, options.image)
 
 
+def trial(name: str, path: str) -> dict[str, object]:
+    """Warm up on a small mesh, run one competitor once, and certify and measure the map afterwards."""
+    with np.load(path) as data:
+        v, f = data["v"], data["f"]
+    small = ism.samples.make("spheroid", n_vertices=1500)
+    if name in FACTORS:
+        P = factorised_matrix(v, f)
+        factorize(factorised_matrix(*small), FACTORS[name])
+        return measured(lambda: factorize(P, FACTORS[name]))[1]
+    COMPETITORS[name](*small)
+    try:
+        result, figures = measured(lambda: COMPETITORS[name](v, f))
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        return {"failure": f"{type(error).__name__}: {error}"[:160]}
+    stages = {f"stage {stage}": seconds for stage, seconds in getattr(result, "timings", {}).items()}
+    return figures | stages | quality(v, f, getattr(result, "sphere", result))
+
+
 def arguments() -> argparse.ArgumentParser:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--meshes", nargs="+", default=["sample:brain", "sample:dino"],
+    words = parser(__doc__)
+    words.add_argument("--meshes", nargs="+", default=["sample:brain", "sample:dino"],
                         help="files, or sample:NAME")
-    parser.add_argument("--levels", type=int, default=3, help="loop subdivisions of each mesh (3)")
-    parser.add_argument("--smallest", type=int, default=1_000, help="vertices below which a level is left out")
-    parser.add_argument("--largest", type=int, default=700_000, help="vertices above which a level is left out")
-    parser.add_argument("--only", nargs="+", default=[*COMPETITORS, *FACTORS], help="competitors")
-    parser.add_argument("--cap", type=int, default=600, help="CPU seconds that a run may take (600)")
-    parser.add_argument("--add", action="store_true", help="add to the results of earlier runs")
-    parser.add_argument("--results", type=Path, default=ROOT / "benchmarks" / "peers.json")
-    parser.add_argument("--report", type=Path, default=ROOT / "docs" / "benchmarks.md")
-    parser.add_argument("--image", type=Path, default=ROOT / "docs" / "images" / "benchmarks.png")
-    return parser
+    words.add_argument("--levels", type=int, default=3, help="loop subdivisions of each mesh (3)")
+    words.add_argument("--smallest", type=int, default=1_000, help="vertices below which a level is left out")
+    words.add_argument("--largest", type=int, default=700_000, help="vertices above which a level is left out")
+    words.add_argument("--only", nargs="+", default=[*COMPETITORS, *FACTORS], help="competitors")
+    words.add_argument("--cap", type=int, default=600, help="CPU seconds that a run may take (600)")
+    words.add_argument("--add", action="store_true", help="add to the results of earlier runs")
+    words.add_argument("--results", type=Path, default=ROOT / "benchmarks" / "peers.json")
+    words.add_argument("--report", type=Path, default=DOCS / "benchmarks.md")
+    words.add_argument("--image", type=Path, default=IMAGES / "benchmarks.png")
+    return words
 
 
 def subdivided(source: str, levels: int, folder: Path):
     """The mesh and its subdivisions, each in a file."""
-    v, f = (ism.samples.make(source.removeprefix("sample:")) if source.startswith("sample:")
-            else ism.read_mesh(source))
+    v, f = load(source)
     for level in range(levels + 1):
         if level:
             v, f = igl.loop(v, f)
@@ -84,20 +210,9 @@ def compare(mesh: dict, options: argparse.Namespace) -> dict[str, dict]:
             done = runs[name]
             if done and ("failure" in done[-1] or done[-1]["wall"] > LONG):
                 continue
-            done.append(trial(name, mesh["path"], options.cap))
+            done.append(in_process("peers", "--trial", name, mesh["path"], seconds=options.cap))
             print(mesh["name"], mesh["vertices"], name, done[-1], file=sys.stderr, flush=True)
     return {name: medians(done) for name, done in runs.items()}
-
-
-def trial(name: str, path: str, cap: int) -> dict:
-    """One run in a process of its own."""
-    command = [sys.executable, str(Path(__file__).with_name("trial.py")), name, path, str(cap)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode == -signal.SIGXCPU:
-        return {"failure": f"not done after {cap} s"}
-    if done.returncode:
-        return {"failure": (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1][:160]}
-    return json.loads(done.stdout)
 
 
 def medians(runs: list[dict]) -> dict:
@@ -106,5 +221,71 @@ def medians(runs: list[dict]) -> dict:
     return failed[0] if failed else {key: statistics.median(run[key] for run in runs) for key in runs[0]}
 
 
-if __name__ == "__main__":
-    main()
+def write_report(rows: list[dict], path: Path) -> None:
+    """Write one table for each mesh; what was written by hand below the mark stays."""
+    mark = "\n## What the figures show\n"
+    kept = mark + path.read_text().split(mark, 1)[1] if path.exists() and mark in path.read_text() else ""
+    parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version(),
+                           version=ism.__version__.removesuffix(".dev0")),
+             "![Time against size](images/benchmarks.png)\n", *map(table, rows)]
+    path.write_text("\n".join(parts) + kept)
+
+
+def table(row: dict) -> str:
+    """Markdown table of one mesh."""
+    lines = [f"## {row['name']}, {row['vertices']:,} vertices\n", "| " + " | ".join(COLUMNS) + " |",
+             "|---|" + "---:|" * (len(COLUMNS) - 1)]
+    for name, trial in row["trials"].items():
+        if "failure" in trial:
+            lines.append(f"| {name} | {trial['failure'].replace('|', '/')} |" + " |" * (len(COLUMNS) - 2))
+        else:
+            lines.append("| " + " | ".join([name, *cells(name, trial, row["trials"])]) + " |")
+    return "\n".join(lines) + "\n\n" + stages(row["trials"])
+
+
+def stages(trials: dict) -> str:
+    """Markdown table of the share of each stage in our wall time."""
+    ours = {name: trial for name, trial in trials.items() if any(key.startswith("stage ") for key in trial)}
+    names = list(dict.fromkeys(key for trial in ours.values() for key in trial if key.startswith("stage ")))
+    lines = ["| share of wall time | " + " | ".join(name.removeprefix("stage ") for name in names) + " |",
+             "|---|" + "---:|" * len(names)]
+    lines += [f"| {name} | " + " | ".join(f"{trial.get(key, 0) / trial['wall']:.1%}" for key in names) + " |"
+              for name, trial in ours.items()]
+    return "\n".join(lines) + "\n" if ours else ""
+
+
+def cells(name: str, trial: dict, trials: dict) -> list[str]:
+    """One row's figures."""
+    quality = ["-", "-", "-"]
+    if "mean" in trial:
+        quality = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"]
+    base = [trials.get(other, {}).get("cpu") for other in ("ours, cvxopt", "ours, scipy")]
+    quotient = " / ".join(f"{trial['cpu'] / cpu:.1f}" for cpu in base if cpu)
+    factor = trials.get(name.replace("ours", "factor"), {}) if name.startswith("ours") else {}
+    over = "-"
+    if "cpu" in factor:
+        memory = f" ({trial['memory'] / factor['memory']:.2f})" if factor["memory"] else ""
+        over = f"{trial['cpu'] / factor['cpu']:.2f}{memory}"
+    return [f"{trial['cpu']:.2f}", f"{trial['wall']:.2f}", f"{trial['memory']:.0f}", *quality,
+            "-" if name.startswith("factor") else quotient, over]
+
+
+def plot(rows: list[dict], path: Path) -> None:
+    """CPU time against size, a line for each competitor and mesh."""
+    plt = pyplot()
+    names = list(dict.fromkeys(name for row in rows for name in row["trials"] if not name.startswith("factor")))
+    figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
+    for colour, name in enumerate(names):
+        for mesh in dict.fromkeys(row["name"] for row in rows):
+            done = sorted((row["vertices"], row["trials"][name]["cpu"]) for row in rows
+                          if row["name"] == mesh and "cpu" in row["trials"].get(name, {}))
+            axes.loglog([n for n, _ in done], [cpu for _, cpu in done], "o-", markersize=3, color=f"C{colour}",
+                        linewidth=2 if name.startswith("ours") else 1, label="" if mesh != rows[0]["name"] else name)
+    sizes = sorted({row["vertices"] for row in rows})
+    axes.set(xlabel="vertices; a line for each mesh, subdivided", ylabel="CPU seconds")
+    axes.set_xticks(sizes, [f"{n:,}" for n in sizes])
+    axes.set_xticks([], minor=True)
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)

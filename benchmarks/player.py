@@ -1,14 +1,13 @@
 """What a window costs a run: frames and iterates a second, with the player's window live and asleep.
 
-    python benchmarks/player.py                 # needs a display; `xvfb-run` makes one
-    python benchmarks/player.py --vertices 200000 --seconds 8
+    python -m benchmarks player [--vertices 200000] [--seconds 8]      # needs a display; `xvfb-run` makes one
 """
 
 from __future__ import annotations
 
 import tempfile
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,8 @@ from igl_spheremap.apps.viewer import run as runs
 from igl_spheremap.apps.viewer.player import PlayerWindow
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
+
+from .common import parser
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,13 @@ def frames(callback: Callable[[], None], seconds: float) -> list[float]:
     return times
 
 
-def main() -> None:
+def main(argv: list[str]) -> None:
     """Print the figures."""
-    parser = ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--vertices", type=int, default=10_000)
-    parser.add_argument("--seconds", type=float, default=4.0)
-    parser.add_argument("--cycles", type=int, default=3)
-    args = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("--vertices", type=int, default=10_000)
+    arguments.add_argument("--seconds", type=float, default=4.0)
+    arguments.add_argument("--cycles", type=int, default=3)
+    args = arguments.parse_args(argv)
     app.open_for(Namespace(screenshot=None, video=None, size=(1400, 560)), "benchmark")
     name = f"dino:n_vertices={args.vertices}"
     v, f = from_spec(name)
@@ -89,7 +90,3 @@ def main() -> None:
             print(f"{len(live) / (live[-1] - live[0]):.1f} frames/s, longest {np.diff(live).max():.2f} s; "
                   f"{rates[0]:.1f} iterates/s, {rates[1]:.1f} with the window asleep: {rates[0] / rates[1]:.0%}")
         player.close()
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,8 @@
 """A population whose workers and whose client are killed: nothing may be lost, nothing done twice, no bit may differ.
 
-Run as ``python benchmarks/population.py [MESHES]``; prints what happened. Samples of random shape are mapped by
+    python -m benchmarks population [MESHES]
+
+prints what happened. Samples of random shape are mapped by
 `igl-spheremap batch`. After a fifth and two fifths of the meshes a worker is killed, after three fifths the client;
 then the batch is run again. Its table and files are compared with single maps in this process.
 """
@@ -17,8 +19,6 @@ import time
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-
-os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
 import numpy as np
 
@@ -37,8 +37,9 @@ SHAPES = {"spheroid": (0.35, "aspect", 0.5, 3.0), "dumbbell": (0.3, "n_vertices"
 MOVED = 0.3
 
 
-def main(meshes: int = 2000) -> None:
+def main(argv: list[str]) -> None:
     """Make the meshes, map them, and compare."""
+    meshes = int(argv[0]) if argv else 2000
     os.chdir(tempfile.mkdtemp())
     make(meshes)
     began = time.perf_counter()
@@ -128,7 +129,3 @@ def shared(rows) -> list[bool]:
     """Whether each input has the faces of the one before it."""
     faces = [ism.read_mesh(row.source).f for row in rows]
     return [np.array_equal(f, g) for f, g in pairwise(faces)]
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))

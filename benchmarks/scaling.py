@@ -1,50 +1,49 @@
-"""CPU time and memory a vertex as a mesh is refined: python scaling.py OPERATION MESH [LEVELS]; prints JSON lines.
+"""CPU time and memory a vertex as a mesh is refined.
+
+    python -m benchmarks scaling OPERATION MESH [--levels 3] [--scipy]
 
 OPERATION is "map" or a balance above 0, whose time is without that of the conformal map. MESH is a file or
-"sample:SPEC"; it is loop-subdivided LEVELS times (3). Each level runs in a process of its own, so that its peak of
-memory is its own. With SCIPY_ALONE=1 in the environment no other solver is found.
+"sample:SPEC". Each level runs in a process of its own, and is a line of JSON. With --scipy no other solver is found.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 
-os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
-
-if os.environ.get("SCIPY_ALONE"):
-    sys.modules["cvxopt"] = sys.modules["sksparse"] = None
-
-import igl
 import numpy as np
-from trial import measured
 
 import igl_spheremap as ism
 
+from .common import in_process, load, measured, parser
 
-def run(operation: str, source: str, level: int) -> dict[str, object]:
-    """Figures of one level."""
-    sample = source.startswith("sample:")
-    v, f = ism.samples.from_spec(source[7:]) if sample else ism.read_mesh(source)
-    for _ in range(level):
-        v, f = igl.loop(v, f)
-    result, figures = measured(lambda: ism.spherical_conformal_map(v, f))
+
+def main(argv: list[str]) -> None:
+    """Print the figures of all levels, or of one."""
+    arguments = parser(__doc__)
+    arguments.add_argument("operation")
+    arguments.add_argument("source")
+    arguments.add_argument("--levels", type=int, default=3, help="loop subdivisions (3)")
+    arguments.add_argument("--only", type=int, help="measure this level in this process")
+    arguments.add_argument("--scipy", action="store_true")
+    options = arguments.parse_args(argv)
+    if options.only is None:
+        for level in range(options.levels + 1):
+            print(json.dumps(in_process("scaling", *argv, "--only", level)), flush=True)
+        return
+    if options.scipy:
+        sys.modules["cvxopt"] = sys.modules["sksparse"] = None  # type: ignore[assignment]
+    print(json.dumps(figures(options.operation, *load(options.source, options.only)), default=float))
+
+
+def figures(operation: str, v: np.ndarray, f: np.ndarray) -> dict[str, object]:
+    """What is measured at one level."""
+    result, spent = measured(lambda: ism.spherical_conformal_map(v, f))
     folded = result.rounds[0].foldings_after if result.rounds else 0
     if operation != "map":
-        result, figures = measured(lambda: ism.rebalance(result, float(operation)))
+        result, spent = measured(lambda: ism.rebalance(result, float(operation)))
     size = np.abs(result.angle_differences())
-    row = {"vertices": len(v), "foldings at first": folded, "certified": bool(result.certificate),
-           "microseconds a vertex": 1e6 * figures["cpu"] / len(v), "bytes a vertex": 2**20 * figures["memory"] / len(v)}
-    row |= {"backend": result.backend, "mean": size.mean(), "p99": np.percentile(size, 99)}
-    return row | {"timings": result.timings}
-
-
-if __name__ == "__main__":
-    operation, source, *rest = sys.argv[1:]
-    if len(rest) < 2:
-        for level in range(int(*rest or ["3"]) + 1):
-            subprocess.run([sys.executable, __file__, operation, source, str(level), "alone"], check=True)
-    else:
-        print(json.dumps(run(operation, source, int(rest[0])), default=float))
+    return {"vertices": len(v), "foldings at first": folded, "certified": bool(result.certificate),
+            "microseconds a vertex": 1e6 * spent["cpu"] / len(v),
+            "bytes a vertex": 2**20 * spent["memory"] / len(v), "backend": result.backend,
+            "mean": size.mean(), "p99": np.percentile(size, 99), "timings": result.timings}

@@ -1,6 +1,6 @@
 """Figures of docs/shapes.md: coefficients, rotations and registrations, against what is known exactly.
 
-    python benchmarks/shapes.py --meshes FOLDER --fsaverage FOLDER [--only harmonics rotation hemispheres pial warps]
+    python -m benchmarks shapes --meshes FOLDER --fsaverage FOLDER [--only harmonics rotation hemispheres pial warps]
 
 FOLDER of the meshes holds choi_hippocampus.obj and paper_putamen_10002.obj; that of fsaverage5 is
 nilearn/datasets/data/fsaverage5 of the package nilearn. Seconds are of the CPU, one thread.
@@ -8,12 +8,7 @@ nilearn/datasets/data/fsaverage5 of the package nilearn. Seconds are of the CPU,
 
 from __future__ import annotations
 
-import argparse
-import os
-import time
 from pathlib import Path
-
-os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import igl
 import nibabel
@@ -26,6 +21,8 @@ from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, leg
 from igl_spheremap.shapes.features import FeatureSurface, Picture
 from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
+
+from .common import parser, timed
 
 R = Rotation.from_euler("ZYZ", [1.0, 0.7, -2.0]).as_matrix()
 #: Dunavant's rule of seven points, exact to degree 5.
@@ -59,12 +56,6 @@ class Data:
         if (name, balance) not in self._maps:
             self._maps[name, balance] = ism.balanced_spherical_map(*self.mesh(name), balance)
         return self._maps[name, balance]
-
-
-def timed(call):
-    """What a call returns, and its CPU seconds."""
-    began = time.process_time()
-    return call(), time.process_time() - began
 
 
 def degrees(x, y):
@@ -114,7 +105,8 @@ def projected(x, g, degree):
     for start in range(0, len(x), 4096):
         here, data = x[start : start + 4096], g[start : start + 4096]
         s = np.hypot(here[:, 0], here[:, 1])
-        turn = np.broadcast_to((here[:, 0] + 1j * here[:, 1]) / np.maximum(s, 1e-300), (degree, len(here)))
+        turn = (here[:, 0] + 1j * here[:, 1]) / np.maximum(s, np.finfo(float).tiny)
+        turn = np.broadcast_to(turn, (degree, len(here)))
         waves = np.sqrt(2) * np.cumprod(turn, axis=0)
         for ell, P in enumerate(legendre(degree, here[:, 2].copy(), s)):
             middle, Y = ell * ell + ell, P[1:] * waves[:ell]
@@ -233,18 +225,14 @@ def warped(x, size, steps=20):
     return x
 
 
-def main() -> None:
+def main(argv: list[str]) -> None:
     """Print the figures."""
     parts = {part.__name__: part for part in (harmonics, rotation, hemispheres, pial, warps)}
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--meshes", type=Path, required=True)
-    parser.add_argument("--fsaverage", type=Path, required=True)
-    parser.add_argument("--only", nargs="+", choices=parts, default=list(parts))
-    args = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("--meshes", type=Path, required=True)
+    arguments.add_argument("--fsaverage", type=Path, required=True)
+    arguments.add_argument("--only", nargs="+", choices=parts, default=list(parts))
+    args = arguments.parse_args(argv)
     data = Data(args.meshes, args.fsaverage)
     for name in args.only:
         parts[name](data)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,17 +1,15 @@
 """CPU time of a map by stage, with cvxopt's CHOLMOD, beside that of another version.
 
-``python benchmarks/stages.py CHECKOUT`` takes a checkout of the other version, such as 0.1.0. The two take turns, each
-in a process of its own with one thread, after a warm-up; figures are the best of all rounds, in milliseconds. Prints
-tables, whose figures stand in docs/benchmarks.md under "Where the time goes".
+    python -m benchmarks stages CHECKOUT [--rounds 2] [--meshes 0 1 2 3]
+
+CHECKOUT is a checkout of the other version. The two take turns, each in a process of its own with one thread, after a
+warm-up; figures are the best of all rounds, in milliseconds. Prints tables.
 """
 
 from __future__ import annotations
 
-import argparse
 import functools
 import json
-import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -20,12 +18,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import igl
 import numpy as np
 
 import igl_spheremap as ism
 
-ROOT = Path(__file__).parents[1]
+from .common import ROOT, in_process, load, parser
+
 #: Loop subdivisions of the brain sample, and maps in a process; first a spheroid.
 SIZES = ((None, 60), (0, 6), (1, 3), (2, 1))
 #: Stages that ordering, CHOLMOD and its solves bound, and those outside.
@@ -33,14 +31,14 @@ LIMIT = ("order", "analysis", "factorisation", "solves")
 OWN = ("check", "Laplacian", "triangle for CHOLMOD", "start", "steps", "gauge", "certificate", "repair")
 
 
-def main() -> None:
+def main(argv: list[str]) -> None:
     """Compare the two versions at all sizes."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("checkout", type=Path)
-    parser.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
-    parser.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
-    parser.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by so many maps, and print JSON")
-    options = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("checkout", type=Path)
+    arguments.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
+    arguments.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
+    arguments.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by so many maps, and print JSON")
+    options = arguments.parse_args(argv)
     if options.maps:
         print(json.dumps(measure(options.checkout, options.maps)))
         return
@@ -51,27 +49,16 @@ def main() -> None:
             n = write(path, subdivisions)
             for _ in range(options.rounds):
                 for version, done in runs.items():
-                    done.append(run(version, path, maps))
+                    done.append(in_process("stages", path, "--maps", maps, package=version))
         report(n, *(functools.reduce(best, done) for done in runs.values()))
 
 
 def write(path: Path, subdivisions: int | None) -> int:
     """Write a mesh and return its number of vertices."""
-    name, n = ("spheroid", 2_562) if subdivisions is None else ("brain", 48_000)
-    v, f = ism.samples.make(name, n_vertices=n)
-    for _ in range(subdivisions or 0):
-        v, f = igl.loop(v, f)
+    name = "spheroid:n_vertices=2562" if subdivisions is None else "brain:n_vertices=48000"
+    v, f = load(f"sample:{name}", subdivisions or 0)
     np.savez(path, v=v, f=f)
     return len(v)
-
-
-def run(version: Path, mesh: Path, maps: int) -> dict[str, float]:
-    """Measure a version in a process of its own."""
-    one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "IGL_NUM_THREADS"), "1")
-    command = [sys.executable, __file__, str(mesh), "--maps", str(maps)]
-    out = subprocess.run(command, env=os.environ | one | {"PYTHONPATH": str(version)}, check=True, capture_output=True)
-    seconds: dict[str, float] = json.loads(out.stdout)
-    return seconds
 
 
 def measure(mesh: Path, maps: int) -> dict[str, float]:
@@ -125,7 +112,3 @@ def report(n: int, old: dict[str, float], new: dict[str, float]) -> None:
         before, now = old.get(stage, 0.0), new[stage]
         ratio = f"{now / before:.2f}" if stage in (*LIMIT, "outside", "whole") else ""
         print(f"| {stage} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()

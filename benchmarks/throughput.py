@@ -1,6 +1,8 @@
 """Maps a second of many small meshes by a plain loop, processes and Dask workers, and what a large study costs.
 
-Run as ``python benchmarks/throughput.py [MESHES] [VERTICES] [ROUNDS]``; writes docs/throughput.md and its picture.
+    python -m benchmarks throughput [MESHES] [VERTICES] [ROUNDS]
+
+writes docs/throughput.md and its picture.
 """
 
 from __future__ import annotations
@@ -15,8 +17,6 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1")
-
 import numpy as np
 
 import igl_spheremap as ism
@@ -25,7 +25,8 @@ from igl_spheremap.populations.child import Child
 from igl_spheremap.populations.executors import connect
 from igl_spheremap.populations.job import Job, Options, map_one
 
-DOCS = Path(__file__).parent.parent / "docs"
+from .common import DOCS, IMAGES
+
 LOOP, POOL, DASK = "plain loops", "processes", "Dask workers"
 CORTICES, CORTEX = 100_000, 160_000
 PAIRS = 200
@@ -45,8 +46,9 @@ for source in sys.argv[1:]:
 print(json.dumps([times, maps]))"""
 
 
-def main(meshes: int = 25, vertices: int = 2562, rounds: int = 6) -> None:
+def main(argv: list[str]) -> None:
     """Measure, plot, and write the page."""
+    meshes, vertices, rounds = *map(int, argv), *(25, 2562, 6)[len(argv) :]
     os.chdir(tempfile.mkdtemp())
     sources = make(meshes, vertices)
     seconds = cortex()
@@ -160,7 +162,7 @@ def draw(rates, vertices: int) -> None:
         ax.plot(list(points), list(points.values()), marker="o", label=name)
     ax.set(xlabel="workers", ylim=(0, None), xticks=sorted({count for _, count in rates}))
     ax.legend()
-    figure.savefig(DOCS / "images" / "throughput.png", dpi=110)
+    figure.savefig(IMAGES / "throughput.png", dpi=110)
 
 
 def moving(sources) -> float:
@@ -213,7 +215,7 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
     version = ism.__version__.removesuffix(".dev0")
     page = f"""# Throughput
 
-Written by `python benchmarks/throughput.py` with version {version}: {meshes} spheroids of {vertices:,} vertices,
+Written by `python -m benchmarks throughput` with version {version}: {meshes} spheroids of {vertices:,} vertices,
 the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
 maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source)))` does; a population also measures
 angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall times. The
@@ -280,7 +282,3 @@ One cortex of {CORTEX:,} vertices, the sample `brain`, takes s = {cortex:.1f} s 
 delivers {disk:.0f} MB a second.
 """
     (DOCS / "throughput.md").write_text(page)
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,90 @@
+"""What several benchmarks share: meshes, clocks, figures of a map, and processes of their own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import igl
+import numpy as np
+
+import igl_spheremap as ism
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+IMAGES = DOCS / "images"
+
+
+def parser(doc: str) -> argparse.ArgumentParser:
+    """A command line whose help is a module's docstring."""
+    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def load(source: str, level: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """A file, or "sample:SPEC", loop-subdivided so many times."""
+    sample = source.startswith("sample:")
+    v, f = ism.samples.from_spec(source.removeprefix("sample:")) if sample else ism.read_mesh(source)
+    for _ in range(level):
+        v, f = igl.loop(v, f)
+    return v, f
+
+
+def timed(call: Callable[[], Any]) -> tuple[Any, float]:
+    """What a call returns, and its CPU seconds."""
+    began = time.process_time()
+    return call(), time.process_time() - began
+
+
+def measured(call: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
+    """What a call returns, with its seconds and the growth of the process's peak memory in MB."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    wall = time.perf_counter()
+    result, cpu = timed(call)
+    figures = {"cpu": cpu, "wall": time.perf_counter() - wall}
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return result, figures | {"memory": (peak - before) / 1024, "peak": peak / 1024}
+
+
+def quality(v: np.ndarray, f: np.ndarray, x: np.ndarray) -> dict[str, Any]:
+    """Exact foldings, and mean and 99th percentile of the angle differences in degrees."""
+    if not np.isfinite(x).all():
+        return {"failure": "positions that are not finite"}
+    size = np.abs(ism.angle_differences(v, f, x))
+    return {"foldings": ism.certify(x, f).foldings, "mean": float(size.mean()), "p99": float(np.percentile(size, 99))}
+
+
+def in_process(*words: object, package: Path = ROOT, seconds: int | None = None) -> dict[str, Any]:
+    """The JSON that a benchmark prints last, run in a process of its own: its peak of memory is its own.
+
+    One that takes more CPU seconds than it may, or fails, returns its "failure".
+    """
+    command = [sys.executable, "-m", "benchmarks", "--package", str(package), *map(str, words)]
+
+    def limit() -> None:
+        if seconds:
+            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 60))
+
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=limit)
+    if done.returncode == -signal.SIGXCPU:
+        return {"failure": f"not done after {seconds} s"}
+    if done.returncode:
+        return {"failure": (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1][:160]}
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def pyplot() -> Any:
+    """matplotlib's plots, without a window."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot
+
+    return matplotlib.pyplot
