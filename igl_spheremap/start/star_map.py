@@ -153,9 +153,12 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     return sp.csr_matrix((np.concatenate(values), index), shape=(n, n))
 
 
-def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray) -> EigenProjection:
-    """`weighted_eigen_projection` of a checked mesh and map, with a stiffness matrix A."""
-    B = weighted_mass(mesh, finite_conformal_factor(mesh, x))
+def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | None = None) -> EigenProjection:
+    """`weighted_eigen_projection` of a checked mesh and map, with a stiffness matrix A.
+
+    Another weight than the conformal factor of `x` may be given: ones for the standard eigenfunctions, eq. (16).
+    """
+    B = weighted_mass(mesh, finite_conformal_factor(mesh, x) if weight is None else weight)
     values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
     areas = vertex_areas(mesh.v, mesh.f)
     c = areas @ phi / areas.sum()  # eq. (19)

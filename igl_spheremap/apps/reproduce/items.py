@@ -9,7 +9,8 @@ from typing import Any
 from ...errors import FileError, import_optional
 
 #: Names of all tables and figures, and one for all of them.
-ITEMS = ("table1", "table2", "table3", "fig3", "fig4", "fig5", "fig6", "fig9", "fig10")
+ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections",
+         "fig3", "fig4", "fig5", "fig6", "fig9", "fig10")
 ALL = "all"
 
 
@@ -30,6 +31,7 @@ def reproduce(
     """
     # The command's help needs the names alone.
     from ...io.replacing import replacing
+    from .claims import CLAIMS
     from .figures import FIGURES
     from .runs import Runs
     from .tables import TABLES
@@ -43,11 +45,12 @@ def reproduce(
         kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"can't write {kept}: {error.strerror or error}") from error
+    tables = {**TABLES, **CLAIMS}
     runs = Runs(kept, meshes, max_iterations, report, listen)
     written = []
     for name in names:
-        path = out / f"{name}{'.md' if name in TABLES else '.png'}"
-        made = TABLES[name](runs) if name in TABLES else FIGURES[name](runs)
+        path = out / f"{name}{'.md' if name in tables else '.png'}"
+        made = tables[name](runs) if name in tables else FIGURES[name](runs)
         with replacing(path, force=True) as partial:
             if isinstance(made, str):
                 partial.write_text(made, encoding="utf-8")

@@ -7,7 +7,7 @@ import hashlib
 import importlib.util
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy as np
 
 from ... import samples
 from ..._version import __version__
-from ...errors import FactorisationFailed, MapError
+from ...errors import FactorisationFailed, FileError, MapError, MeshError
 from ...io import read_mesh
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
@@ -83,6 +83,19 @@ def load_surface(name: str, folder: Path | None) -> Surface:
         source, relation = f"sample:{one.sample}", one.sample_relation
     check_mesh(v, f)
     return Surface(name, v, f, source, relation)
+
+
+def all_surfaces(folder: Path | None) -> Iterator[Surface]:
+    """All samples, and all closed meshes of genus 0 of a folder and its subfolders."""
+    for name in samples.names():
+        yield Surface(name, *samples.make(name), f"sample:{name}", "the sample")
+    for path in sorted(folder.rglob("*.obj")) if folder else ():
+        try:
+            v, f = _read(path)
+            check_mesh(v, f)
+        except (FileError, MeshError):
+            continue
+        yield Surface(path.stem, v, f, str(path), "the file")
 
 
 def _read(path: Path) -> tuple[FloatArray, IntArray]:
@@ -174,12 +187,12 @@ class Runs:
         report: Callable[[str], None] = lambda line: None,
         listen: Callable[[IntArray], Listener | None] = lambda f: None,
     ) -> None:
-        self._folder, self._meshes, self._cap = folder, meshes, max_iterations
+        self._folder, self.meshes, self._cap = folder, meshes, max_iterations
         self._report, self._listen = report, listen
 
     def surface(self, name: str, sample: bool = False) -> Surface:
         """The surface that stands for one of the paper's; a sample if asked, or where the meshes lack it."""
-        return load_surface(name, None if sample else self._meshes)
+        return load_surface(name, None if sample else self.meshes)
 
     def get(self, surface: Surface, name: str, method: Method | None = None) -> Outcome:
         """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""

@@ -18,6 +18,7 @@ from igl_spheremap import MeshError, samples, write_mesh
 from igl_spheremap.apps.cli import arguments, main
 from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
+from igl_spheremap.apps.reproduce.claims import CLAIMS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
@@ -170,7 +171,7 @@ def test_help_imports_nothing_heavy():
 def test_what_help_spells_out_is_what_there_is():
     assert tuple(ism.samples.names()) == arguments.SAMPLES
     assert tuple(entry.suffixes[0].lstrip(".") for entry in FORMATS) == arguments.READ
-    assert (*TABLES, *FIGURES) == ITEMS
+    assert (*TABLES, *CLAIMS, *FIGURES) == ITEMS
 
 
 def test_a_command_imports_no_other(tmp_path):
