@@ -1,10 +1,12 @@
-"""What a command does now, as one line on a terminal, drawn by tqdm."""
+"""What a command does now, as one line on a terminal, drawn by tqdm; of many files a line a minute in logs."""
 
 from __future__ import annotations
 
 import logging
 import math
 import sys
+import time
+from collections.abc import Callable
 from typing import Any
 
 from tqdm import tqdm
@@ -19,6 +21,7 @@ _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certifi
 _PLAIN = "{desc} [{elapsed}]"
 _ITERATES = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
+_LOG_INTERVAL = 60.0  # seconds between the lines of a log
 
 
 class Progress(logging.Handler):
@@ -48,14 +51,35 @@ class Progress(logging.Handler):
         if record.msg in _LONG:
             self.stage(_LONG[record.msg])
 
-    def stage(self, name: str, total: int | None = None, unit: str = "it") -> None:
-        """Begin a stage; with a total it has a bar that `advance` moves."""
-        self._open(name, None if total else _PLAIN, total=total, unit=unit)
+    def stage(self, name: str) -> None:
+        """Begin a stage."""
+        self._open(name, _PLAIN)
 
-    def advance(self) -> None:
-        """Move the stage's bar by one."""
-        if self._bar is not None:
+    def count(self, name: str, total: int) -> Callable[[bool, bool], None]:
+        """Begin a stage that goes through files; call the result for each: is its map certified, was it made before?
+
+        On a terminal it is a bar; elsewhere at most a line a minute says how many are done, and when all will be.
+        """
+        self._open(name, None, total=total, unit="mesh")
+        began = said = time.monotonic()
+        done = failed = new = 0
+
+        def take(certified: bool, made_before: bool) -> None:
+            nonlocal done, failed, new, said
+            done, failed, new = done + 1, failed + (not certified), new + (not made_before)
+            assert self._bar is not None
             self._bar.update()
+            if not certified:
+                self._bar.set_postfix_str(f"{failed} failed")
+            now = time.monotonic()
+            if self._bar.disable and not self._quiet and new and done < total and now - said >= _LOG_INTERVAL:
+                said = now
+                rate = new / max(now - began, 1e-3)
+                left = _duration((total - done) / rate)
+                self.write(f"igl-spheremap: {name}: {done} of {total} files done, {failed} failed; "
+                           f"{60 * rate:.3g} a minute, {left} left")
+
+        return take
 
     def listener(self, f: IntArray) -> Listener:
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
@@ -102,3 +126,16 @@ def measures(iterate: Iterate) -> str:
     figures = {"energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}", "residual": f"{iterate.residual:.1e}"}
     finite = (math.isfinite(iterate.energy), math.isfinite(iterate.residual))
     return ", ".join(f"{name} {value}" for (name, value), shown in zip(figures.items(), finite, strict=True) if shown)
+
+
+def _duration(seconds: float) -> str:
+    """A time in its two largest units.
+
+    >>> _duration(40), _duration(5000), _duration(200_000)
+    ('1 min', '1 h 24 min', '2 d 7 h')
+    """
+    minutes = math.ceil(seconds / 60)
+    hours, days = minutes // 60, minutes // 1440
+    if days:
+        return f"{days} d {hours % 24} h"
+    return f"{hours} h {minutes % 60} min" if hours else f"{minutes} min"

@@ -42,7 +42,7 @@ def test_stages_are_shown_at_once_and_cleared(monkeypatch):
     with Progress() as progress:
         progress.stage("reading bunny.ply")
         assert screen(terminal.getvalue()).startswith("reading bunny.ply")
-        progress.stage("mapping", total=4, unit="mesh")
+        progress.count("mapping", 4)
         assert "0/4" in screen(terminal.getvalue())
         progress.write("a line that stays")
         assert terminal.getvalue().count("a line that stays\n") == 1
@@ -77,6 +77,33 @@ def test_nothing_is_shown_in_files_or_when_quiet(quiet, monkeypatch):
     stream = as_stderr(Terminal() if quiet else io.StringIO(), monkeypatch)
     with Progress(quiet=quiet) as progress:
         progress.stage("reading bunny.ply")
-        progress.stage("mapping", total=4)
-        progress.advance()
+        progress.count("mapping", 4)(True, False)
     assert stream.getvalue() == ""
+
+
+def test_a_bar_says_how_many_failed(monkeypatch):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    with Progress() as progress:
+        take = progress.count("mapping", 3)
+        take(True, False)
+        take(True, False)
+        take(False, False)
+        assert "1 failed" in screen(terminal.getvalue())
+        assert "3/3" in screen(terminal.getvalue())
+
+
+def test_a_log_has_a_line_a_minute(monkeypatch):
+    log = as_stderr(io.StringIO(), monkeypatch)
+    clock = iter([0.0, 1.0, 59.0, 120.0, 150.0, 300.0])
+    monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: next(clock))
+    with Progress() as progress:
+        take = progress.count("mapping", 10)
+        take(True, True)  # of an earlier run: it counts as done, not for the rate
+        take(True, False)
+        take(False, False)
+        take(True, False)
+        take(True, False)
+    assert log.getvalue().splitlines() == [
+        "igl-spheremap: mapping: 3 of 10 files done, 1 failed; 1 a minute, 7 min left",
+        "igl-spheremap: mapping: 5 of 10 files done, 1 failed; 0.8 a minute, 7 min left",
+    ]

@@ -35,7 +35,6 @@ def run_batch(args: Namespace) -> Exit:
     targets = _targets(pattern, sources)
     _check_summary(args.summary, [*sources, *targets, args.manifest or manifest_of(pattern)])
     executor = connect(args.scheduler) if args.scheduler is not None else None
-    args.progress.stage("mapping", total=len(sources), unit="mesh")
 
     def announce() -> None:
         if not args.quiet:
@@ -43,8 +42,10 @@ def run_batch(args: Namespace) -> Exit:
 
     with Interrupt(announce) as interrupt:
 
+        count = args.progress.count("mapping", len(sources))
+
         def listen(row: Row) -> None:
-            args.progress.advance()
+            count(row.status == "certified", row.resumed)
             interrupt(row)
 
         rows = map_many(
