@@ -10,6 +10,7 @@ shutil.rmtree(Path(__file__).parent / "reference" / "generated", ignore_errors=T
 
 project = "igl_spheremap"
 author = "the igl_spheremap authors"
+copyright = f"2026, {author}"
 release = version = __version__
 
 extensions = [

@@ -39,7 +39,7 @@ def format_of(path: PathLike) -> Format:
         for entry in FORMATS:
             if entry.magic and head.startswith(entry.magic):
                 return entry
-    known = ", ".join(f"{entry.name} ({entry.suffixes[0]})" for entry in FORMATS)
+    known = ", ".join(f"{entry.name} ({', '.join(entry.suffixes)})" for entry in FORMATS)
     raise FileError(f"{path}: unknown format; the end of the name decides: {known}")
 
 

@@ -112,8 +112,8 @@ def explain_edges(f: IntArray, n: int) -> NoReturn:
         raise MeshError(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {edge_list(bad)}; {hint}")
     if (faces_at < 2).any():
         bad = np.column_stack((start, stop))[faces_at[inverse] < 2]
-        raise MeshError(f"open surface: {count(bad, 'boundary edge')}, {edge_list(bad)}; close the holes "
-                        "(and weld coincident vertices if the mesh is a triangle soup)")
+        raise MeshError(f"open surface: {count(bad, 'boundary edge')}, {edge_list(bad)}; close the holes, "
+                        f"or weld coincident vertices if it is a triangle soup ({REPAIR} does)")
     order = np.argsort(inverse, kind="stable")
     first, second = order[0::2], order[1::2]
     clash = start[first] == start[second]

@@ -100,7 +100,7 @@ def test_unknown_and_missing(tmp_path):
     with pytest.raises(FileError, match="directory"):
         read_mesh(tmp_path)
     (tmp_path / "mesh.xyz").write_text("hello")
-    with pytest.raises(FileError, match=r"unknown format.*OBJ \(.obj\)"):
+    with pytest.raises(FileError, match=r"unknown format.*OBJ \(.obj\).*glTF \(.glb, .gltf\).*FreeSurfer \(.pial, "):
         read_mesh(tmp_path / "mesh.xyz")
     with pytest.raises(FileError, match="unknown format"):
         write_mesh(tmp_path / "out.xyz", np.zeros((3, 3)), [[0, 1, 2]])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .... import io
 from ....draw.palette import colours
-from ....errors import import_optional
+from ....errors import FileError, import_optional
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray
@@ -163,6 +163,9 @@ def run_export(args: Namespace) -> None:
     target: str = args.target
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
         raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
+    name = Path(target).name.lower()
+    if args.show not in _TEXTURES and not (name.endswith((".ply", ".gii", ".npz")) or name.startswith(("lh.", "rh."))):
+        raise FileError(f"{target}: --show {args.show} writes .ply, .gii and .npz files, and lh.NAME or rh.NAME")
     if args.image is not None and args.show not in _TEXTURES:
         raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
     if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
@@ -180,7 +183,8 @@ def run_export(args: Namespace) -> None:
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
         atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
         io.write_textured(target, source.v, source.f, atlas, image, force=args.force)
-        vertices, kind = int(atlas.vertex.max()) + 1, "cut along the seam" if cut else "the mesh as it is"
+        vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
+        kind = "cut along the seam" if cut else "the mesh as it is"
         found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
         outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
     else:

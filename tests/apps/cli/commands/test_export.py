@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -36,8 +38,25 @@ def test_export(name, show, files, tmp_path, capsys):
 
 def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
-    assert main(["export", *files, str(tmp_path / "a.stl"), "--show", "angles"]) == 74
-    assert capsys.readouterr().err.count("\n") == 2
+    assert main(["export", *files, str(tmp_path / "a.glb"), "--show", "angles"]) == 74
+    err = capsys.readouterr().err
+    assert err.count("\n") == 2
+    assert ".ply, .gii and .npz files, and lh.NAME" in err
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.obj"])
+def test_the_vertices_that_are_counted_are_those_of_the_file(name, files, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("PIL")
+    words = ["export", *files, str(tmp_path / name), "--show", "octahedral"]
+    assert main([*words, "--json", str(tmp_path / "a.json")]) == 0
+    figures = json.loads((tmp_path / "a.json").read_text())
+    if name == "a.glb":
+        written = trimesh.load(tmp_path / name, process=False, force="mesh")
+        assert figures["vertices"] == len(written.vertices) == figures["coordinates"]
+    else:
+        rows, _ = obj(tmp_path / name)
+        assert (figures["vertices"], figures["coordinates"]) == (len(rows["v"]), len(rows["vt"]))
 
 
 @pytest.mark.parametrize("row", [0, np.nan])
