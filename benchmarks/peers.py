@@ -27,7 +27,7 @@ import scipy.sparse as sp
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.operators.factor import factorize
+from igl_spheremap.operators.factor.factorize import factorize
 from igl_spheremap.operators.laplacian import laplacian
 
 from .common import DOCS, IMAGES, ROOT, in_process, load, measured, parser, pyplot, quality

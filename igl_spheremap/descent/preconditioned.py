@@ -45,7 +45,7 @@ class PreconditionedCayley:
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
-    of which the gauge disposes. With P = L + tiny M, factorised, P^-1 times it is 1 + 2 / (l (l + 1)) on gradients and
+    which the gauge fixes. With P = L + tiny M, factorised, P^-1 times it is 1 + 2 / (l (l + 1)) on gradients and
     1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l + 1,
     and of degree l. So steps along P^-1 H (eq. (11) with that for H) are Newton's for fine fields, and leave a third of
     those of degree 2, whose ten are taken by their own Hessian instead: then a sixth is left of degree 3, and less of

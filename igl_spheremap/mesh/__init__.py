@@ -1,1 +1,1 @@
-"""The check of a mesh, and what is measured on a surface."""
+"""Triangle meshes: check, repair, edges and measures."""

@@ -1,4 +1,4 @@
-"""The half-edges of a closed mesh: the pattern of its sparse matrices, and what is said where they do not fit."""
+"""The half-edges of a closed mesh: the pattern of its sparse matrices, and the messages for edges that do not fit."""
 
 from __future__ import annotations
 

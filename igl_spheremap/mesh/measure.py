@@ -13,8 +13,8 @@ from .arrays import FloatArray, IntArray
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
-#: The same for libigl: from 1,000 faces on it starts threads, which take longer than they save, and its temporaries
-#: for a million come from the system page by page, at each call.
+#: Faces that libigl measures at once: from 1,000 on it starts threads, which take longer than they save, and its
+#: temporaries for a million come from the system page by page, at each call.
 _LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
@@ -27,20 +27,20 @@ _CANCELLED = 4096 * np.finfo(float).eps
 
 
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
-    """What `compute` makes of the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
+    """Apply `compute` to the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
     columns = np.ascontiguousarray(x.T)
     blocks = (f[k : k + _BLOCK].T for k in range(0, max(1, len(f)), _BLOCK))
     return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
 
 
 def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) -> FloatArray:
-    """What a function of libigl measures on each face by itself, block by block."""
+    """Apply a function of libigl, which measures each face independently, block by block."""
     starts = range(0, max(1, len(f)), _LIBIGL_BLOCK)
     return np.concatenate([measure(v, f[k : k + _LIBIGL_BLOCK]) for k in starts])
 
 
 def spread(n: int, most: int) -> slice:
-    """Every so many-th of `n`, at most so many in all.
+    """Slice that takes at most that many of `n` items, evenly spaced.
 
     >>> list(range(10))[spread(10, 4)]
     [0, 3, 6, 9]
@@ -125,7 +125,7 @@ def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """What each of `n` vertices gets if every face divides its area among its corners."""
+    """Areas of `n` vertices, of which each face gives a third to each of its corners."""
     return np.asarray(np.bincount(f.ravel(), np.repeat(areas / 3, 3), n))  # eq. (13)
 
 

@@ -36,7 +36,7 @@ def timings() -> dict[str, float]:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """Add the time inside to the stage of that name; stages within it count for themselves."""
+    """Add the time inside to the stage of that name; nested stages are subtracted."""
     LOGGER.info(name)
     outer = _SECONDS.get()
     if outer is None:

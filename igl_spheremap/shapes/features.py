@@ -26,6 +26,7 @@ _NOISE = 0.16  # radians that curvature is smoothed by: below, that of a marchin
 _DEGREE = 48  # of the fixed features: the narrowest smoothing, 0.04 radians, leaves a seventh at this degree
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
 _OVERSAMPLING = 2.0  # finer grids change no registration
+_CONSTANT = 1e-12  # spread of values, as a share of the largest, that is rounding
 _ROWS_PER_DEGREE = 3  # the error of bilinear lookup is 6 percent at the highest degree, and goes with its square below
 
 
@@ -55,7 +56,7 @@ class FeatureSurface:
         return self.standardize(np.stack((self._curvature(), self.depth(_DEPTH)), axis=1))
 
     def _curvature(self) -> FloatArray:
-        """Mean curvature, squashed so that tips and creases do not outweigh the rest."""
+        """Arctangent of the mean curvature, so that tips and creases do not outweigh the rest."""
         normals = np.asarray(igl.per_vertex_normals(self.v, self.f))
         curvature = np.einsum("ij,ij->i", self.L @ self.v, normals) / (2 * self.areas)
         return self.diffuse(np.arctan(curvature / 2)[:, None], _NOISE, steps=1)[:, 0]
@@ -69,7 +70,7 @@ class FeatureSurface:
 def check_varies(values: FloatArray, name: str) -> None:
     """Raise a MeshError if a column is constant: it carries no information on position."""
     spread = np.ptp(values, axis=0)
-    constant = np.flatnonzero(spread <= 1e-12 * np.abs(values).max(axis=0))
+    constant = np.flatnonzero(spread <= _CONSTANT * np.abs(values).max(axis=0))
     if len(constant):
         raise MeshError(f"{name} are constant in column {constant[0]}; give data that vary over the surface")
 
@@ -119,7 +120,7 @@ class SurfacePair:
         return best_rotations(self._columns(0), coefficients, _BAND)
 
     def correlation(self, x: FloatArray) -> FloatArray:
-        """Of each feature as it was given, over the moving surface's area, when its sphere is x."""
+        """Correlation of each feature as it was given, over the moving surface's area, if its sphere is x."""
         fixed = transfer(self._locator, self._raw[1], x)
         centred = fixed - self.weights @ fixed
         return np.asarray(self.weights @ (centred * self._raw[0]) / np.sqrt(self.weights @ centred**2))

@@ -150,7 +150,7 @@ class SphericalHarmonics:
 
     @own_errstate
     def rotated(self, R: ArrayLike) -> SphericalHarmonics:
-        """The same shape with its sphere turned; the surface stays where it is.
+        """The shape with its sphere turned; the surface stays where it is.
 
         Parameters
         ----------

@@ -194,7 +194,7 @@ class BoxTree:
 
     def _inside(self, coordinates: FloatArray, point: IntArray, node: IntArray,
                 level: int) -> tuple[IntArray, IntArray]:
-        """Those of the pairs in which the node of that level holds the point."""
+        """Keep the pairs in which the node of that level holds the point."""
         for q, low, high in zip(coordinates, *self._levels[level], strict=True):
             here = q.take(point)
             keep = np.flatnonzero((low.take(node) <= here) & (here <= high.take(node)))

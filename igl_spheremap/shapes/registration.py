@@ -26,10 +26,11 @@ from .features import SurfacePair
 from .moebius_fit import fit_moebius
 from .rotation import RotationCandidate
 
-_FIRST_WIDTH = 0.05  # radians, of the features that rotation and Moebius map compare
-#: Radians that the features of the elastic levels are smoothed by, and the least stiffness of a level: wide features of
-#: unit variance have steep gradients that carry little information.
+_FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
+#: Radians that the features of each elastic level are smoothed by, and its least stiffness: wide features of unit
+#: variance have steep gradients that carry little information.
 _LEVELS = {0.5: 0.5, 0.3: 0.3, 0.2: 0.0, 0.12: 0.0, 0.07: 0.0, 0.04: 0.0}
+#: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
 _STIFFNESS, _GEOMETRY_STIFFNESS = 0.1, 0.3
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing

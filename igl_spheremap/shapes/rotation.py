@@ -14,6 +14,10 @@ from .basis import degree_of, rows_of
 
 _APART = 15.0  # degrees between starts: more than the grid's error, less than the width of a peak
 _SAME = 3.0  # degrees between refined rotations that are one peak
+_STEPS = 20  # of Newton's method at most; from a peak of the grid it takes 3 to 6
+_LONGEST = 0.1  # radians of a step: the grid is that fine, and Newton's model holds that far
+_SHORTEST = 1e-8  # radians of the last step: the error that is left is its square
+_FLATTEST = 1e-3  # share of the largest curvature that each axis has at least, so that flat ones take no huge step
 
 
 class RotationCandidate(NamedTuple):
@@ -55,7 +59,7 @@ def ladder(ell: int) -> FloatArray:
     return 0.5 * np.sqrt(ell * (ell + 1) - m * (m + 1))
 
 
-@lru_cache(maxsize=256)  # degrees; a run asks for each of them again and again
+@lru_cache(maxsize=256)  # degrees: each is needed several times in a run
 def spin(ell: int) -> FloatArray:
     """Eigenvectors of J_x, in columns by eigenvalue -l ... l."""
     if ell == 0:
@@ -190,15 +194,15 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
     """Newton's method for the maximum of sum f* D(exp(w) R) g near w = 0; the value is not normalised."""
     U, beside = _padded_spins(len(f) + 1)
     left = angular_momentum(f, beside).conj()
-    for _ in range(20):
+    for _ in range(_STEPS):
         right = angular_momentum(rotate_complex(g, R, U), beside)
         gradient = np.einsum("lmk,ilmk->i", f.conj(), right).imag
         hessian = -np.einsum("ilmk,jlmk->ij", left, right).real
         curvature, axes = np.linalg.eigh(-(hessian + hessian.T) / 2)
-        curvature = np.maximum(np.abs(curvature), 1e-3 * np.abs(curvature).max())  # uphill along every axis
+        curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())  # uphill along every axis
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
-        R = Rotation.from_rotvec(step * min(1.0, 0.1 / max(length, np.finfo(float).tiny))).as_matrix() @ R
-        if length < 1e-8:  # the error is its square
+        R = Rotation.from_rotvec(step * min(1.0, _LONGEST / max(length, np.finfo(float).tiny))).as_matrix() @ R
+        if length < _SHORTEST:
             break
     return RotationCandidate(R, float(np.vdot(f, rotate_complex(g, R, U)).real))

@@ -66,7 +66,7 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
 
 
 def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, labels: bool) -> NDArray[Any]:
-    """Of each row of `corners`, the sum of their values with these weights, or that of the largest weight."""
+    """For each row of `corners`, the weighted sum of their values, or the value of the largest weight."""
     if labels:
         return values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
     return np.einsum("ij,ij...->i...", weights, values[corners])
@@ -186,6 +186,6 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
 
 
 def check_map(result: object, name: str = "result") -> None:
-    """TypeError for what is no map: data come after the map that they lie over."""
+    """Raise a TypeError for what is no map, as where data are given before it."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")

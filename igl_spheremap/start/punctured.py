@@ -17,9 +17,9 @@ from ..sphere.rows import INFINITE, from_chart, inner
 from ..verify.distortion import mean_angle_difference
 
 _TINY = np.finfo(float).tiny
-#: Faces sampled for the affine correction, and vertices for a first scale, at the most: medians need no more.
+#: Faces sampled for the affine correction, and vertices for a first scale, at most: medians need no more.
 _SAMPLE = 1000
-#: Faces of which the best is punctured, at the most: of 1000 the best leaves twice as much energy above the minimum.
+#: Candidates for the puncture, at most: the best of 1000 leaves twice as much energy above the minimum.
 _CANDIDATES = 4000
 #: A larger mean Beltrami coefficient comes from a badly shaped punctured face: the next face is tried.
 _LARGEST_STRETCH = 0.5
@@ -37,11 +37,12 @@ OFF_CENTRE = 1e-4
 #: a plane map is that of the faces beside the puncture: with 1e-6 the rest costs a step more at 2.6 million vertices.
 _ACCURACY = 1e-7
 _FINAL_ACCURACY = 1e-8
-#: The error of a puncture is measured up to the first of these shares of its corners' distance, beyond which it has
-#: further terms; from the second on, or from half way to the body, where it is lost in what is rough about the surface.
+#: The quadratic term is fitted on the ring FAR < r < NEAR, in units of the corners' distance: outside, higher terms;
+#: inside, noise of the mesh. Where half way to the body, in logarithms, is less than FAR, the ring begins there.
 _NEAR, _FAR = 1 / 3, 1 / 8
-#: Faces tried before the best of the poor starts is taken.
-_TRIES = 4
+#: Faces tried before the best of the poor starts is taken, and their distance in the order by quality: the worst of
+#: them is still among the best 160 of 4000.
+_TRIES, _STRIDE = 4, 40
 
 
 class Start(NamedTuple):
@@ -84,7 +85,7 @@ def _evaluated(x: FloatArray, operators: Operators) -> Start:
 
 
 def is_coarse(area: float) -> bool:
-    """True if flat faces of so much area in all cut so deep through the sphere that 5 percent of its area are lost."""
+    """Flat faces cover less than 95 percent of the sphere's area: too coarse for chord energies."""
     return area < _COARSE * 4 * np.pi
 
 
@@ -97,7 +98,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     middling = np.sort(area)[len(area) // 2]
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), _TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
-    yield from order[:: max(1, min(len(order) // _TRIES, 40))][:_TRIES].tolist()  # of the best 160 on large meshes
+    yield from order[:: max(1, min(len(order) // _TRIES, _STRIDE))][:_TRIES].tolist()
 
 
 def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
@@ -142,10 +143,10 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     """Take out the discretisation error of a puncture, and return its part nu.
 
     With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2 but for terms
-    that matter only at the puncture. The first part stretches the whole plane, if the punctured face is not placed as
-    its surroundings ask for. The second has the threefold symmetry of a triangle, and is the larger one for a good
-    face: its Beltrami coefficient is about conj(z) over the distance of the corners. Meshes so coarse, with some 200
-    vertices, that the body reaches to an eighth of that do without.
+    that matter only at the puncture. The first part removes a stretch of the whole plane, which a badly placed face
+    causes. The second has the threefold symmetry of a triangle, and is the larger one for a good face: its Beltrami
+    coefficient is about conj(z) over the distance of the corners. It is left out on meshes of some 200 vertices, whose
+    body reaches to an eighth of that distance.
     """
     z = _about_middle(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]

@@ -64,7 +64,7 @@ def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
 
 
 def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
-    """The same from the source's corner angles in radians, for programs that compare many maps of one mesh."""
+    """Mean size of the angle differences, in degrees, from the source's corner angles in radians."""
     return float(np.degrees(np.abs(corner_angles(x, f) - source).mean()))
 
 
