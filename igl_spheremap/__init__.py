@@ -71,6 +71,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .start.star_map import EigenProjection as EigenProjection
     from .start.star_map import gauss_map as gauss_map
     from .start.star_map import weighted_eigen_projection as weighted_eigen_projection
+    from .untangle.effort import Effort as Effort
     from .verify.certificate import Certificate as Certificate
     from .verify.certificate import certify as certify
     from .verify.distortion import angle_differences as angle_differences
@@ -114,6 +115,7 @@ _NAMES = {
     "shapes.texture": "Atlas texture_atlas",
     "shapes.transfer": "Resampled resample transfer",
     "sphere.cayley": "cayley_update",
+    "untangle.effort": "Effort",
     "start.star_map": "EigenProjection gauss_map weighted_eigen_projection",
     "verify.certificate": "Certificate certify",
     "verify.distortion": "angle_differences area_distortion conformal_factor edge_distortion",

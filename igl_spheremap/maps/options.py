@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from functools import cache
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ..descent.line_search import BarzilaiBorwein
+from ..untangle.effort import Effort
 
 Gauge = Literal["poles", "centred"]
 EdgeWeights = Literal["cotangent", "delaunay"]
@@ -36,8 +38,9 @@ class Method(ABC):
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
-        values = {option.name: (getattr(self, option.name), option.default) for option in fields(self)}
-        return {name: value for name, (value, default) in values.items() if value != default}
+        values = ((option.name, getattr(self, option.name), option.default) for option in fields(self))
+        return {name: asdict(value) if isinstance(value, Effort) else value for name, value, default in values
+                if value != default}
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,9 @@ class Auto(Method):
     polish : {"angles"}, optional
         Lower the angle differences themselves when the map is done: the mean falls by 10 percent and more on meshes
         with limbs. Nothing by default.
+    effort : Effort
+        What steps may cost that lower the angle differences after a repair: systems, sweeps, least gain. A dict of
+        them will do.
 
     Raises
     ------
@@ -81,6 +87,15 @@ class Auto(Method):
     backend: str = "auto"
     gauge: Gauge = "poles"
     polish: Polish | None = None
+    effort: Effort = Effort()  # noqa: RUF009 - it is frozen
+
+    def __post_init__(self) -> None:
+        """Take the effort as settings spell it, too."""
+        super().__post_init__()
+        if isinstance(self.effort, Mapping):
+            object.__setattr__(self, "effort", Effort(**self.effort))
+        if not isinstance(self.effort, Effort):
+            raise TypeError(f"effort is {self.effort!r}; give a record such as Effort(systems=5)")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
 from ..result.run import Listener
+from ..untangle.effort import Effort
 from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def spherical_conformal_map(
     backend: str = "auto",
     gauge: Gauge = "poles",
     polish: Polish | None = None,
+    effort: Effort = Effort(),  # noqa: B008 - it is frozen
     listener: Listener | None = None,
 ) -> SphereMap:
     """Map a closed genus-0 surface conformally to the unit sphere, and certify the map.
@@ -40,7 +42,7 @@ def spherical_conformal_map(
         map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured
         plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(tolerance=1e-4)``, with
         options: see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
-    tolerance, max_iterations, backend, gauge, polish
+    tolerance, max_iterations, backend, gauge, polish, effort
         The options of "auto", see `Auto`. Other methods take theirs by record only.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
@@ -74,7 +76,8 @@ def spherical_conformal_map(
     >>> result.certificate.folding_free, result.status.name, result.sphere.shape == v.shape
     (True, 'CONVERGED', True)
     """
-    auto = Auto(tolerance=tolerance, max_iterations=max_iterations, backend=backend, gauge=gauge, polish=polish)
+    auto = Auto(tolerance=tolerance, max_iterations=max_iterations, backend=backend, gauge=gauge, polish=polish,
+                effort=effort)
     chosen = _chosen(method, auto)
     from .methods import map_by_method  # at the first call: nobody waits for solvers who only imports the package
 

@@ -13,13 +13,12 @@ from ..mesh.timings import stage
 from ..sphere.rows import weighted_sum
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
+from .effort import Effort
 from .newton import AngleNewton
 from .relax import AngleLoss, descend
 
-#: Systems solved by a polish, and sweeps, at the most.
-_SYSTEMS, _SWEEPS = 20, 10
-#: Newton steps end when one lowers the mean by less than this share.
-_LEAST_GAIN = 0.004
+#: Least gain of a polish, see `Effort`: at what is left then a step lowers no digit that figures show.
+_POLISHED = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: Damping of the first step where most angles of the map fit already: almost none.
@@ -35,26 +34,26 @@ _FACES, _STARS = 999, 500
 
 
 @stage("polish")
-def polish_map(mesh: Mesh, x: FloatArray) -> FloatArray:
+def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArray:  # noqa: B008 - it is frozen
     """Lower the mean size of the angle differences of a map that is certified free of foldings.
 
     The mean falls by 10 to 20 percent on many meshes; that is partly fitting the measure.
     """
-    return match_angles(mesh, x, weighted_sum(mesh.A, x), VertexBlocks(mesh.f), damping=UNDAMPED,
-                        systems=_SYSTEMS, least_gain=_LEAST_GAIN)
+    effort = replace(effort, least_gain=min(_POLISHED, effort.least_gain))
+    return match_angles(mesh, x, weighted_sum(mesh.A, x), VertexBlocks(mesh.f), effort, damping=UNDAMPED)
 
 
-def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: VertexBlocks, *, damping: float,
-                 systems: int, least_gain: float, quick: bool = False) -> FloatArray:
+def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: VertexBlocks, effort: Effort, *,
+                 damping: float, quick: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
-    The centroid of the source's area goes to `centroid`. Steps end after so many systems, or when all further ones
-    together would lower the mean by less than the share `least_gain`, if gains go on falling by the same factor
-    (Aitken), which says nothing after a step that had to be shortened. Sweeps, which help where limbs are too fine for
-    steps, end when one lowers it by less than that share. If `quick`, steps are not exact, and there are no sweeps.
+    The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q = g_k / g_{k-1}, all
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain, but not after
+    one that had to be shortened, whose gain predicts nothing. Sweeps help where limbs are too fine for steps. If
+    `quick`, steps are not exact, and there are no sweeps.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
-    newton = AngleNewton(blocks, loss.source, mesh.A, centroid, np.full(len(x), damping), systems,
+    newton = AngleNewton(blocks, loss.source, mesh.A, centroid, np.full(len(x), damping), effort.systems,
                          exact=not quick)
     mean, last = newton.difference(x), 0.0
     while newton.systems:
@@ -62,10 +61,11 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
         x, mean = newton.step(x, _STEP_SMOOTHING * np.radians(max(mean, _EXACT)))
         gain = 1 - mean / max(before, _EXACT)
         falls = (last or 2 * gain) - gain
-        if gain <= 0 or (newton.at_once and gain**2 < least_gain * falls):
+        if gain <= 0 or (newton.at_once and gain**2 < effort.least_gain * falls):
             break
         last = gain
-    return x if quick else descend(x, mesh.f, _smoothed(loss, mean), sweeps=_SWEEPS, tolerance=least_gain)
+    return x if quick else descend(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
+                                    tolerance=effort.least_gain)
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:

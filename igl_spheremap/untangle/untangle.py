@@ -32,26 +32,23 @@ from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .candidate import Candidate
 from .deep_limbs import floors, shorten_limbs
+from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
 from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
 from .newton import DAMPED
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
 
-#: On meshes of up to this size the map itself is embedded, too, since angles are poor at the hole that they need; and
-#: steps and sweeps, which cost little there, are run three times, each from the end of the last.
+#: Vertices up to which most of the time of a step is the overhead of calls. Steps are run several times up to here,
+#: each run from the end of the last; and the map itself is embedded, too, since angles are poor at the hole.
 _SMALL = 1000
-#: Systems that Newton steps solve at the most: only bodies of 60 nepers and more use them up. Where nothing was folded
-#: one, and one more each time that so many vertices hold the mesh; above the last number, where factorisations take
-#: most of the time, steps are quick, and three: the whole map then costs at most about four times as much as without.
-_SYSTEMS, _OVERHEAD, _QUICK, _QUICK_FROM = 20, 3000, 3, 4000
-#: Share of the mean angle difference that a sweep, or all further steps, must gain.
-_LEAST_GAIN = 0.025
+#: Number of these runs, and of steps on maps that came without foldings, which cost three to four times the map then.
+_SEVERAL = 3
 
 
 @stage("repair")
 def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
-             centred: bool = False) -> Candidate:
+             centred: bool = False, effort: Effort = Effort()) -> Candidate:  # noqa: B008 - it is frozen
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
     Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
@@ -71,8 +68,8 @@ def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Liste
             steps.angles(x, centred)
         if steps.best is None or (not few and len(mesh.v) <= _SMALL):
             steps.accept("embedding", repair_locally(mesh, x))
-    for _ in range(3 if len(mesh.v) <= _SMALL else 1):
-        steps.newton(free)
+    for _ in range(_SEVERAL if len(mesh.v) <= _SMALL else 1):
+        steps.newton(free, effort)
     return steps.result(first)
 
 
@@ -148,15 +145,20 @@ class _Steps:
             shortened = shorten_limbs(placed, self._source, floor)
             yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
-    def newton(self, free: bool) -> None:
-        """Lower the angle differences of the best map; `free` if it came without foldings."""
+    def newton(self, free: bool, effort: Effort) -> None:
+        """Lower the angle differences of the best map; `free` if it came without foldings.
+
+        Then factorised steps are at most 1 + 3000 // n, and above 4,000 vertices, where factorisations take most of
+        the time, there are three quick steps by conjugate gradients.
+        """
         assert self.best is not None
         n = len(self.mesh.v)
-        quick = free and n > _QUICK_FROM
-        systems = _QUICK if quick else min(_SYSTEMS, 1 + _OVERHEAD // n) if free else _SYSTEMS
+        quick = free and n > (_SEVERAL + 1) * _SMALL
+        if free:
+            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * _SMALL // n))
         centroid = weighted_sum(self.mesh.A, self.best) if self.gauge == "poles" else np.zeros(3)
-        x = match_angles(self.mesh, self.best, centroid, self._blocks, least_gain=_LEAST_GAIN,
-                         damping=UNDAMPED if self.laid_out is None else DAMPED, systems=systems, quick=quick)
+        x = match_angles(self.mesh, self.best, centroid, self._blocks, effort,
+                         damping=UNDAMPED if self.laid_out is None else DAMPED, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
 
     def result(self, first: Candidate) -> Candidate:

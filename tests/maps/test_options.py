@@ -21,7 +21,7 @@ def defaults(function):
 
 @pytest.mark.parametrize(("function", "record", "left_out"), [
     (ism.spherical_conformal_map, ism.Auto, set()),
-    (harmonic_map, ism.Auto, {"backend", "gauge", "polish"}),
+    (harmonic_map, ism.Auto, {"backend", "effort", "gauge", "polish"}),
 ])
 def test_keywords_have_the_names_and_defaults_of_the_record(function, record, left_out):
     options = {option.name: option.default for option in fields(record) if option.name not in left_out}
@@ -54,6 +54,31 @@ def test_settings_are_what_is_not_at_its_default():
     assert result.settings == {"polish": "angles"}
     again = METHODS[result.method](**result.settings)
     assert np.array_equal(ism.spherical_conformal_map(V, F, again).sphere, result.sphere)
+
+
+def test_less_effort_costs_angles_and_no_certificate_and_settings_say_so():
+    v, f = ism.samples.make("octopus", n_vertices=2000)
+    least, most = (ism.spherical_conformal_map(v, f, effort=effort)
+                   for effort in (ism.Effort(systems=0, sweeps=0), ism.Effort()))
+    assert least.certificate.folding_free
+    assert np.abs(least.angle_differences()).mean() > 1.02 * np.abs(most.angle_differences()).mean()
+    assert least.settings == {"effort": {"systems": 0, "sweeps": 0, "least_gain": 0.025}}
+    assert METHODS["auto"](**least.settings) == ism.Auto(effort=ism.Effort(systems=0, sweeps=0))
+
+
+@pytest.mark.parametrize(("wrong", "error", "message"), [
+    ({"systems": -1}, ValueError, "systems is -1; give 0 or more"),
+    ({"sweeps": 2.5}, TypeError, "sweeps is 2.5; give a whole number"),
+    ({"least_gain": float("nan")}, ValueError, "least_gain is nan"),
+    ({"least_gain": "little"}, TypeError, "least_gain is 'little'; give a number"),
+])
+def test_an_effort_that_is_none_is_refused(wrong, error, message):
+    with pytest.raises(error, match=message):
+        ism.Effort(**wrong)
+    with pytest.raises(error, match=message):
+        ism.Auto(effort=wrong)
+    with pytest.raises(TypeError, match="give a record"):
+        ism.Auto(effort=ism.Effort)
 
 
 def test_records_are_frozen_and_equal_by_value():

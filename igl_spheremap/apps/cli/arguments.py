@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import Any, get_args
 
 from ...maps.options import METHODS, EdgeWeights, Gauge, Method, Polish
+from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, SIZE, UPS
 from .exits import UsageError
 
@@ -43,6 +44,20 @@ POSITIVE = number("above 0", lambda n: n > 0)
 FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
 #: Pixels that the panels need, and those that OpenGL draws everywhere.
 _SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
+
+
+def effort(text: str) -> Effort:
+    """A type of arguments for argparse: what a repair may cost.
+
+    >>> effort("systems=5,sweeps=0")
+    Effort(systems=5, sweeps=0, least_gain=0.025)
+    """
+    try:
+        words = dict(part.split("=") for part in text.split(","))
+        numbers: dict[str, Any] = {name: float(n) if name == "least_gain" else int(n) for name, n in words.items()}
+        return Effort(**numbers)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"{text!r}: give numbers from 0 such as systems=5,sweeps=0,least_gain=0.05") from None
 
 
 def argument(name: str, metavar: str | None, help: str, **options: Any) -> Argument:
@@ -142,6 +157,8 @@ OPTIONS = (
     choice("--polish", get_args(Polish), "lower the angle differences when the map is done (auto)"),
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
+    argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
+             "systems, sweeps, least_gain; default: systems=20,sweeps=10,least_gain=0.025", type=effort),
     choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )

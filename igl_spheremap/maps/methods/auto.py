@@ -37,11 +37,12 @@ def map_factorised(
     if found.status is Status.STOPPED:
         return found
     try:
-        found = untangle(mesh, operators, found, listener, centred=options.gauge == "centred")
+        found = untangle(mesh, operators, found, listener, centred=options.gauge == "centred",
+                         effort=options.effort)
     except StopIteration:
         return replace(found, status=Status.STOPPED)
     if options.polish is not None:
-        y = polish_map(mesh, found.x)
+        y = polish_map(mesh, found.x, options.effort)
         y = y if found.gauge == "poles" else restore_gauge(mesh, y)
         energy = HarmonicEnergy(operators.L).evaluate(y)[0]
         found = replace(found, x=y, energy=energy, certificate=certify_checked(y, mesh.f))

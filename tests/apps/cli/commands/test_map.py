@@ -284,7 +284,7 @@ def test_methods_are_those_of_the_records_and_the_default_is_the_front_doors():
 def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
-    assert set(found) == {"tolerance", "max_iterations", "gauge", "polish", "weights"}
+    assert set(found) == {"tolerance", "max_iterations", "gauge", "polish", "effort", "weights"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
@@ -293,7 +293,7 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
             choices = [choice for part in (hint, *get_args(hint)) for choice in get_args(part) or [part]]
             assert set(flag.choices) <= set(choices)
         elif hint is not bool:
-            assert type(flag.type("1")) is hint
+            assert type(flag.type("systems=1" if name == "effort" else "1")) is hint
 
 
 def test_flags_of_every_method_are_options_of_every_method():
