@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .io.written_map import write_map as write_map
     from .maps.balanced import balanced_spherical_map as balanced_spherical_map
     from .maps.balanced import rebalance as rebalance
+    from .maps.given_sphere import repair_foldings as repair_foldings
     from .maps.given_sphere import sphere_map as sphere_map
     from .maps.landmarks import landmark_map as landmark_map
     from .maps.mapper import SphereMapper as SphereMapper
@@ -35,7 +36,6 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .maps.p_harmonic import p_harmonic_map as p_harmonic_map
     from .maps.remove_foldings import minimize_harmonic_energy as minimize_harmonic_energy
     from .maps.remove_foldings import remove_foldings as remove_foldings
-    from .maps.repair_foldings import repair_foldings as repair_foldings
     from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map
     from .mesh.check import Mesh as Mesh
     from .mesh.check import check_faces as check_faces
@@ -47,6 +47,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from .result.recording import Recording as Recording
     from .result.run import Iterate as Iterate
     from .result.run import Round as Round
+    from .result.run import Run as Run
     from .result.run import Status as Status
     from .result.run import Step as Step
     from .result.sphere_map import SphereMap as SphereMap
@@ -85,7 +86,7 @@ _NAMES = {
     "apps.viewer.result_view": "screenshot show",
     "descent.energies.harmonic": "harmonic_energy",
     "descent.energies.p_harmonic": "p_harmonic_energy",
-    "result.run": "Iterate Round Status Step",
+    "result.run": "Iterate Round Run Status Step",
     "result.recording": "Recording",
     "errors": "DisplayError FactorisationFailed FileError FoldingsRemain MapError MeshError NotConverged "
               "WorkersUnavailable",
@@ -93,13 +94,12 @@ _NAMES = {
     "io.files": "read_mesh write_mesh",
     "io.written_map": "read_map write_map",
     "maps.balanced": "balanced_spherical_map rebalance",
-    "maps.given_sphere": "sphere_map",
+    "maps.given_sphere": "repair_foldings sphere_map",
     "maps.landmarks": "landmark_map",
     "maps.mapper": "SphereMapper",
     "maps.options": "Auto GuYau Lai2014 Stereographic",
     "maps.p_harmonic": "p_harmonic_map",
     "maps.remove_foldings": "minimize_harmonic_energy remove_foldings",
-    "maps.repair_foldings": "repair_foldings",
     "result.sphere_map": "SphereMap",
     "maps.spherical_conformal_map": "spherical_conformal_map",
     "mesh.check": "Mesh check_faces check_mesh",

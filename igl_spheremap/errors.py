@@ -6,8 +6,8 @@ A message names calls and arguments of this library; the command line prints its
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import wraps
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, ParamSpec, TypeVar
 
@@ -102,11 +102,12 @@ def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
 
     Functions check their results wherever these matter.
     """
+    return _silent()(function)
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
     import numpy as np  # only here: the command line prints its help without it
 
-    @wraps(function)
-    def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        with np.errstate(all="ignore"):
-            return function(*args, **kwargs)
-
-    return call
+    with np.errstate(all="ignore"):
+        yield

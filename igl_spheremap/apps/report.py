@@ -16,7 +16,7 @@ from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
 from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh, check_mesh
+from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
 from ..result.recording import Recording, plot_run
 from ..result.run import title_of
@@ -52,7 +52,7 @@ def write_report(
     'report.html'
     """
     free = result.certificate.folding_free
-    mesh = check_mesh(result.vertices, result.faces)
+    mesh = result.mesh
     body = [
         f"<h1>{escape(source)} on the sphere</h1>",
         f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import zipfile
-from collections.abc import Mapping
-from enum import Enum
+from dataclasses import asdict, replace
 from io import BytesIO
 from pathlib import Path
-from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any
 
 import igl
 import numpy as np
@@ -19,8 +16,11 @@ import scipy
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.check import check_mesh
+from ..result.run import Round, Run, Status, Step
 from ..result.sphere_map import SphereMap
+from ..verify.certificate import certify_checked
 from .reading import check_expansion
 from .records import Format, Metadata, RawMesh, of_triangles
 
@@ -28,14 +28,14 @@ _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.r
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
 
 
-def read(path: Path) -> RawMesh:
-    """The mesh of an archive, or source and sphere of a map."""
+def read(path: Path, *names: str) -> RawMesh:
+    """The mesh of an archive: positions by the first of these names that it holds; by default a map's source."""
     arrays = read_arrays(path)
-    v = arrays.get("vertices", arrays.get("sphere"))
-    if v is None or "faces" not in arrays:
+    name = next((name for name in (*names, "vertices") if name in arrays), None)
+    if name is None or "faces" not in arrays:
         raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
                         "save them under these names")
-    return RawMesh(v, of_triangles(arrays["faces"]), sphere=arrays.get("sphere"))
+    return RawMesh(arrays[name], of_triangles(arrays["faces"]))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -44,18 +44,24 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 
 def read_map(path: Path) -> SphereMap:
-    """A map as it was written; what the arrays hold is not checked."""
+    """A map as it was written, its mesh checked, and certified anew."""
     arrays = read_arrays(path)
-    if "json" not in arrays:
+    if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
-    result: SphereMap = unpack(SphereMap, json.loads(str(arrays["json"])), "", arrays)
-    return result
+    mesh, runs = check_mesh(arrays["vertices"], arrays["faces"]), json.loads(str(arrays["json"]))
+
+    def stored(name: str) -> SphereMap:
+        x = check_rows(arrays[name], len(mesh.v), name)
+        return SphereMap(mesh, x, certify_checked(x, mesh.f), _unpack(runs[name]))
+
+    return replace(stored("sphere"), conformal=stored("conformal") if "conformal" in arrays else None)
 
 
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
     """Write a map with all that is known of it, its conformal factor, and the versions of what made it."""
-    arrays: dict[str, Any] = {}
-    text = json.dumps(pack(result, "", arrays), default=str)
+    maps = {"sphere": result} | ({"conformal": result.conformal} if result.conformal else {})
+    arrays = {"vertices": result.vertices, "faces": result.faces} | {name: each.sphere for name, each in maps.items()}
+    text = json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)
     versions = {"libigl": getattr(igl, "__version__", ""), "numpy": np.__version__, "scipy": scipy.__version__}
     more = {"conformal_factor": result.conformal_factor(), "json": text, "versions": json.dumps(versions)}
     write_arrays(path, arrays | more, metadata)
@@ -87,48 +93,21 @@ def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None =
         np.savez(file, **mark | arrays)
 
 
-def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
-    """What JSON holds of `value`; its arrays are added to `arrays`, under names such as ``certificate.flipped``."""
-    if isinstance(value, np.ndarray):
-        arrays[name] = value
-        return None
-    if isinstance(value, Enum):
-        return value.name
-    if dataclasses.is_dataclass(value):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
-    if isinstance(value, Mapping):
-        return {str(key): pack(item, _below(name, key), arrays) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [pack(item, _below(name, k), arrays) for k, item in enumerate(value)]
-    return value.item() if isinstance(value, np.generic) else value
+def _pack(run: Run) -> dict[str, Any]:
+    """A record as JSON holds it, but for the times of its stages."""
+    return {name: value for name, value in asdict(run).items() if name != "timings"}
 
 
-def unpack(kind: Any, value: Any, name: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
-    """The value of type `kind` that `pack` took apart."""
-    if name in arrays:
-        return arrays[name]
-    if get_origin(kind) in (Union, UnionType):  # of one type or None
-        kind = next(option for option in get_args(kind) if option is not type(None))
-    if value is None:
-        return None
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return kind[value]
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        types = get_type_hints(kind)
-        return kind(**{key: unpack(types[key], item, _below(name, key), arrays) for key, item in value.items()})
-    if hasattr(kind, "_fields"):  # a named tuple
-        types = get_type_hints(kind)
-        return kind(*(unpack(types[key], item, _below(name, k), arrays)
-                      for k, (key, item) in enumerate(zip(kind._fields, value, strict=True))))
-    if get_origin(kind) is tuple:
-        return tuple(unpack(get_args(kind)[0], item, _below(name, k), arrays) for k, item in enumerate(value))
-    if isinstance(value, dict):
-        return {key: unpack(Any, item, _below(name, key), arrays) for key, item in value.items()}
-    return value
+def _plain(value: Any) -> Any:
+    """What JSON does not know: statuses and NumPy's numbers."""
+    return value.name if isinstance(value, Status) else value.item() if isinstance(value, np.generic) else str(value)
 
 
-def _below(name: str, key: object) -> str:
-    return f"{name}.{key}" if name else str(key)
+def _unpack(known: dict[str, Any]) -> Run:
+    """The record that `_pack` took apart."""
+    rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
+    return Run(**known | {"status": Status[known["status"]], "history": tuple(Step(*step) for step in known["history"]),
+                          "rounds": rounds, "notes": tuple(known["notes"])})
 
 
-FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",), both=True)
+FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",))

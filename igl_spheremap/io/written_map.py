@@ -159,7 +159,6 @@ def write_map(
     *,
     force: bool = False,
     radius: float | None = None,
-    surface: bool = False,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
@@ -178,9 +177,6 @@ def write_map(
     radius : float, optional
         Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and
         FreeSurfer, 1 elsewhere. NPZ files hold the unit sphere.
-    surface : bool
-        Write the surface with the sphere beside it, ``x y z`` and ``px py pz`` of a PLY file, as programs for Moebius
-        registration and dense correspondences read it. NPZ files hold both in any case.
     metadata : dict, optional
         As `read_mesh` gave it for the source; nothing by default.
 
@@ -193,8 +189,7 @@ def write_map(
     Raises
     ------
     FileError
-        If the file exists and `force` is not set, it can't be written, or `surface` is set and its format holds no
-        sphere beside a surface; nothing is left behind.
+        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
 
     Examples
     --------
@@ -208,7 +203,7 @@ def write_map(
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path) is not npz.FORMAT:
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,
-                            surface=result.vertices if surface else None, metadata=known)
+                            metadata=known)
     with replacing(path, force) as partial:
         npz.write_map(partial, result, known)
         return _check_written(partial, path)
@@ -221,13 +216,10 @@ def write_sphere(
     *,
     force: bool = False,
     radius: float | None = None,
-    surface: FloatArray | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write unit rows and faces as `write_map` does, beside the positions of a surface if they are given."""
+    """Write unit rows and faces as `write_map` does."""
     kind = format_of(path)
-    if surface is not None and not kind.both:
-        raise FileError(f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz")
     known = {"geometric_type": "Spherical"} | structure_of(path) | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
@@ -235,10 +227,7 @@ def write_sphere(
         rounded = certified_float32(x, f, size)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
-        if surface is None:
-            kind.write(partial, positions, f, known)
-        else:
-            kind.write(partial, surface, f, known | {"sphere": positions})
+        kind.write(partial, positions, f, known)
         return replace(_check_written(partial, path), moved=moved)
 
 
@@ -276,10 +265,7 @@ def read_map(path: PathLike) -> SphereMap:
     """
     path = Path(path)
     with reading(path):
-        result = npz.read_map(path)
-        v, x = check_rows(result.vertices, name="vertices"), check_rows(result.sphere, len(result.vertices), "sphere")
-        f = check_faces(result.faces, len(v))
-        return replace(result, vertices=v, faces=f, sphere=x, certificate=certify_checked(x, f))
+        return npz.read_map(path)
 
 
 def _check_written(partial: Path, path: PathLike) -> SphereCheck:

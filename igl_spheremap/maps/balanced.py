@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,16 +10,13 @@ from numpy.typing import ArrayLike
 from ..balance.family import Family
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..errors import FoldingsRemain, own_errstate
-from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import turn_to_gauss_map
-from ..untangle.candidate import Candidate
 from ..verify.certificate import certify_checked
 from ..verify.distortion import mesh_angle_differences
 from .options import Method
-from .run import finish
 from .spherical_conformal_map import spherical_conformal_map
 
 #: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 43 samples and
@@ -86,7 +82,7 @@ def balanced_spherical_map(
     """
     check_balance(balance)
     conformal = spherical_conformal_map(v, f, method, listener=listener)
-    return rebalance(conformal, balance, listener=listener)
+    return balance_map(Family(conformal.mesh), conformal, balance, listener)
 
 
 @own_errstate
@@ -105,7 +101,7 @@ def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = 
     Returns
     -------
     SphereMap
-        As from `balanced_spherical_map`. A balanced map from a file has no ``conformal``: it is made anew.
+        As from `balanced_spherical_map`.
 
     Raises
     ------
@@ -122,8 +118,7 @@ def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = 
     True
     """
     check_balance(balance)
-    mesh = check_mesh(result.vertices, result.faces)
-    return rebalance_checked(mesh, Family(mesh), result, balance, listener)
+    return balance_map(Family(result.mesh), result, balance, listener)
 
 
 def check_balance(balance: float) -> None:
@@ -133,18 +128,15 @@ def check_balance(balance: float) -> None:
 
 
 @timed()
-def rebalance_checked(
-    mesh: Mesh, family: Family, result: SphereMap, balance: float, listener: Listener | None
-) -> SphereMap:
-    """`rebalance` for a checked mesh."""
-    began = time.perf_counter()
-    conformal = result.conformal or (
-        result if result.balance == 0 else spherical_conformal_map(mesh.vertices, mesh.f, listener=listener))
+def balance_map(family: Family, result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
+    """Take a map to a balance; the family of its mesh's balances holds what depends on the mesh alone."""
+    history = History(listener)
+    conformal = result.conformal or result
     if balance == 0 or conformal.status is Status.STOPPED:
         return conformal
     if not (result.certificate.folding_free and conformal.certificate.folding_free):
         raise FoldingsRemain("a map with foldings can't be balanced; remove them with repair_foldings", result)
-    history = History(listener)
+    mesh = result.mesh
     energy = family.energy(conformal.sphere, balance)
     with stage("balance"):
         minimum = family.minimize(energy, result.sphere, history)
@@ -159,15 +151,11 @@ def rebalance_checked(
     certificate = certify_checked(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
         x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)
+    own = history.complete(conformal.run, conformal.method, conformal.settings | {"balance": float(balance)})
     value = HarmonicEnergy.of(mesh).evaluate(x)[0]
     mean_angle = float(np.abs(mesh_angle_differences(mesh, x)).mean())
     last = Round(len(conformal.rounds), "conformal map", 0, certificate.foldings, len(history.steps), value, mean_angle,
-                 status, time.perf_counter() - began)
-    found = Candidate(x, value, status, (*conformal.rounds, last), certificate, "turned",
-                      conformal.stretch, conformal.backend, notes)
-    settings = conformal.settings | {"balance": float(balance)}
-    balanced = finish(mesh, found, history, conformal.method, settings, began)
-    return replace(balanced, balance=float(balance), conformal=conformal,
-                   history=(*conformal.history, *balanced.history),
-                   iterations=conformal.iterations + balanced.iterations,
-                   seconds=conformal.seconds + balanced.seconds)
+                 status, own.seconds)
+    run = replace(own, status=status, energy=value, notes=notes, gauge="turned", rounds=(*conformal.rounds, last),
+                  history=conformal.history + own.history, seconds=conformal.seconds + own.seconds)
+    return SphereMap(mesh, x, certificate, run, conformal)

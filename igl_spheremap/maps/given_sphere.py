@@ -1,20 +1,36 @@
-"""A sphere of another program, certified as a result like our own."""
+"""Spheres of other programs: certified as results like our own, or repaired, moving as little of them as possible."""
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, own_errstate
-from ..mesh.check import Mesh
-from ..result.run import Listener, Status
+from ..mesh.arrays import FloatArray, check_directions
+from ..mesh.check import Mesh, check_mesh
+from ..mesh.timings import timed
+from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
-from ..untangle.candidate import Candidate
+from ..sphere.rows import row_lengths, unit_rows
+from ..untangle.local_repair import repair_locally
+from ..untangle.polish import polish_map
 from ..verify.certificate import certify_checked
-from .run import check_start, run
+from ..verify.distortion import mean_angle_difference
+from ..verify.signs import folded_faces
+from .methods import check_start
+from .options import Auto, Polish
+
+#: Rows this close to unit length count as unit.
+_UNIT = 1e-6
 
 
 @own_errstate
+@timed()
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     """Certify a sphere that another program made, for all that takes a `SphereMap`.
 
@@ -47,17 +63,110 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     >>> ism.sphere_map(x * [1, 2, 3], f, 100 * x).certificate.folding_free
     True
     """
-    def certified(mesh: Mesh, notify: Listener) -> Candidate:
-        y = check_start(x, len(mesh.v), "images")
-        certificate = certify_checked(y, mesh.f)
-        if len(certificate.flipped) == len(mesh.f):
-            raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
-                            "or reverse the faces of a mesh that is inside out")
-        energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
-        return Candidate(y, energy, Status.CONVERGED, certificate=certificate, gauge="given")
+    history = History()
+    found = certified(check_mesh(v, f), x)
+    return replace(found, run=history.complete(found.run, "given"))
 
-    result = run(v, f, certified, "given", {})
-    if not result.certificate.folding_free:
-        raise FoldingsRemain(f"the sphere is {result.certificate}; repair_foldings makes it a bijection, "
+
+def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
+    """The map of a mesh that images of its vertices make; a FoldingsRemain if it folds."""
+    y = check_start(x, len(mesh.v), "images")
+    certificate = certify_checked(y, mesh.f)
+    if len(certificate.flipped) == len(mesh.f):
+        raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
+                        "or reverse the faces of a mesh that is inside out")
+    run = Run(Status.CONVERGED, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
+    result = SphereMap(mesh, y, certificate, run)
+    if not certificate.folding_free:
+        raise FoldingsRemain(f"the sphere is {certificate}; repair_foldings makes it a bijection, "
                              "unless it belongs to another mesh", result)
     return result
+
+
+@own_errstate
+@timed()
+def repair_foldings(
+    v: ArrayLike,
+    f: ArrayLike,
+    x: ArrayLike,
+    *,
+    polish: Polish | None = None,
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Repair every folding of a map to the sphere, from whatever program it comes.
+
+    Folded slivers are unfolded by small moves; vertices around other foldings are removed and put back where no face
+    folds. What moved is relaxed towards the source's angles. The rest of the map stays where it is, and a map without
+    foldings stays bit for bit.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions of the source.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    x : (n, 3) array_like
+        Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
+        sphere inside out is reflected first; one of the wrong degree is rebuilt.
+    polish : {"angles"}, optional
+        What to lower afterwards on the whole map: the angle differences. Nothing by default.
+    listener : callable, optional
+        Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
+        of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
+        those that they were collapsed to.
+
+    Returns
+    -------
+    SphereMap
+        With its certificate; ``rounds`` has the foldings before and after.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
+    ValueError
+        If `polish` is unknown.
+
+    References
+    ----------
+    Shen, Jiang, Zorin, Panozzo 2019, *Progressive Embedding*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> x = ism.spherical_conformal_map(v, f).sphere.copy()
+    >>> x[[10, 20]] = x[[20, 10]]
+    >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
+    (False, True)
+    """
+    settings = Auto(polish=polish).settings()
+    history = History(listener)
+    mesh = check_mesh(v, f)
+    began, places = time.perf_counter(), count()
+    y = _checked_map(x, mesh)
+
+    def record(stage: str, x: FloatArray) -> None:
+        foldings = float(folded_faces(x, mesh.f).sum())
+        history(Iterate(stage, 0, next(places), x.copy(), float("nan"), foldings))
+
+    before = certify_checked(y, mesh.f)
+    record("map", y)
+    if not before.folding_free:
+        y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
+        record("repaired", y)
+    if polish is not None:
+        y = polish_map(mesh, y)
+        record("polished", y)
+    after = certify_checked(y, mesh.f)
+    energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
+    done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
+                 Status.CONVERGED, time.perf_counter() - began)
+    run = Run(Status.CONVERGED, energy, rounds=(done,), gauge="given")
+    return SphereMap(mesh, y, after, history.complete(run, "repair", settings))
+
+
+def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
+    """Unit rows of `x`, untouched where they are so already."""
+    rows = check_directions(x, len(mesh.v), "images")
+    return rows.copy() if np.abs(row_lengths(rows) - 1).max() < _UNIT else unit_rows(rows)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
@@ -13,18 +15,19 @@ from ..descent.metrics import SobolevH2
 from ..descent.problem import Problem
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_rows, plain_array
-from ..mesh.check import Mesh
-from ..result.run import Listener
+from ..mesh.check import check_mesh
+from ..mesh.timings import timed
+from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows
-from ..untangle.candidate import Candidate
-from .run import run
-from .variational import descend, start_of
+from .methods import descend, start_of
+from .options import Landmarks
 
 
 @own_errstate
+@timed()
 def landmark_map(
     v: ArrayLike,
     f: ArrayLike,
@@ -98,19 +101,18 @@ def landmark_map(
     >>> bool(np.abs(result.sphere[[0, 100, 200, 300]] - target).max() < 0.15), result.certificate.folding_free
     (True, True)
     """
-    limits = {"tolerance": tolerance, "max_iterations": max_iterations, "plateau": plateau}
-
-    def solve(mesh: Mesh, notify: Listener) -> Candidate:
-        penalty = check_landmarks(len(mesh.v), landmarks, targets, weights)
-        start, x = start_of(mesh, x0)
-        if x0 is None:
-            x = match_landmarks(x, penalty)
-        harmonic = HarmonicEnergy.of(mesh)
-        metric = SobolevH2.of(harmonic.L, mesh.f, x)
-        problem = Problem.of(mesh, SumEnergy((harmonic, penalty)), metric, gauge=False)  # landmarks fix the gauge
-        return descend(mesh, problem, start, x, keep_injective, notify, limits)
-
-    return run(v, f, solve, "landmarks", {"keep_injective": keep_injective, **limits}, listener)
+    options = Landmarks(keep_injective, tolerance, max_iterations, plateau)
+    history = History(listener)
+    mesh = check_mesh(v, f)
+    penalty = check_landmarks(len(mesh.v), landmarks, targets, weights)
+    name, x = start_of(mesh, x0)
+    if x0 is None:
+        x = match_landmarks(x, penalty)
+    harmonic = HarmonicEnergy.of(mesh)
+    metric = SobolevH2.of(harmonic.L, mesh.f, x)
+    problem = Problem.of(mesh, SumEnergy((harmonic, penalty)), metric, gauge=False)  # landmarks fix the gauge
+    found = descend(mesh, problem, name, x, options, history)
+    return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
 def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:

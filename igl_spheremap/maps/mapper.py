@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from functools import cached_property
 
@@ -17,10 +16,9 @@ from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
-from .balanced import check_balance, rebalance_checked
-from .methods.auto import map_factorised
+from .balanced import balance_map, check_balance
+from .methods import auto, check_start
 from .options import Auto
-from .run import check_start, finish
 
 
 class SphereMapper:
@@ -132,13 +130,12 @@ class SphereMapper:
         MeshError
             If `start` has not one finite, nonzero row per vertex, or `weights` can't be balanced.
         """
-        began = time.perf_counter()
-        n = len(self.mesh.v)
+        history, n = History(listener), len(self.mesh.v)
         x = None if start is None else check_start(start, n)
         mesh = self.mesh if weights is None else replace(self.mesh, A=_shares(weights, n))
-        history = History(listener)
-        found = map_factorised(mesh, self.operators, self.method, history, x)
-        return finish(self.mesh, found, history, self.method.name, self.method.settings(), began)
+        found = auto(mesh, self.method, history, self.operators, x)
+        run = history.complete(found.run, self.method.name, self.method.settings())
+        return replace(found, mesh=self.mesh, run=run)
 
     @own_errstate
     def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
@@ -166,9 +163,11 @@ class SphereMapper:
             If the map has foldings.
         """
         check_balance(balance)
-        if not (np.array_equal(result.vertices, self.mesh.vertices) and np.array_equal(result.faces, self.mesh.f)):
+        same = result.mesh is self.mesh or (np.array_equal(result.vertices, self.mesh.vertices)
+                                            and np.array_equal(result.faces, self.mesh.f))
+        if not same:
             raise MeshError("the map is one of another surface than the mapper's; map this one first")
-        return rebalance_checked(self.mesh, self._family, result, balance, listener)
+        return balance_map(self._family, result, balance, listener)
 
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:

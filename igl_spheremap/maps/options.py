@@ -276,6 +276,33 @@ class Stereographic(Method):
     backend: str = "auto"
 
 
+@dataclass(frozen=True)
+class Descent(Method):
+    """Options of Algorithm 1 on further problems."""
+
+    keep_injective: bool = True
+    tolerance: float = 1e-3
+    max_iterations: int = 5000
+    plateau: float = 5e-7
+
+
+@dataclass(frozen=True)
+class PHarmonic(Descent):
+    """The options of `igl_spheremap.p_harmonic_map`."""
+
+    name: ClassVar[str] = "p-harmonic"
+    p: float = 2.0
+
+
+@dataclass(frozen=True)
+class Landmarks(Descent):
+    """The options of `igl_spheremap.landmark_map`."""
+
+    name: ClassVar[str] = "landmarks"
+    max_iterations: int = 500
+    plateau: float = 1e-6
+
+
 #: By the name that users give.
 METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
 

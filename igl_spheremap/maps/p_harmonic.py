@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from numpy.typing import ArrayLike
 
 from ..descent.problem import p_harmonic_problem
 from ..errors import own_errstate
-from ..mesh.check import Mesh
-from ..result.run import Listener
+from ..mesh.check import check_mesh
+from ..mesh.timings import timed
+from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
-from ..untangle.candidate import Candidate
-from .run import run
-from .variational import descend, start_of
+from .methods import descend, start_of
+from .options import PHarmonic
 
 
 @own_errstate
+@timed()
 def p_harmonic_map(
     v: ArrayLike,
     f: ArrayLike,
@@ -77,10 +80,8 @@ def p_harmonic_map(
     >>> bool(result.conformal_factor().std() < ism.spherical_conformal_map(v, f).conformal_factor().std())
     True
     """
-    limits = {"tolerance": tolerance, "max_iterations": max_iterations, "plateau": plateau}
-
-    def solve(mesh: Mesh, notify: Listener) -> Candidate:
-        problem = p_harmonic_problem(mesh, p)
-        return descend(mesh, problem, *start_of(mesh, x0), keep_injective, notify, limits)
-
-    return run(v, f, solve, "p-harmonic", {"p": p, "keep_injective": keep_injective, **limits}, listener)
+    options = PHarmonic(keep_injective, tolerance, max_iterations, plateau, p)
+    history = History(listener)
+    mesh = check_mesh(v, f)
+    found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, x0), options, history)
+    return replace(found, run=history.complete(found.run, options.name, options.settings()))

@@ -7,13 +7,12 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.check import Mesh
-from ..result.run import Listener
+from ..mesh.check import check_mesh
+from ..mesh.timings import timed
+from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
-from ..untangle.candidate import Candidate
-from .methods.lai2014 import lai2014
+from .methods import check_start, lai2014
 from .options import Lai2014
-from .run import check_start, run
 
 
 @own_errstate
@@ -65,6 +64,7 @@ def minimize_harmonic_energy(
 
 
 @own_errstate
+@timed()
 def remove_foldings(
     v: ArrayLike,
     f: ArrayLike,
@@ -109,7 +109,7 @@ def remove_foldings(
     >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
     [('gauss map', 0)]
     """
-    def solve(mesh: Mesh, notify: Listener) -> Candidate:
-        return lai2014(mesh, method, notify, None if x0 is None else check_start(x0, len(mesh.v)))
-
-    return run(v, f, solve, method.name, method.settings(), listener)
+    history = History(listener)
+    mesh = check_mesh(v, f)
+    found = lai2014(mesh, method, history, None if x0 is None else check_start(x0, len(mesh.v)))
+    return replace(found, run=history.complete(found.run, method.name, method.settings()))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..result.run import Listener
+from ..mesh.timings import timed
+from ..result.run import History, Listener
 from ..untangle.effort import Effort
 from .options import Auto, Gauge, Method, Polish, method_of
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 
 
 @own_errstate
+@timed()
 def spherical_conformal_map(
     v: ArrayLike,
     f: ArrayLike,
@@ -79,9 +82,12 @@ def spherical_conformal_map(
     auto = Auto(tolerance=tolerance, max_iterations=max_iterations, backend=backend, gauge=gauge, polish=polish,
                 effort=effort)
     chosen = _chosen(method, auto)
-    from .methods import map_by_method  # at the first call: nobody waits for solvers who only imports the package
+    history = History(listener)
+    from ..mesh.check import check_mesh  # at the first call: nobody waits for scipy who only imports the package
+    from .methods import SOLVERS
 
-    return map_by_method(v, f, chosen, listener)
+    found = SOLVERS[type(chosen)](check_mesh(v, f), chosen, history)
+    return replace(found, run=history.complete(found.run, chosen.name, chosen.settings()))
 
 
 def _chosen(method: str | Method, auto: Auto) -> Method:

@@ -107,20 +107,20 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
 
 
 @own_errstate
-def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
+def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
     """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.
 
     Parameters
     ----------
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    f : (m, 3) array_like or Mesh
+        Faces as 0-based vertex indices, or a mesh that was checked.
     n_vertices : int
         Number of vertices; each must be used.
 
     Returns
     -------
     (m, 3) int64 array
-        A copy of the faces, C-contiguous.
+        A copy of the faces, C-contiguous; those of a checked mesh.
 
     Raises
     ------
@@ -133,6 +133,10 @@ def check_faces(f: ArrayLike, n_vertices: int) -> IntArray:
     >>> ism.check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
     (4, 3)
     """
+    if isinstance(f, Mesh):
+        if len(f.v) != n_vertices:
+            raise MeshError(f"there are {n_vertices} rows but the mesh has {len(f.v)} vertices; give one row each")
+        return f.f
     faces = check_triangles(f)
     _check_sphere(faces, n_vertices)
     return faces

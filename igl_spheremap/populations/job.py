@@ -21,7 +21,6 @@ from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import Mesh, check_mesh
 from ..mesh.clean import repair_mesh
 from ..result.sphere_map import SphereMap
 from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
@@ -124,14 +123,14 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
         if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance):
             raise FileError(f"{row.target} exists without the mark of this version, method and mesh; it is kept, "
                             "force=True replaces it")
-    mesh, result = _map(v, f, options)
+    result = _map(v, f, options)
     written = write_map(target, result, force=True, metadata=loaded.metadata)
     certificate = written.certificate
     moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
     figures = {
-        "angle": log_figures(mesh_angle_differences(mesh, result.sphere)),
-        "area": log_figures(mesh_area_distortion(mesh, result.sphere)),
-        "edge": log_figures(mesh_edge_distortion(mesh, result.sphere)),
+        "angle": log_figures(mesh_angle_differences(result.mesh, result.sphere)),
+        "area": log_figures(mesh_area_distortion(result.mesh, result.sphere)),
+        "edge": log_figures(mesh_edge_distortion(result.mesh, result.sphere)),
     }
     columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
                                for kind in ("mean", "p99", "max")}
@@ -143,11 +142,10 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
     )  # fmt: skip
 
 
-def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]:
-    """The checked mesh and its map; a mesh with the faces of the one before shares what depends on them."""
+def _map(v: FloatArray, f: IntArray, options: Options) -> SphereMap:
+    """The map of a mesh; one with the faces of the one before shares what depends on them."""
     if not isinstance(options.method, Auto):
-        result = balanced_spherical_map(v, f, options.balance, method=options.method)
-        return check_mesh(v, f), result
+        return balanced_spherical_map(v, f, options.balance, method=options.method)
     mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
     if mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f):
         mapper.move(v)
@@ -156,4 +154,4 @@ def _map(v: FloatArray, f: IntArray, options: Options) -> tuple[Mesh, SphereMap]
         mapper = SphereMapper(v, f, options.method)
     result = mapper.map()
     _OF_THREAD.mapper = mapper
-    return mapper.mesh, mapper.rebalance(result, options.balance) if options.balance else result
+    return mapper.rebalance(result, options.balance) if options.balance else result

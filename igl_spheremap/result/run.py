@@ -1,15 +1,17 @@
-"""The immutable records that solvers yield and listeners read."""
+"""The record of a run, and the iterates that solvers yield and listeners read."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..mesh.arrays import FloatArray
+from ..mesh.timings import timings
 
 
 class Status(Enum):
@@ -147,14 +149,90 @@ class Round:
     seconds: float
 
 
+@dataclass(frozen=True, eq=False)
+class Run:
+    """How a map came about: what was asked for, what happened, and how it ended.
+
+    Attributes
+    ----------
+    status : Status
+        How the last minimisation ended.
+    energy : float
+        Harmonic energy of the map, eq. (6); 4 pi for a smooth conformal map.
+    method : str
+        The method's name.
+    settings : dict
+        The method's options that are not at their defaults.
+    history : tuple of Step
+        Every iterate of every stage.
+    rounds : tuple of Round
+        Foldings before and after each round of folding removal.
+    seconds : float
+        Wall time from arrays to result.
+    timings : dict
+        Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
+        "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.
+    backend : str
+        The factorisation that was used; empty where none was.
+    notes : tuple of str
+        Remarks on the run, such as other edge weights where the mesh's own can't be used.
+    gauge : str
+        "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
+        Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
+        balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
+        deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
+        given. "free", of landmark maps, and of p-harmonic maps with p above 2: as the minimisation left it.
+    stretch : float
+        Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
+        there is none.
+    """
+
+    status: Status
+    energy: float
+    method: str = ""
+    settings: dict[str, Any] = field(default_factory=dict)
+    history: tuple[Step, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    seconds: float = 0.0
+    timings: dict[str, float] = field(default_factory=dict, compare=False)
+    backend: str = ""
+    notes: tuple[str, ...] = ()
+    gauge: str = "centred"
+    stretch: float = 1.0
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all stages together."""
+        return sum(step.iteration > 0 for step in self.history)
+
+    @property
+    def balance(self) -> float:
+        """0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`."""
+        return float(self.settings.get("balance", 0.0))
+
+    def __repr__(self) -> str:
+        return f"Run({self.method!r}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)"
+
+
 class History:
-    """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener."""
+    """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
+
+    Made when a call begins, it puts on record what is known when it ends.
+    """
 
     def __init__(self, listener: Listener | None = None) -> None:
+        if listener is not None and not callable(listener):
+            raise TypeError(f"listener is {listener!r}; give a function that takes an Iterate")
         self.steps: list[Step] = []
         self._listener = listener
+        self._began = time.perf_counter()
 
     def __call__(self, iterate: Iterate) -> None:
         self.steps.append(iterate.step)
         if self._listener is not None:
             self._listener(iterate)
+
+    def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
+        """The record of a run with its method, its history, and the time that it took."""
+        return replace(run, method=method, settings=settings or {}, history=tuple(self.steps),
+                       seconds=time.perf_counter() - self._began, timings=timings())

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from ..draw.markup import table
+from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.check import Mesh
 from ..verify.certificate import Certificate
-from ..verify.distortion import angle_differences, area_distortion, conformal_factor
+from ..verify.distortion import mesh_angle_differences, mesh_area_distortion, mesh_conformal_factor
 from .findings import Finding, angles, areas, energy, verdict
 from .recording import plot_run
-from .run import Round, Status, Step
+from .run import Round, Run, Status, Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,72 +22,105 @@ class SphereMap:
 
     Attributes
     ----------
-    vertices : (n, 3) float64 array
-        The source as it was given.
-    faces : (m, 3) int64 array
-        The input's faces; positively oriented (outward) on the sphere.
+    mesh : Mesh
+        The source, checked: what is measured of the map needs no further check.
     sphere : (n, 3) float64 array
         Images of the vertices, unit rows, in the input's order.
     certificate : Certificate
         Of ``sphere`` and ``faces``, in exact arithmetic.
-    energy : float
-        Harmonic energy, eq. (6); 4 pi for a smooth conformal map.
-    status : Status
-        How the last minimisation ended.
-    iterations : int
-        Iterations of all stages together.
-    seconds : float
-        Wall time from arrays to result.
-    method : str
-        The method's name.
-    history : tuple of Step
-        Every iterate of every stage.
-    rounds : tuple of Round
-        Foldings before and after each round of folding removal.
-    backend : str
-        The factorisation that was used; empty where none was.
-    notes : tuple of str
-        Remarks on the run, such as other edge weights where the mesh's own can't be used.
-    settings : dict
-        The method's options that are not at their defaults.
-    gauge : str
-        "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
-        Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
-        balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
-        deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
-        given. "free", of landmark maps, and of p-harmonic maps with p above 2: as the minimisation left it.
-    balance : float
-        0 for a conformal map, 1 for an area-preserving one, see `igl_spheremap.balanced_spherical_map`.
+    run : Run
+        How the map came about. What it holds can be read from the map, too: ``result.energy`` is ``result.run.energy``.
     conformal : SphereMap, optional
         The conformal map that a balanced one started from.
-    stretch : float
-        Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
-        there is none.
-    timings : dict
-        Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
-        "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.
     """
 
-    vertices: FloatArray
-    faces: IntArray
+    mesh: Mesh
     sphere: FloatArray
     certificate: Certificate
-    energy: float
-    status: Status
-    iterations: int
-    seconds: float
-    method: str
-    history: tuple[Step, ...] = ()
-    rounds: tuple[Round, ...] = ()
-    backend: str = ""
-    notes: tuple[str, ...] = ()
-    settings: dict[str, Any] = field(default_factory=dict)
-    gauge: str = "centred"
-    stretch: float = 1.0
-    balance: float = 0.0
+    run: Run
     conformal: SphereMap | None = None
-    timings: dict[str, float] = field(default_factory=dict, compare=False)
 
+    @property
+    def vertices(self) -> FloatArray:
+        """The source as it was given, (n, 3) float64."""
+        return self.mesh.vertices
+
+    @property
+    def faces(self) -> IntArray:
+        """The input's faces, (m, 3) int64; positively oriented (outward) on the sphere."""
+        return self.mesh.f
+
+    @property
+    def energy(self) -> float:
+        """Harmonic energy, equation (6); 4 pi for a smooth conformal map."""
+        return self.run.energy
+
+    @property
+    def status(self) -> Status:
+        """How the last minimisation ended."""
+        return self.run.status
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all stages together."""
+        return self.run.iterations
+
+    @property
+    def seconds(self) -> float:
+        """Wall time from arrays to result."""
+        return self.run.seconds
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Wall seconds by stage."""
+        return self.run.timings
+
+    @property
+    def method(self) -> str:
+        """The method's name."""
+        return self.run.method
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The method's options that are not at their defaults."""
+        return self.run.settings
+
+    @property
+    def history(self) -> tuple[Step, ...]:
+        """Every iterate of every stage."""
+        return self.run.history
+
+    @property
+    def rounds(self) -> tuple[Round, ...]:
+        """Foldings before and after each round of folding removal."""
+        return self.run.rounds
+
+    @property
+    def backend(self) -> str:
+        """The factorisation that was used; empty where none was."""
+        return self.run.backend
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the run."""
+        return self.run.notes
+
+    @property
+    def gauge(self) -> str:
+        """Where the map lies among its Moebius images: "centred", "turned", "poles", "given" or "free", see `Run`."""
+        return self.run.gauge
+
+    @property
+    def stretch(self) -> float:
+        """How many times limbs too deep for float64 are shortened; 1 if there is none."""
+        return self.run.stretch
+
+    @property
+    def balance(self) -> float:
+        """0 for a conformal map, 1 for an area-preserving one."""
+        return self.run.balance
+
+    @own_errstate
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
 
@@ -94,8 +129,9 @@ class SphereMap:
         (m, 3) float64 array
             As from `igl_spheremap.angle_differences`.
         """
-        return angle_differences(self.vertices, self.faces, self.sphere)
+        return mesh_angle_differences(self.mesh, self.sphere)
 
+    @own_errstate
     def conformal_factor(self) -> FloatArray:
         """Conformal factor e^{2u} at the vertices, equation (14).
 
@@ -104,8 +140,9 @@ class SphereMap:
         (n,) float64 array
             As from `igl_spheremap.conformal_factor`.
         """
-        return conformal_factor(self.vertices, self.faces, self.sphere)
+        return mesh_conformal_factor(self.mesh, self.sphere)
 
+    @own_errstate
     def area_ratios(self) -> FloatArray:
         """Logarithm of image area over source area of every face, each surface having area 1.
 
@@ -114,7 +151,7 @@ class SphereMap:
         (m,) float64 array
             As from `igl_spheremap.area_distortion`.
         """
-        return area_distortion(self.vertices, self.faces, self.sphere)
+        return mesh_area_distortion(self.mesh, self.sphere)
 
     def plot(self) -> Any:
         """Plot the course of the energy and the histogram of angle differences.

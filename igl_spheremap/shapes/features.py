@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, check_values
-from ..mesh.check import Mesh, check_mesh
+from ..mesh.check import Mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..result.sphere_map import SphereMap
@@ -98,7 +98,7 @@ class SurfacePair:
         self, moving: SphereMap, fixed: SphereMap, features: tuple[ArrayLike, ArrayLike] | None, widths: list[float]
     ) -> None:
         self._moving = moving
-        surfaces = _surface(moving), _surface(fixed)
+        surfaces = FeatureSurface(moving.mesh), FeatureSurface(fixed.mesh)
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
         values = _features(surfaces, features)
         self._raw = tuple(s.standardize(each) for s, each in zip(surfaces, values, strict=True))
@@ -106,7 +106,7 @@ class SurfacePair:
             [s.standardize(s.diffuse(raw, width)) for width in widths]
             for s, raw in zip(surfaces, self._raw, strict=True)
         )
-        self._locator = SphereLocator(fixed.sphere, fixed.faces)
+        self._locator = SphereLocator(fixed.sphere, fixed.mesh)
         self._coefficients = expand(self._locator, np.concatenate(smooth, axis=1), _DEGREE, _OVERSAMPLING)
 
     def picture(self, level: int) -> Picture:
@@ -115,7 +115,7 @@ class SurfacePair:
 
     def rotations(self) -> list[RotationCandidate]:
         """Rotations of the moving sphere for which the features of the first width agree best."""
-        moving = SphereLocator(self._moving.sphere, self._moving.faces)
+        moving = SphereLocator(self._moving.sphere, self._moving.mesh)
         coefficients = expand(moving, self.features[0], _BAND, _OVERSAMPLING)
         return best_rotations(self._columns(0), coefficients, _BAND)
 
@@ -144,7 +144,3 @@ def _features(
     if moving.shape[1] != fixed.shape[1]:
         raise ValueError(f"{moving.shape[1]} moving but {fixed.shape[1]} fixed features; give the same ones of both")
     return moving, fixed
-
-
-def _surface(result: SphereMap) -> FeatureSurface:
-    return FeatureSurface(check_mesh(result.vertices, result.faces))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
-from ..mesh.check import check_faces
+from ..mesh.check import Mesh, check_faces
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, certify_checked
 from ..verify.signs import determinant_signs
@@ -56,8 +56,8 @@ class SphereLocator:
     ----------
     x : (n, 3) array_like
         Images of the vertices on the unit sphere: a folding-free map.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    f : (m, 3) array_like or Mesh
+        Faces as 0-based vertex indices, or a checked mesh.
 
     Raises
     ------
@@ -79,7 +79,7 @@ class SphereLocator:
     """
 
     @own_errstate
-    def __init__(self, x: ArrayLike, f: ArrayLike) -> None:
+    def __init__(self, x: ArrayLike, f: ArrayLike | Mesh) -> None:
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
         certificate = certify_checked(self.x, self.f)

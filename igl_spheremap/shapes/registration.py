@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
 from ..maps.balanced import balanced_spherical_map
-from ..maps.given_sphere import sphere_map
+from ..maps.given_sphere import certified
 from ..maps.options import METHODS, Auto
-from ..maps.repair_foldings import repair_foldings
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import Iterate, Listener
 from ..result.sphere_map import SphereMap
+from ..untangle.local_repair import repair_locally
+from ..verify.certificate import certify_checked
 from . import STAGES
 from .elastic_fit import Elastic
 from .features import SurfacePair
@@ -165,7 +166,9 @@ def register(
             candidates = tuple(pair.rotations())
             with course.stage("rotation"):
                 turned = course.x @ candidates[0].rotation.T  # whose rounding may fold slivers
-                course(repair_foldings(moving.vertices, moving.faces, turned).sphere, 1 - candidates[0].correlation)
+                if not certify_checked(turned, moving.faces).folding_free:
+                    turned = repair_locally(moving.mesh, turned)
+                course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
                 fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.picture(0), course)
@@ -176,9 +179,9 @@ def register(
                 for level, least in enumerate(_LEVELS.values(), 1):
                     stiff = max(least, last)
                     elastic.fit(course.x, pair.weights, pair.features[level], pair.picture(level), stiff, course)
-    result = sphere_map(moving.vertices, moving.faces, course.x)
-    result = replace(result, method="register", seconds=time.perf_counter() - began)
-    return Registration(result, tuple(course.stages), candidates, _doubts(candidates, course.stages))
+    result = certified(moving.mesh, course.x)
+    run = replace(result.run, method="register", seconds=time.perf_counter() - began)
+    return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
 
 
 class _Course:

@@ -122,7 +122,7 @@ def transfer(
 
 def sphere_mesh(to: str | SphereMap | tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, IntArray]:
     """Points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
-    x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.faces) if isinstance(to, SphereMap) else to
+    x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.mesh) if isinstance(to, SphereMap) else to
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 
@@ -182,7 +182,7 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
     check_map(source, "source")
-    return SphereLocator(source.sphere, source.faces)
+    return SphereLocator(source.sphere, source.mesh)
 
 
 def check_map(result: object, name: str = "result") -> None:

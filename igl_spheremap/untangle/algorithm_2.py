@@ -13,10 +13,9 @@ from ..descent.problem import Problem
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..result.run import Iterate, Listener, Round, Status
+from ..result.run import Iterate, Listener, Round, Run, Status
 from ..start.star_map import project
 from ..verify.certificate import certify_checked
-from .candidate import Candidate
 from .local_repair import has_few_foldings, repair_locally
 
 #: Share of the energy by which settled star maps differ.
@@ -33,7 +32,7 @@ def unfold(
     rounds: int,
     listener: Listener | None = None,
     projections: int = 1,
-) -> Candidate:
+) -> tuple[FloatArray, Run]:
     """Alternate Algorithm 1, `descend`, and up to `rounds` eigen-projections until no folding is left.
 
     L is the Laplacian of the problem's energy. A round has up to so many `projections`, each weighted by the star map
@@ -59,7 +58,7 @@ def unfold(
             notes = (f"foldings were removed in {k} rounds only: there is no star map ({error})",)
             break
     status = Status.STOPPED if minimum.status is Status.STOPPED else best.status
-    return Candidate(best.last.x, best.last.energy, status, tuple(done), notes=notes)
+    return best.last.x, Run(status, best.last.energy, rounds=tuple(done), notes=notes)
 
 
 def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round: int, projections: int) -> Iterate:

@@ -26,11 +26,11 @@ from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
+from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
-from .candidate import Candidate
 from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
@@ -47,15 +47,15 @@ _SEVERAL = 3
 
 
 @stage("repair")
-def untangle(mesh: Mesh, operators: Operators, first: Candidate, listener: Listener | None = None, *,
-             centred: bool = False, effort: Effort = Effort()) -> Candidate:  # noqa: B008 - it is frozen
+def untangle(first: SphereMap, operators: Operators, listener: Listener | None = None, *,
+             centred: bool = False, effort: Effort = Effort()) -> SphereMap:  # noqa: B008 - it is frozen
     """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
 
     Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
     the gauge "poles", unless `centred`.
     """
-    steps, x = _Steps(mesh, operators, listener), first.x
-    assert first.certificate is not None
+    mesh, x = first.mesh, first.sphere
+    steps = _Steps(mesh, operators, listener)
     free = first.certificate.folding_free
     worth_steps = free and is_worth_steps(mesh, x)
     if free and not worth_steps:
@@ -161,14 +161,14 @@ class _Steps:
                          damping=UNDAMPED if self.laid_out is None else DAMPED, quick=quick)
         self.accept("newton", x, self.stretch, self.gauge)
 
-    def result(self, first: Candidate) -> Candidate:
+    def result(self, first: SphereMap) -> SphereMap:
         """The best map, in the package's gauge."""
         assert self.best is not None
         x, certificate = self.best, self.certificate
         if self.kept != "map" and self.gauge == "centred":
             x = restore_gauge(self.mesh, x)
             certificate = certify_checked(x, self.mesh.f)
-        energy = first.energy if x is first.x else HarmonicEnergy(self.operators.L).evaluate(x)[0]
+        energy = first.energy if x is first.sphere else HarmonicEnergy(self.operators.L).evaluate(x)[0]
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
-        return replace(first, x=x, energy=energy, certificate=certificate, rounds=rounds, stretch=self.stretch,
-                       gauge=self.gauge)
+        run = replace(first.run, energy=energy, rounds=rounds, stretch=self.stretch, gauge=self.gauge)
+        return replace(first, sphere=x, certificate=certificate, run=run)

@@ -140,7 +140,8 @@ def test_a_mark_is_one_short_line_of_ascii_whatever_the_options_are(value, resul
     assert mark.isprintable()
     for name in ALL:
         needs(name)
-        write_map(tmp_path / name, dataclasses.replace(result, settings=options), force=True)
+        run = dataclasses.replace(result.run, settings=options)
+        write_map(tmp_path / name, dataclasses.replace(result, run=run), force=True)
         found = read_mark(tmp_path / name)
         assert found == make_mark(result.vertices, result.faces, "auto", options)
 

@@ -12,10 +12,10 @@ from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.laplacian import build_operators
-from igl_spheremap.result.run import Status
+from igl_spheremap.result.run import Run, Status
+from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
-from igl_spheremap.untangle.candidate import Candidate
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.rounding import certified_float32
 from igl_spheremap.untangle.untangle import untangle
@@ -30,8 +30,8 @@ def _mapped(name, **parameters):
 
 
 def _untangle(mesh, operators, x, listener=None, *, centred=False):
-    first = Candidate(x, np.nan, Status.CONVERGED, certificate=certify_checked(x, mesh.f))
-    return untangle(mesh, operators, first, listener, centred=centred)
+    first = SphereMap(mesh, x, certify_checked(x, mesh.f), Run(Status.CONVERGED, np.nan))
+    return untangle(first, operators, listener, centred=centred)
 
 
 def _mean(mesh, x):
@@ -70,7 +70,7 @@ def folded(spheroid):
 def test_a_map_without_foldings_is_handed_back(spheroid):
     mesh, operators, x = spheroid
     repaired = _untangle(mesh, operators, x)
-    assert repaired.x is x
+    assert repaired.sphere is x
     assert repaired.rounds == ()
     assert repaired.stretch == 1
 
@@ -82,20 +82,20 @@ def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
     assert [r.start for r in repaired.rounds] == ["map", "embedding", "newton"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
     assert (repair_locally(mesh, x)[far] == x[far]).all()
-    assert _mean(mesh, repaired.x) < _mean(mesh, spheroid[2])
+    assert _mean(mesh, repaired.sphere) < _mean(mesh, spheroid[2])
 
 
 def test_a_repaired_map_is_in_the_gauge(folded):
     mesh, operators, x = folded
     assert np.linalg.norm(mesh.A @ repair_locally(mesh, x)) > 1e-12
     repaired = _untangle(mesh, operators, x)
-    assert np.linalg.norm(mesh.A @ repaired.x) < 1e-12
-    assert np.abs(fix_gauge(mesh, repaired.x) - repaired.x).max() < 1e-12
+    assert np.linalg.norm(mesh.A @ repaired.sphere) < 1e-12
+    assert np.abs(fix_gauge(mesh, repaired.sphere) - repaired.sphere).max() < 1e-12
 
 
 def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(long_arms):
     mesh, _, x, repaired, _ = long_arms
-    y = repair_locally(mesh, center(repaired.x, np.full(len(x), 1 / len(x))))
+    y = repair_locally(mesh, center(repaired.sphere, np.full(len(x), 1 / len(x))))
     z = restore_gauge(mesh, y)
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(mesh.A @ z) < max(1e-3, np.linalg.norm(mesh.A @ y) / 10)
@@ -110,19 +110,19 @@ def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
     repaired = _untangle(mesh, operators, x)
     assert repaired.certificate.folding_free
     assert [r.start for r in repaired.rounds] == ["map", "newton", "newton", "newton"]
-    assert _mean(mesh, repaired.x) < 0.5 * _mean(mesh, x)
+    assert _mean(mesh, repaired.sphere) < 0.5 * _mean(mesh, x)
     mesh, operators, x = _mapped("dumbbell", n_vertices=1500)
     assert _mean(mesh, x) > 2
-    assert _untangle(mesh, operators, x).x is x
+    assert _untangle(mesh, operators, x).sphere is x
 
 
 def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
     mesh, operators, x = _mapped("bird", n_vertices=1500)
     improved = _untangle(mesh, operators, x)
     assert [r.start for r in improved.rounds] == ["map", "newton"]
-    assert _mean(mesh, improved.x) < 0.98 * _mean(mesh, x)
+    assert _mean(mesh, improved.sphere) < 0.98 * _mean(mesh, x)
     assert improved.certificate.folding_free
-    assert np.linalg.norm(mesh.A @ improved.x) < 1e-9
+    assert np.linalg.norm(mesh.A @ improved.sphere) < 1e-9
 
 
 def _rod():
@@ -140,10 +140,10 @@ def _rod():
 def test_long_arms_come_back_certified_and_conformal(long_arms):
     mesh, _, x, repaired, seen = long_arms
     assert not certify_checked(x, mesh.f).folding_free
-    assert certify(repaired.x, mesh.f).folding_free
+    assert certify(repaired.sphere, mesh.f).folding_free
     assert repaired.stretch > 1
     assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in repaired.rounds]
-    assert _mean(mesh, repaired.x) < _mean(mesh, x)
+    assert _mean(mesh, repaired.sphere) < _mean(mesh, x)
 
 
 def test_the_poles_gauge_holds_a_spring_better():
@@ -152,9 +152,9 @@ def test_the_poles_gauge_holds_a_spring_better():
     assert plain.certificate.folding_free
     assert at_poles.certificate.folding_free
     assert (at_poles.gauge, plain.gauge) == ("poles", "centred")
-    assert _mean(mesh, at_poles.x) < 0.7 * _mean(mesh, plain.x)
+    assert _mean(mesh, at_poles.sphere) < 0.7 * _mean(mesh, plain.sphere)
     assert (at_poles.stretch, plain.stretch > 1) == (1, True)
-    assert (np.sort(np.abs(at_poles.x), axis=1)[:, 1] < 1e-15).any()
+    assert (np.sort(np.abs(at_poles.sphere), axis=1)[:, 1] < 1e-15).any()
 
 
 @pytest.mark.parametrize(("circumferences", "around"), [(14, 20), (160, 8)])  # 88 and 1,005 nepers
@@ -174,7 +174,7 @@ def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, operators, x = spheroid
     repaired = _untangle(mesh, operators, x)
     assert repaired.gauge == "centred"
-    assert (repaired.x == x).all()
+    assert (repaired.sphere == x).all()
 
 
 @pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from ...draw.palette import Colour, sequential
 from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import check_mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.features import FeatureSurface
 from ...shapes.registration import Registration
@@ -48,7 +47,7 @@ def registration_view(
     moving: SphereMap, fixed: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None
 ) -> RowView:
     """The fixed sphere, and the moving one before and after, coloured by the first feature, or by depth."""
-    surfaces = [FeatureSurface(check_mesh(one.vertices, one.faces)) for one in (moving, fixed)]
+    surfaces = [FeatureSurface(one.mesh) for one in (moving, fixed)]
     if features is None:
         own, other = (surface.geometry[:, 1] for surface in surfaces)
     else:

@@ -9,7 +9,7 @@ import numpy as np
 from ...draw.plot import fit, pose
 from ...maps.balanced import rebalance
 from ...mesh.arrays import FloatArray
-from ...mesh.check import Mesh, check_mesh
+from ...mesh.check import Mesh
 from ...result import findings
 from ...result.sphere_map import SphereMap
 from ...verify.certificate import certify_checked
@@ -151,8 +151,7 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
         If there is no such direction or subject.
     """
     window.open_window()
-    mesh = check_mesh(result.vertices, result.faces)
-    view = ResultView(mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result)
+    view = ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result)
     show_app(view)
 
 
@@ -188,8 +187,7 @@ def screenshot(
     ValueError
         If there is no such direction or subject.
     """
-    mesh = check_mesh(result.vertices, result.faces)
-    picture_of(mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
+    picture_of(result.mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
 
 
 def picture_of(

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....descent.energies.harmonic import harmonic_energy
 from ....io import certify_radius, write_map
-from ....maps.repair_foldings import repair_foldings
+from ....maps.given_sphere import repair_foldings
 from ....result import findings
 from ....sphere.rows import unit_rows
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion

@@ -1,0 +1,229 @@
+"""The methods of `spherical_conformal_map`, each a function of a checked mesh and the record of its options."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from ..descent.algorithm_1 import CayleyBB
+from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.gu_yau import ProjectedDescent, step_metric
+from ..descent.minimize import Minimum, minimize
+from ..descent.preconditioned import harmonic_map
+from ..descent.problem import Problem, harmonic_problem
+from ..errors import MapError
+from ..mesh.arrays import ComplexArray, FloatArray, check_directions
+from ..mesh.check import Mesh
+from ..mesh.measure import vertex_normals
+from ..operators.laplacian import Operators, build_operators, laplacian, usable_laplacian
+from ..result.run import Iterate, Listener, Round, Run, Status
+from ..result.sphere_map import SphereMap
+from ..sphere.gauge import fix_gauge
+from ..sphere.moebius import center
+from ..sphere.rows import unit_rows
+from ..start.flat_metric import FlatMetric, flat_metric, lay_out
+from ..start.punctured import candidate_faces, dipole_map, to_sphere
+from ..untangle.algorithm_2 import unfold
+from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
+from ..untangle.polish import polish_map
+from ..untangle.untangle import untangle
+from ..verify.certificate import certify_checked
+from .options import Auto, Descent, GuYau, Lai2014, Method, Stereographic
+
+#: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
+_PROJECTIONS = 40
+
+
+def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
+         start: FloatArray | None = None) -> SphereMap:
+    """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
+
+    The map is certified free of foldings, unless a listener stopped it.
+    """
+    if operators is None:
+        operators = build_operators(mesh, options.backend)
+    minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
+                           listener=listener)
+    x = fix_gauge(mesh, minimum.last.x)
+    run = Run(minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes)
+    found = SphereMap(mesh, x, certify_checked(x, mesh.f), run)
+    if found.status is Status.STOPPED:
+        return found
+    try:
+        found = untangle(found, operators, listener, centred=options.gauge == "centred", effort=options.effort)
+    except StopIteration:
+        return replace(found, run=replace(run, status=Status.STOPPED))
+    if options.polish is not None:
+        x = polish_map(mesh, found.sphere, options.effort)
+        x = x if found.gauge == "poles" else restore_gauge(mesh, x)
+        run = replace(found.run, energy=HarmonicEnergy(operators.L).evaluate(x)[0])
+        found = replace(found, sphere=x, certificate=certify_checked(x, mesh.f), run=run)
+    return replace(found, run=replace(found.run, notes=(*found.notes, *_remarks(found))))
+
+
+def _remarks(found: SphereMap) -> Iterator[str]:
+    """What sets a map apart from others, for its notes."""
+    if found.gauge == "centred" and is_off_centre(found.mesh, found.sphere):
+        yield "not Moebius-centred, which would fold huge faces or spoil their angles"
+    elif found.gauge == "poles":
+        yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
+    if found.stretch > 1:
+        yield f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter"
+
+
+def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:
+    """The paper: Algorithm 2 around Algorithm 1, from the Gauss map, or from another start, of unit rows."""
+    energy = HarmonicEnergy.of(mesh, options.weights)
+    problem = Problem.of(mesh, energy)
+    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, keep_injective=True)
+
+    def algorithm_1(first: Iterate) -> Minimum:
+        return minimize(solver.iterates(problem, first.x), tolerance=options.tolerance,
+                        max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
+                        round=first.round)
+
+    x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
+    projections = _PROJECTIONS if options.weights == "delaunay" else 1
+    x, run = unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener, projections)
+    return in_gauge(mesh, x, run)
+
+
+def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
+    """The baseline that the paper compares with: Gu and Yau's descent, from the Gauss map over the Tutte map."""
+    harmonic = harmonic_problem(mesh)
+    rounds: list[Round] = []
+
+    def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
+        began = time.perf_counter()
+        start = Iterate(name, len(rounds), 0, x, harmonic.energy.evaluate(x)[0])
+        problem = Problem.of(mesh, HarmonicEnergy(L), step_metric(L))
+        minimum = minimize(
+            ProjectedDescent(options.step, stage).iterates(problem, x),
+            tolerance=options.tolerance,
+            plateau=plateau,
+            max_iterations=options.max_iterations,
+            listener=listener,
+            round=len(rounds),
+        ).centred(harmonic)
+        rounds.append(minimum.as_round(mesh, start, time.perf_counter() - began))
+        return minimum
+
+    name, x = "gauss map", vertex_normals(mesh.v, mesh.f)
+    if options.tutte:
+        minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
+        name, x = "tutte map", minimum.last.x
+    if not options.tutte or minimum.status is not Status.STOPPED:
+        minimum = descend(name, x, "harmonic", usable_laplacian(mesh), options.plateau)
+    return in_gauge(mesh, minimum.last.x, Run(minimum.status, minimum.last.energy, rounds=tuple(rounds)))
+
+
+def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> SphereMap:
+    """The punctured-plane baselines: a conformal map to the plane, then inverse stereographic projection.
+
+    The notes name the face, and the Newton steps.
+    """
+    faces = candidate_faces(mesh) if options.puncture is None else iter([_checked_face(mesh, options.puncture)])
+    operators = build_operators(mesh, options.backend)
+    if options.plane == "laplace-beltrami":
+        face = next(faces)
+        z, notes = dipole_map(mesh, operators, face), [f"face {face} is punctured"]
+    else:
+        z, notes = _flattened(mesh, operators, faces, options)
+    x = _lifted(z, mesh.A)
+    energy = HarmonicEnergy(operators.L).evaluate(x)[0]
+    status = Status.CONVERGED
+    try:
+        listener(Iterate("stereographic", 0, 1, x, energy))
+    except StopIteration:
+        status = Status.STOPPED
+    run = Run(status, energy, backend=operators.factor.backend, notes=(*operators.notes, *notes))
+    return in_gauge(mesh, x, run)
+
+
+def _flattened(
+    mesh: Mesh, operators: Operators, faces: Iterator[int], options: Stereographic
+) -> tuple[ComplexArray, list[str]]:
+    """The conformally equivalent plane map that breaks the fewest faces, and notes on it."""
+    best: tuple[int, FlatMetric] | None = None
+    for face in faces:
+        first = to_sphere(dipole_map(mesh, operators, face), mesh.A)
+        flat = flat_metric(mesh, int(mesh.f[face, 0]), first, tolerance=options.tolerance,
+                           max_iterations=options.max_iterations)
+        if best is None or len(flat.broken) < len(best[1].broken):
+            best = face, flat
+        if not len(flat.broken):
+            break
+    assert best is not None
+    face, flat = best
+    notes = [f"face {face} is punctured, {flat.iterations} Newton steps to a flat metric"]
+    if len(flat.broken):
+        notes.append(
+            f"no flat metric at {len(flat.broken)} faces, whose sides break the triangle inequality, e.g. "
+            f"{', '.join(map(str, flat.broken[:3].tolist()))}"
+        )
+    return lay_out(flat), notes
+
+
+def _checked_face(mesh: Mesh, face: int) -> int:
+    """The face, if there is one of that number."""
+    if face not in range(len(mesh.f)):
+        raise ValueError(f"there is no face {face} to puncture: the mesh has faces 0 to {len(mesh.f) - 1}")
+    return int(face)
+
+
+def _lifted(z: ComplexArray, A: FloatArray) -> FloatArray:
+    """The sphere map of a plane map of which one vertex may lie at infinity, centred."""
+    near = np.isfinite(z)
+    if near.sum() < len(z) - 1:
+        raise MapError("the plane map is not finite; puncture another face")
+    x = np.tile([0.0, 0.0, -1.0], (len(z), 1))
+    x[near] = to_sphere(z[near], A[near])
+    return center(x, A)
+
+
+def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Descent, listener: Listener) -> SphereMap:
+    """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
+    began = time.perf_counter()
+    solver = CayleyBB(keep_injective=options.keep_injective)
+    minimum = minimize(solver.iterates(problem, x), tolerance=options.tolerance, max_iterations=options.max_iterations,
+                       plateau=options.plateau, listener=listener)
+    y = minimum.last.x
+    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
+    rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
+    run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
+    if problem.gauge:
+        return in_gauge(mesh, y, run)
+    return SphereMap(mesh, y, certify_checked(y, mesh.f), replace(run, gauge="free"))
+
+
+def start_of(mesh: Mesh, x: ArrayLike | None) -> tuple[str, FloatArray]:
+    """Name and map to start from: the given one, or the conformal map."""
+    if x is None:
+        return "conformal map", auto(mesh, Auto()).sphere
+    return "given map", check_start(x, len(mesh.v))
+
+
+#: What maps a mesh, by the record of its options.
+SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
+    Auto: auto, Lai2014: lai2014, GuYau: gu_yau, Stereographic: stereographic}
+
+
+def in_gauge(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
+    """The map in the gauge of the result, certified; what only the last rotation folds is repaired."""
+    y = fix_gauge(mesh, x)
+    certificate = certify_checked(y, mesh.f)
+    if not certificate.folding_free and certify_checked(x, mesh.f).folding_free:
+        y = repair_locally(mesh, y)
+        certificate = certify_checked(y, mesh.f)
+        run = replace(run, notes=(*run.notes, "the rounding of the last rotation folded faces, which were repaired"))
+    return SphereMap(mesh, y, certificate, run)
+
+
+def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:
+    """Rows scaled to unit length; a MeshError if one of `n` is missing, zero or not finite."""
+    return unit_rows(check_directions(x, n, name))  # eq. (4)
