@@ -11,11 +11,10 @@ from ..balance.family import Family
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.timings import stage, timed
-from ..result.run import History, Listener, Round, Status
+from ..result.run import History, Listener, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import turn_to_gauss_map
 from ..verify.certificate import certify_checked
-from ..verify.distortion import mesh_angle_differences
 from .options import Method
 from .spherical_conformal_map import spherical_conformal_map
 
@@ -153,9 +152,6 @@ def balance_map(family: Family, result: SphereMap, balance: float, listener: Lis
         x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)
     own = history.complete(conformal.run, conformal.method, conformal.settings | {"balance": float(balance)})
     value = HarmonicEnergy.of(mesh).evaluate(x)[0]
-    mean_angle = float(np.abs(mesh_angle_differences(mesh, x)).mean())
-    last = Round(len(conformal.rounds), "conformal map", 0, certificate.foldings, len(history.steps), value, mean_angle,
-                 status, own.seconds)
-    run = replace(own, status=status, energy=value, notes=notes, gauge="turned", rounds=(*conformal.rounds, last),
+    run = replace(own, status=status, energy=value, notes=notes, gauge="turned", rounds=conformal.rounds,
                   history=conformal.history + own.history, seconds=conformal.seconds + own.seconds)
     return SphereMap(mesh, x, certificate, run, conformal)

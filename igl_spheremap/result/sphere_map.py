@@ -216,9 +216,15 @@ ROUNDS = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
 
 
 def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
-    """Figures of each round as texts, under the header `ROUNDS`."""
-    return [
+    """Figures of each round as texts, under the header `ROUNDS`; the last row is that of the result."""
+    rows: list[tuple[str, ...]] = [
         (str(each.round), each.start, f"{each.foldings_before:,} -> {each.foldings_after:,}", f"{each.iterations:,}",
          f"{each.energy:.6f}", f"{each.mean_angle_difference:.3g}")
         for each in result.rounds
     ]
+    mean = angles(result.angle_differences()).numbers["angle_differences"]["mean"]
+    outcome = (f"{result.energy:.6f}", f"{mean:.3g}")
+    if rows and rows[-1][-2:] != outcome:  # balanced, polished or turned since
+        folded = f"{result.rounds[-1].foldings_after:,} -> {result.certificate.foldings:,}"
+        rows.append(("", "the last round", folded, "", *outcome))
+    return rows
