@@ -81,7 +81,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
 
 
 def read_sphere(path: PathLike) -> LoadedMesh:
-    """Read the image of a map: the sphere of an NPZ file that holds a map, the mesh of any other file.
+    """Read the image of a map: the sphere of an NPZ or PLY file that holds both surfaces, the mesh of any other file.
 
     Parameters
     ----------
@@ -98,15 +98,15 @@ def read_sphere(path: PathLike) -> LoadedMesh:
     FileError, MeshError
         As from `read_mesh`.
     """
-    return _read(Path(path), "sphere")
+    return _read(Path(path), sphere=True)
 
 
-def _read(path: Path, *names: str, triangulate: bool = False) -> LoadedMesh:
-    """Read a file; of an archive, take the first of these names that it holds as positions."""
+def _read(path: Path, sphere: bool = False, triangulate: bool = False) -> LoadedMesh:
+    """Read a file; the sphere, if it is asked for, of one that holds a map."""
     with reading(path):
-        kind = format_of(path)
-        raw = npz.read(path, *names) if kind is npz.FORMAT else kind.read(path)
-        v, f = check_rows(raw.v, name="vertices"), raw.faces.triangles(triangulate)
+        raw = format_of(path).read(path)
+        positions = raw.sphere if sphere and raw.sphere is not None else raw.v
+        v, f = check_rows(positions, name="vertices"), raw.faces.triangles(triangulate)
         return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
 
 

@@ -28,14 +28,14 @@ _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.r
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
 
 
-def read(path: Path, *names: str) -> RawMesh:
-    """The mesh of an archive: positions by the first of these names that it holds; by default a map's source."""
+def read(path: Path) -> RawMesh:
+    """The mesh of an archive, or source and sphere of a map."""
     arrays = read_arrays(path)
-    name = next((name for name in (*names, "vertices") if name in arrays), None)
-    if name is None or "faces" not in arrays:
+    v = arrays.get("vertices", arrays.get("sphere"))
+    if v is None or "faces" not in arrays:
         raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
                         "save them under these names")
-    return RawMesh(arrays[name], of_triangles(arrays["faces"]))
+    return RawMesh(v, of_triangles(arrays["faces"]), sphere=arrays.get("sphere"))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -110,4 +110,4 @@ def _unpack(known: dict[str, Any]) -> Run:
                           "rounds": rounds, "notes": tuple(known["notes"])})
 
 
-FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",))
+FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",), both=True)

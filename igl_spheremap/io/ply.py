@@ -1,115 +1,257 @@
-"""PLY, text and binary of either byte order, by plyfile; written as binary doubles, which are exact.
+"""PLY, text and binary of either byte order; written as binary doubles, which are exact.
 
-plyfile handles one row at a time, in Python: 20 us for a face in text, 4 us for one that it reads or writes in binary.
-So text is read as that of OFF files, binary triangles and quads are read at once, and plyfile writes the header only.
+A surface with its map has six coordinates a vertex: ``x y z``, and ``px py pz`` on the sphere, as Moebius registration
+(Baden, Crane and Kazhdan 2018) reads and writes them.
 """
 
 from __future__ import annotations
 
 import re
-from io import BytesIO
+from array import array
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..errors import MeshError, import_optional
+from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Format, Metadata, Polygons, RawMesh
-from .text import counted_indices, numbers, read_rows
+from .text import TextRows, counted_indices, numbers, read_rows
 
 _HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)
-_COUNT = re.compile(rb"^(element[ \t]+\S+)[ \t]+(-?\d+)$", re.MULTILINE)
-_LONGEST = 1 << 16  # bytes of a header, which plyfile reads one by one
+_LONGEST = 1 << 16  # bytes of a header
+_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
+    "double": "f8", "float64": "f8",
+}  # fmt: skip
+_NAMES = {"u1": "uchar", "i1": "char", "u2": "ushort", "i2": "short", "u4": "uint", "i4": "int", "f4": "float",
+          "f8": "double"}
 _CORNERS = ("vertex_indices", "vertex_index")
+_POSITIONS, _SPHERE = ("x", "y", "z"), ("px", "py", "pz")
+
+
+@dataclass(frozen=True)
+class PlyProperty:
+    """A number of each row, or a list of numbers whose count has a type of its own."""
+
+    name: str
+    type: np.dtype[Any]
+    count: np.dtype[Any] | None = None
+
+
+@dataclass
+class PlyElement:
+    """A table of the file: its name, the number of its rows, and its columns."""
+
+    name: str
+    size: int
+    properties: list[PlyProperty] = field(default_factory=list)
+
+    def index(self, name: str) -> int:
+        """The place of a column, -1 if there is none of that name."""
+        return next((k for k, each in enumerate(self.properties) if each.name == name), -1)
 
 
 def read(path: Path) -> RawMesh:
-    """The positions and faces of a PLY file, whatever else it holds."""
-    plyfile = import_optional("plyfile", "PLY")
+    """Positions, faces, and the sphere, of a PLY file, whatever else it holds."""
     data = path.read_bytes()
     found = _HEADER.match(data[:_LONGEST])
     if found is None:
         raise MeshError("damaged: no PLY header; check that the file is what its name says")
-    text = b"\n".join(line.strip() for line in found[0].split(found[1]))
-    header = text.decode("ascii", "replace").encode("ascii", "replace")  # comments may hold any bytes
-    layout = plyfile.PlyData.read(BytesIO(_COUNT.sub(rb"\1 0", header)))  # elements without rows
-    sizes = [int(size) for _, size in _COUNT.findall(header)]
-    for element, size in zip(layout, sizes, strict=True):
-        least = len(element.properties) + (3 if element.name == "face" else 0)  # bytes of a row
-        fit = 0 <= size * max(1, least) <= len(data) - found.end()
-        check_complete(fit, f"{len(data) - found.end()} bytes", f"{size} rows of {element.name}")
-    corners = _corners(layout)
-    if layout.text:
-        return _read_text(data[found.end() :], layout, sizes, corners)
-    intact = header == found[0].replace(found[1], b"\n")  # else plyfile refuses the header
-    body = _read_binary(plyfile, str(path) if intact else BytesIO(header + data[found.end() :]), corners)
-    v, faces = np.column_stack([body["vertex"][axis] for axis in "xyz"]), body["face"][corners]
-    if faces.dtype != object:
-        return RawMesh(v, Polygons(faces.astype(np.int64).ravel(), np.full(len(faces), faces.shape[1])))
-    every = np.concatenate([np.empty(0, dtype=np.int64), *faces]).astype(np.int64)
-    return RawMesh(v, Polygons(every, np.array([len(face) for face in faces], dtype=np.int64)))
+    order, layout = _layout([line.decode("ascii", "replace") for line in found[0].split(found[1])])
+    body = data[found.end() :]
+    for element in layout:
+        least = sum(each.type.itemsize if each.count is None else each.count.itemsize for each in element.properties)
+        if not order:
+            least = len(element.properties)
+        fit = 0 <= element.size * max(1, least) <= len(body)
+        check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
+    vertex, face, corners = _mesh_elements(layout)
+    columns = [vertex.index(name) for name in (*_POSITIONS, *_SPHERE)]
+    columns = columns if min(columns) >= 0 else columns[:3]
+    x, faces = (_read_binary if order else _read_text)(body, order, layout, (vertex, columns), (face, corners))
+    return RawMesh(x[:, :3], faces, sphere=x[:, 3:] if len(columns) == 6 else None)
 
 
-def _read_binary(plyfile: Any, source: str | BytesIO, corners: str) -> Any:
-    """The file as plyfile reads it: at once where all faces have three corners or four, else face by face."""
-    for size in (3, 4):
+def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
+    """The byte order, empty for text, and the elements that a header announces."""
+    order: str | None = None
+    layout: list[PlyElement] = []
+    for line in lines[1:]:
         try:
-            return plyfile.PlyData.read(source, known_list_len={"face": {corners: size}})
-        except plyfile.PlyElementParseError:  # other polygons, or damage
-            if isinstance(source, BytesIO):
-                source.seek(0)
-    return plyfile.PlyData.read(source)
+            match line.split():
+                case ["format", kind, _]:
+                    order = _ORDERS[kind]
+                case ["element", name, size]:
+                    layout.append(PlyElement(name, int(size)))
+                case ["property", "list", count, kind, name]:
+                    if _type(count, order).kind == "f":
+                        raise ValueError
+                    layout[-1].properties.append(PlyProperty(name, _type(kind, order), _type(count, order)))
+                case ["property", kind, name]:
+                    layout[-1].properties.append(PlyProperty(name, _type(kind, order)))
+                case [] | ["comment" | "obj_info" | "end_header", *_]:
+                    continue
+                case _:
+                    raise ValueError
+        except (IndexError, KeyError, ValueError):
+            raise MeshError(f"damaged: the PLY header reads {line.strip()[:60]!a}; write the file anew") from None
+    if order is None:
+        raise MeshError("damaged: the PLY header announces no format; write the file anew")
+    return order, layout
 
 
-def _corners(layout: Any) -> str:
-    """The name of the list that holds the corners of faces; files without one, or without positions, are refused."""
+def _type(name: str, order: str | None) -> np.dtype[Any]:
+    return np.dtype(f"{order or '<'}{_TYPES[name]}")
+
+
+def _mesh_elements(layout: list[PlyElement]) -> tuple[PlyElement, PlyElement, int]:
+    """Vertices, faces, and which column holds the corners; files without these, or without positions, are refused."""
+    own = {element.name: element for element in layout}
     for name in ("vertex", "face"):
-        if name not in layout:
+        if name not in own:
             raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a "
                             "closed triangle mesh")
-    if not all(axis in layout["vertex"] for axis in "xyz"):
+    vertex, face = own["vertex"], own["face"]
+    if min(map(vertex.index, _POSITIONS)) < 0:
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
-    for name in _CORNERS:
-        if name in layout["face"]:
-            corners = layout["face"].ply_property(name)
-            if hasattr(corners, "list_dtype") and "f" not in corners.val_dtype:
-                return name
-    raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file anew")
+    corners = max(map(face.index, _CORNERS))
+    if corners < 0 or (found := face.properties[corners]).count is None or found.type.kind == "f":
+        raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
+                        "anew")
+    return vertex, face, corners
 
 
-def _read_text(text: bytes, layout: Any, sizes: list[int], corners: str) -> RawMesh:
-    rows, end = read_rows(text), np.cumsum(sizes)
+def _read_text(
+    body: bytes, order: str, layout: list[PlyElement], vertex: tuple[PlyElement, list[int]],
+    face: tuple[PlyElement, int],
+) -> tuple[FloatArray, Polygons]:  # fmt: skip
+    rows, end = read_rows(body), np.cumsum([element.size for element in layout])
     check_complete(len(rows) >= end[-1], f"{len(rows)} lines", f"{end[-1]}")
-    own = {element.name: rows[stop - size : stop] for element, size, stop in zip(layout, sizes, end, strict=True)}
-    columns = {name: [p.name for p in layout[name].properties] for name in ("vertex", "face")}
-    before = columns["face"][: columns["face"].index(corners)]
-    for name, scalars in (("vertex", columns["vertex"]), ("face", before)):
-        if any(hasattr(layout[name].ply_property(scalar), "list_dtype") for scalar in scalars):
-            raise MeshError(f"lists before {corners} or among the numbers of a vertex are not read from text; write it "
-                            "anew in binary")
-    v = numbers(own["vertex"], len(columns["vertex"]), "vertex")[:, [columns["vertex"].index(axis) for axis in "xyz"]]
-    return RawMesh(v, counted_indices(own["face"], len(before)))
+
+    def own(element: PlyElement, wanted: int) -> TextRows:
+        if any(each.count is not None for each in element.properties[:wanted]):
+            raise MeshError(f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
+                            "write it anew in binary")
+        stop = end[next(k for k, each in enumerate(layout) if each is element)]
+        return rows[stop - element.size : stop]
+
+    (vertices, columns), (faces, corners) = vertex, face
+    width = len(vertices.properties)
+    return numbers(own(vertices, width), width, "vertex")[:, columns], counted_indices(own(faces, corners), corners)
+
+
+def _read_binary(
+    body: bytes, order: str, layout: list[PlyElement], vertex: tuple[PlyElement, list[int]],
+    face: tuple[PlyElement, int],
+) -> tuple[FloatArray, Polygons]:  # fmt: skip
+    at = 0
+    for element in layout:
+        wanted = vertex[1] if element is vertex[0] else [face[1]] if element is face[0] else []
+        values, counts, at = _rows(body, at, element, wanted)
+        if element is vertex[0]:
+            x = np.column_stack([column.astype(np.float64) for column in values])
+        elif element is face[0]:
+            faces = Polygons(values[0].astype(np.int64), counts)
+    return x, faces
+
+
+def _rows(
+    body: bytes, at: int, element: PlyElement, wanted: list[int]
+) -> tuple[list[NDArray[Any]], IntArray, int]:
+    """The wanted columns of the rows that begin at a byte, the lengths of the last one's lists, and the rows' end.
+
+    All rows at once where lists are as long as in the first row, else row by row.
+    """
+    lengths = _first_lengths(body, at, element) if element.size else [0] * len(element.properties)
+    row = np.dtype([part for k, (each, length) in enumerate(zip(element.properties, lengths, strict=True))
+                    for part in ([] if each.count is None else [(f"count{k}", each.count)])
+                    + [(f"{k}", each.type, (length,))]])
+    end = at + element.size * row.itemsize
+    lists = [k for k, each in enumerate(element.properties) if each.count is not None]
+    if end <= len(body):
+        table = np.frombuffer(body, row, element.size, at)
+        if all((table[f"count{k}"] == lengths[k]).all() for k in lists):
+            counts = np.full(element.size, lengths[wanted[-1]] if wanted else 0, dtype=np.int64)
+            return [table[str(k)].ravel() for k in wanted], counts, end
+    if not lists:
+        raise MeshError(f"damaged: the file ends among the rows of {element.name}; it seems cut off, write it anew")
+    return _walk(body, at, element, wanted)
+
+
+def _first_lengths(body: bytes, at: int, element: PlyElement) -> list[int]:
+    """The numbers of values of each column in the first row."""
+    lengths = []
+    for each in element.properties:
+        length, at = _length(body, at, element, each)
+        at += length * each.type.itemsize
+        lengths.append(length)
+    return lengths
+
+
+def _length(body: bytes, at: int, element: PlyElement, column: PlyProperty) -> tuple[int, int]:
+    """How many values of a column begin at a byte, and where they begin."""
+    length = 1
+    if column.count is not None:
+        number = body[at : at + column.count.itemsize]
+        order = "big" if column.count.byteorder == ">" else "little"
+        length = int.from_bytes(number, order, signed=column.count.kind == "i")  # type: ignore[arg-type]
+        at += column.count.itemsize
+    if length < 0 or at + length * column.type.itemsize > len(body):
+        raise MeshError(f"damaged: {length} values of {column.name} in a row of {element.name}, where the file holds "
+                        "fewer; it seems cut off, write it anew")
+    return length, at
+
+
+def _walk(
+    body: bytes, at: int, element: PlyElement, wanted: list[int]
+) -> tuple[list[NDArray[Any]], IntArray, int]:
+    """What `_rows` returns, of rows with lists of different lengths."""
+    places = {k: (array("q"), array("q")) for k in wanted}  # where the values of each row begin, and how many there are
+    for _ in range(element.size):
+        for k, each in enumerate(element.properties):
+            length, at = _length(body, at, element, each)
+            if k in places:
+                places[k][0].append(at)
+                places[k][1].append(length)
+            at += length * each.type.itemsize
+    values, counts, flat = [], np.empty(0, dtype=np.int64), np.frombuffer(body, np.uint8)
+    for k in wanted:
+        dtype, (begins, counts) = element.properties[k].type, map(np.array, places[k])
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        first = np.repeat(begins, counts) + within * dtype.itemsize
+        values.append(flat[first[:, None] + np.arange(dtype.itemsize)].reshape(-1).view(dtype))
+    return values, counts, at
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write binary doubles, the mark as a comment, and the (n,) arrays of ``vertex_properties`` by name, as ``red``."""
-    plyfile = import_optional("plyfile", "PLY")
-    columns = {"x": v[:, 0], "y": v[:, 1], "z": v[:, 2]} | dict(metadata.get("vertex_properties", {}))
+    """Write binary doubles, and the mark as a comment.
+
+    The (n, 3) array ``sphere`` of the metadata goes beside the positions, and the (n,) arrays of ``vertex_properties``
+    behind them by name, as ``red``.
+    """
+    columns = dict(zip(_POSITIONS, v.T, strict=True))
+    if "sphere" in metadata:
+        columns |= dict(zip(_SPHERE, metadata["sphere"].T, strict=True))
+    columns |= metadata.get("vertex_properties", {})
     vertices = np.empty(len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()])
     for name, column in columns.items():
         vertices[name] = column
-    corners = ("vertex_indices", "<i4", (3,))
-    faces = np.empty(len(f), dtype=[("size", "u1"), corners])
-    faces["size"], faces["vertex_indices"] = 3, f
-    elements = [plyfile.PlyElement.describe(vertices, "vertex"),
-                plyfile.PlyElement.describe(np.empty(len(f), dtype=[corners]), "face")]
-    comments = [metadata["mark"]] if "mark" in metadata else []
+    faces = np.empty(len(f), dtype=[("size", "u1"), ("corners", "<i4", (3,))])
+    faces["size"], faces["corners"] = 3, f
+    comments = [f"comment {metadata['mark']}"] if "mark" in metadata else []
+    properties = [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns.items()]
+    head = ["ply", "format binary_little_endian 1.0", *comments, f"element vertex {len(v)}", *properties,
+            f"element face {len(f)}", f"property list uchar int {_CORNERS[0]}", "end_header"]
     with path.open("wb") as file:
-        file.write(f"{plyfile.PlyData(elements, byte_order='<', comments=comments).header}\n".encode())
+        file.write("".join(f"{line}\n" for line in head).encode("ascii"))
         file.write(vertices.tobytes())
         file.write(faces.tobytes())
 
 
-FORMAT = Format("PLY", (".ply",), read, write, magic=(b"ply\n", b"ply\r"))
+FORMAT = Format("PLY", (".ply",), read, write, magic=(b"ply\n", b"ply\r"), both=True)

@@ -58,11 +58,15 @@ def of_triangles(f: ArrayLike) -> Polygons:
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """What the reader of a format finds: positions of any dtype, polygons, and metadata that the writer can keep."""
+    """What the reader of a format finds: positions of any dtype, polygons, and metadata that the writer can keep.
+
+    ``sphere`` are the positions on the sphere of a file that holds a map.
+    """
 
     v: NDArray[Any]
     faces: Polygons
     metadata: Metadata = field(default_factory=dict)
+    sphere: NDArray[Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,4 +107,5 @@ class Format:
     radius: float = 1.0  # of spheres, by the custom of the format's users
     single: bool = False  # positions are held in float32
     ordered: bool = True  # vertices keep their order
+    both: bool = False  # a file can hold the sphere of its surface, too
     package: str = ""  # of an extra, without which files are neither read nor written

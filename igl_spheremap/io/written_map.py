@@ -159,6 +159,7 @@ def write_map(
     *,
     force: bool = False,
     radius: float | None = None,
+    surface: bool = False,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
@@ -177,6 +178,9 @@ def write_map(
     radius : float, optional
         Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and
         FreeSurfer, 1 elsewhere. NPZ files hold the unit sphere.
+    surface : bool
+        Write the surface with the sphere beside it, ``x y z`` and ``px py pz`` of a PLY file, as programs for Moebius
+        registration and dense correspondences read it. NPZ files hold both in any case.
     metadata : dict, optional
         As `read_mesh` gave it for the source; nothing by default.
 
@@ -189,7 +193,8 @@ def write_map(
     Raises
     ------
     FileError
-        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+        If the file exists and `force` is not set, it can't be written, or `surface` is set and its format holds no
+        sphere beside a surface; nothing is left behind.
 
     Examples
     --------
@@ -203,7 +208,7 @@ def write_map(
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path) is not npz.FORMAT:
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,
-                            metadata=known)
+                            surface=result.vertices if surface else None, metadata=known)
     with replacing(path, force) as partial:
         npz.write_map(partial, result, known)
         return _check_written(partial, path)
@@ -216,10 +221,13 @@ def write_sphere(
     *,
     force: bool = False,
     radius: float | None = None,
+    surface: FloatArray | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write unit rows and faces as `write_map` does."""
+    """Write unit rows and faces as `write_map` does, beside the positions of a surface if they are given."""
     kind = format_of(path)
+    if surface is not None and not kind.both:
+        raise FileError(f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz")
     known = {"geometric_type": "Spherical"} | structure_of(path) | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
@@ -227,7 +235,10 @@ def write_sphere(
         rounded = certified_float32(x, f, size)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
-        kind.write(partial, positions, f, known)
+        if surface is None:
+            kind.write(partial, positions, f, known)
+        else:
+            kind.write(partial, surface, f, known | {"sphere": positions})
         return replace(_check_written(partial, path), moved=moved)
 
 

@@ -108,7 +108,7 @@ def test_unknown_and_missing(tmp_path):
 
 @pytest.mark.parametrize(
     ("module", "name", "extra"),
-    [("nibabel", "a.gii", "io"), ("nibabel", "lh.pial", "io"), ("trimesh", "a.glb", "io"), ("plyfile", "a.ply", "")],
+    [("nibabel", "a.gii", "io"), ("nibabel", "lh.pial", "io"), ("trimesh", "a.glb", "io")],
 )
 def test_a_missing_package_is_named(module, name, extra, ball, tmp_path, monkeypatch):
     """With a command that installs it, from a clone of this package, too."""

@@ -7,9 +7,9 @@ import struct
 import numpy as np
 import pytest
 
-from igl_spheremap import MeshError
+from igl_spheremap import FileError, MeshError
 from igl_spheremap.draw.palette import colours
-from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.io import read_mesh, read_sphere, write_map, write_mesh
 from igl_spheremap.verify.distortion import vertex_maps
 
 
@@ -144,8 +144,8 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (TEXT.replace("vertex 3", "vertex 999999999999"), "cut off"),
         (TEXT.replace("vertex 3", "vertex 5"), "cut off"),
         (BINARY.replace(b"vertex 3", b"vertex 999999999999"), "cut off"),
-        (BINARY.replace(b"face 1", b"face 3"), "early end-of-file"),
-        (BINARY.replace(b"face 1", b"face 40"), "49 bytes follow where 40 rows of face"),
+        (BINARY.replace(b"face 1", b"face 3"), "values of vertex_indices in a row of face"),
+        (BINARY.replace(b"face 1", b"face 40"), "where the file holds fewer"),
         (BINARY.replace(b"face 1", b"face -1"), "-1 rows of face"),
         (TEXT.replace("face 1", "face -1"), "-1 rows of face"),
         (BINARY.replace(b"list uchar", b"list char").replace(b"\x03\0\0\0\0", b"\xff\0\0\0\0"), "vertex_indices"),
@@ -156,9 +156,9 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (TEXT.replace("element face", "element cell"), "no face element"),
         (TEXT.replace("property float z", "property float w"), "no x, y, z"),
         (TEXT.replace("ascii 1.0", "morse 1.0"), "morse"),
-        (TEXT.replace("vertex 3", "vertex many"), "expected integer count"),
+        (TEXT.replace("vertex 3", "vertex many"), "element vertex many"),
         (TEXT.replace("property float x", "property complex x"), "complex"),
-        (BINARY.replace(b"list uchar", b"list \xf5char"), "\\?char"),
+        (BINARY.replace(b"list uchar", b"list \xf5char"), "ufffdchar"),
         (TEXT.replace("end_header\n", ""), "no PLY header"),
         ("ply\n" + "x" * 300000, "no PLY header"),
     ],
@@ -166,3 +166,39 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
 def test_the_fault_is_named(data, words, tmp_path):
     with pytest.raises(MeshError, match=words):
         read(tmp_path, data)
+
+
+def test_a_sphere_beside_its_surface_is_written_and_read(result, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    path = tmp_path / "both.ply"
+    check = write_map(path, result, surface=True)
+    assert check.certificate.folding_free
+    assert b"property double z\nproperty double px\nproperty double py\nproperty double pz\n" in path.read_bytes()[:400]
+    assert np.array_equal(read_mesh(path).v, result.vertices)
+    assert np.array_equal(read_sphere(path).v, result.sphere)
+    assert np.array_equal(trimesh.load(path, process=False).vertices, result.vertices)
+    with pytest.raises(FileError, match="no sphere beside"):
+        write_map(tmp_path / "both.obj", result, surface=True)
+    assert not (tmp_path / "both.obj").exists()
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"])
+def test_a_sphere_of_moebius_registration_is_read(order, ball, tmp_path):
+    """As its SphereMap writes: floats, colours behind."""
+    v, f = ball
+    kind = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    floats = "".join(f"property float {name}\n" for name in ("x", "y", "z", "px", "py", "pz"))
+    colours = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    head = (f"ply\nformat {kind} 1.0\nelement vertex {len(v)}\n{floats}{colours}element face {len(f)}\n"
+            "property list uchar int vertex_indices\nend_header\n").encode()
+    rows = np.column_stack([v * [1, 2, 3], v]).astype("f4")
+    if order:
+        body = b"".join(struct.pack(f"{order}6f3B", *row, 1, 2, 3) for row in rows.tolist())
+        body += b"".join(struct.pack(f"{order}B3i", 3, *face) for face in f.tolist())
+    else:
+        body = "".join(" ".join(map(repr, row)) + " 1 2 3\n" for row in rows.tolist()).encode()
+        body += "".join("3 {} {} {}\n".format(*face) for face in f.tolist()).encode()
+    (tmp_path / "a.ply").write_bytes(head + body)
+    assert np.array_equal(read_mesh(tmp_path / "a.ply").v, rows[:, :3])
+    assert np.array_equal(read_sphere(tmp_path / "a.ply").v, rows[:, 3:])
+    assert np.array_equal(read_sphere(tmp_path / "a.ply").f, f)

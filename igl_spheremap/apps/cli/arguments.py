@@ -145,6 +145,7 @@ MAPPING = (
              type=COUNT),
     argument("--radius", "R", "of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
              type=POSITIVE),
+    switch("--with-surface", help="write the surface with the sphere beside it: x y z px py pz of a .ply file"),
     argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"),
     argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
     switch("--timings", help="print the time of each stage"),

@@ -38,6 +38,7 @@ from igl_spheremap.maps.spherical_conformal_map import spherical_conformal_map
         (["info", SAMPLE, "--keep-largest"], 64),
         (["map", SAMPLE, "a.obj", "--radius", "-1"], 64),
         (["map", SAMPLE, "a.npz", "--radius", "2"], 64),
+        (["map", SAMPLE, "a.obj", "--with-surface"], 64),
         (["info", "missing.obj"], 74),
         (["map", SAMPLE, "a.xyz"], 74),
         (["map", SAMPLE, "nowhere/a.obj"], 74),

@@ -103,12 +103,16 @@ def _map_by(
     _check_reports(args)
     if args.radius is not None and target_format(args).name == "NPZ":
         raise UsageError("--radius: an .npz file holds the unit sphere; write another format")
+    if args.with_surface and not target_format(args).both:
+        raise UsageError(f"--with-surface: {target_format(args).name} files hold no sphere beside a surface; write a "
+                         ".ply file")
     source = load_source(args)
     recording = Recording(source.f) if args.report is not None or args.plot is not None else None
     result, interrupted = _map(source, args, solve, recording)
     written = write_target(
         args,
-        lambda path: write_map(path, result, force=args.force, radius=args.radius, metadata=source.metadata),
+        lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
+                               metadata=source.metadata),
     )
     if recording is not None:
         _write_reports(args, source, result, recording)

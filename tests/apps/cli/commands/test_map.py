@@ -308,3 +308,10 @@ def test_timings_are_printed_and_are_figures(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert figures["timings"]
     assert all(f"  {name}\n" in printed for name in (*figures["timings"], "other"))
+
+
+def test_a_surface_is_written_with_its_sphere_beside_it(tmp_path):
+    path = str(tmp_path / "both.ply")
+    assert main(["map", "sample:spheroid:n_vertices=300", path, "--with-surface", "-q"]) == 0
+    assert main(["check", "sample:spheroid:n_vertices=300", path, "-q"]) == 0
+    assert np.array_equal(read_mesh(path).v, ism.samples.make("spheroid", n_vertices=300)[0])
