@@ -2,7 +2,7 @@
 
 import pytest
 
-EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz")
+EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz", "ball.vtk", "ball.vtp")
 ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal")
 ALL = (*EXACT, *ROUNDED, "ball.stl")
 

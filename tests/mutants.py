@@ -49,12 +49,13 @@ def read_polygons(path):
 #: The readers, and the names of files that each is tried on.
 READERS = {
     read_mesh: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.stl", "text.stl", "ball.npz", "ball.glb",
-                "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal"),
-    read_polygons: ("ball.obj", "ball.off", "ball.ply", "text.ply"),
+                "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal", "ball.vtk", "text.vtk",
+                "new.vtk", "ball.vtp", "text.vtp", "raw.vtp", "mixed.ply"),
+    read_polygons: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.vtk", "text.vtk", "mixed.ply"),
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
-    read_scalars: ("data.npz", "data.shape.gii", "lh.data"),
+    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "point.vtk", "point.vtp", "packed.vtp"),
     read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
 }
 CASES = [(reader, name) for reader, names in READERS.items() for name in names]
@@ -78,6 +79,18 @@ def write_sound(folder, name):
         rows = lines("{} {} {}\n", v) + lines("3 {} {} {}\n", f)
         path.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(v)}\nproperty float x\nproperty float y\nproperty "
                         f"float z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n{rows}")
+    elif name == "mixed.ply":
+        path.write_bytes(f"ply\nformat binary_big_endian 1.0\nelement vertex {len(v)}\nproperty list uchar short n\n"
+                         "property float x\nproperty float y\nproperty float z\nelement face 2\nproperty int k\n"
+                         "property list uchar int vertex_indices\nend_header\n".encode()
+                         + b"".join(struct.pack(f">B{k % 3}h3f", k % 3, *[7] * (k % 3), *x) for k, x in enumerate(v))
+                         + struct.pack(">iB3iiB4i", 1, 3, 0, 1, 2, 1, 4, 0, 1, 2, 3))
+    elif name in ("text.vtk", "new.vtk"):
+        path.write_text(legacy_polygons(v, f, new=name == "new.vtk"))
+    elif name in ("text.vtp", "raw.vtp", "packed.vtp"):
+        path.write_bytes(xml_polygons(v, f, name))
+    elif name.startswith("point"):
+        write_mesh(path, v, f, metadata={"point_data": {"height": v[:, 2], "vector": v.astype("f4")}})
     elif name == "text.stl":
         path.write_text("solid\n" + lines("facet\n" + "vertex {} {} {}\n" * 3 + "endfacet\n", v[f].reshape(-1, 9))
                         + "endsolid\n")
@@ -86,6 +99,45 @@ def write_sound(folder, name):
     data = path.read_bytes()
     path.unlink()
     return data
+
+
+def legacy_polygons(v, f, new):
+    """A .vtk file as text, in the layout of version 5 or an older one, with what else such a file holds."""
+    points = lines("{} {} {}\n", v)
+    ends, fives, ones = (" ".join(map(str, row)) for row in (range(0, f.size + 1, 3), [5] * len(v), [1] * len(v)))
+    cells = f"POLYGONS {len(f)} {4 * len(f)}\n" + lines("3 {} {} {}\n", f)
+    if new:
+        cells = f"POLYGONS {len(f) + 1} {f.size}\nOFFSETS vtktypeint64\n{ends}\nCONNECTIVITY vtktypeint64\n"
+        cells += lines("{} {} {}\n", f)
+    return (f"# vtk DataFile Version {5.1 if new else 4.2}\ntitle\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"
+            f"s 1 1 string\na%20b\nPOINTS {len(v)} float\n{points}{cells}METADATA\nINFORMATION 0\n\n"
+            f"POINT_DATA {len(v)}\nSCALARS s short 1\nLOOKUP_TABLE default\n{fives}\nVECTORS w double\n{points}"
+            f"FIELD FieldData 1\nb 1 {len(v)} bit\n{ones}\n")
+
+
+def xml_polygons(v, f, name):
+    """A .vtp file with its arrays as text, appended as they are, or packed."""
+    arrays, appended = {}, b""
+    contents = {"Points": v, "connectivity": f.ravel(), "offsets": np.arange(3, f.size + 1, 3), "h": v[:, 2]}
+    for key, values in contents.items():
+        kind, width = {"i": "Int64", "f": "Float64"}[values.dtype.kind], 3 if values.ndim == 2 else 1
+        head = f'<DataArray type="{kind}" Name="{key}" NumberOfComponents="{width}" format='
+        block = values.tobytes()
+        if name == "text.vtp":
+            arrays[key] = f'{head}"ascii">{" ".join(map(repr, values.ravel().tolist()))}</DataArray>'
+        elif name == "raw.vtp":
+            arrays[key] = f'{head}"appended" offset="{len(appended)}"/>'
+            appended += struct.pack("<I", len(block)) + block
+        else:
+            packed = zlib.compress(block)
+            sizes = base64.b64encode(struct.pack("<4I", 1, len(block), 0, len(packed)))
+            arrays[key] = f'{head}"binary">{(sizes + base64.b64encode(packed)).decode()}</DataArray>'
+    compressor = ' compressor="vtkZLibDataCompressor"' if name == "packed.vtp" else ""
+    tail = b'<AppendedData encoding="raw">\n_' + appended + b"\n</AppendedData>\n" if appended else b""
+    return (f'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"{compressor}>'
+            f'<PolyData><Piece NumberOfPoints="{len(v)}" NumberOfPolys="{len(f)}"><PointData>{arrays["h"]}</PointData>'
+            f'<Points>{arrays["Points"]}</Points><Polys>{arrays["connectivity"]}{arrays["offsets"]}</Polys></Piece>'
+            "</PolyData>").encode() + tail + b"</VTKFile>\n"
 
 
 def mutant(data, rng):
@@ -109,6 +161,12 @@ def mutant(data, rng):
         tree = damage(data[20 : 20 + size], rng)
         rest = data[20 + size :]
         return struct.pack("<4sIIII", b"glTF", 2, 20 + len(tree) + len(rest), len(tree), 0x4E4F534A) + tree + rest
+    blocks = list(re.finditer(rb'(?<="binary">)([\w+/=]+)(?=</DataArray>)', data))
+    if blocks:
+        block, compressed = blocks[rng.integers(len(blocks))], b"compressor" in data
+        sizes = 24 if compressed else 0  # characters of the sizes, which have an encoding of their own
+        inner = base64.b64encode(damage(base64.b64decode(block[1][sizes:]), rng))
+        return data[: block.start(1) + sizes] + inner + data[block.end(1) :]
     blocks = list(re.finditer(rb"<Data>([^<]+)</Data>", data))
     if blocks:
         block = blocks[rng.integers(len(blocks))]

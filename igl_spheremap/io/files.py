@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import FileError
 from ..mesh.arrays import check_rows, check_triangles
-from . import freesurfer, gifti, gltf, npz, ply, stl, text
+from . import freesurfer, gifti, gltf, npz, ply, stl, text, vtk, vtp
 from .gifti import structure_of
 from .reading import reading
 from .records import Format, LoadedMesh, Metadata, PathLike
@@ -17,7 +17,8 @@ from .replacing import replacing
 
 #: All formats. A further one is a module with its Format, and a name here.
 FORMATS: tuple[Format, ...] = (
-    text.OBJ, text.OFF, ply.FORMAT, stl.FORMAT, gltf.FORMAT, gifti.FORMAT, freesurfer.FORMAT, npz.FORMAT,
+    text.OBJ, text.OFF, ply.FORMAT, stl.FORMAT, vtk.FORMAT, vtp.FORMAT, gltf.FORMAT, gifti.FORMAT, freesurfer.FORMAT,
+    npz.FORMAT,
 )
 
 
@@ -49,7 +50,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Parameters
     ----------
     path : str or path-like
-        An OBJ, OFF, PLY, STL, glTF, GIFTI, FreeSurfer or NPZ file.
+        An OBJ, OFF, PLY, STL, VTK, VTP, glTF, GIFTI, FreeSurfer or NPZ file.
     triangulate : bool
         Cut polygons into triangles; by default they are refused.
 
@@ -115,7 +116,7 @@ def write_mesh(
 ) -> None:
     """Write a triangle mesh; the end of the file's name decides the format.
 
-    The file is written under a temporary name and renamed. OBJ, OFF, PLY and NPZ are exact; STL, glTF, GIFTI
+    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK, VTP and NPZ are exact; STL, glTF, GIFTI
     and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
 
     Parameters

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray
-from . import freesurfer, gifti, npz
+from . import freesurfer, gifti, npz, vtk, vtp
+from .files import format_of
 from .reading import reading
 from .records import Metadata, PathLike
 from .replacing import replacing
@@ -25,7 +26,8 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     Parameters
     ----------
     path : str or path-like
-        A .gii file, an .npz file with arrays of one dimension, or else a curvature file of FreeSurfer.
+        A .gii file, an .npz file with arrays of one dimension, a .vtk or .vtp file with point data, or else a curvature
+        file of FreeSurfer.
 
     Returns
     -------
@@ -92,4 +94,12 @@ def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], C
         return gifti.read_scalars, gifti.write_scalars
     if path.name.lower().endswith(".npz"):
         return npz.read_arrays, npz.write_arrays
+    if path.name.lower().endswith((*vtk.FORMAT.suffixes, *vtp.FORMAT.suffixes)):
+        return _point_data, freesurfer.write_scalars
     return freesurfer.read_scalars, freesurfer.write_scalars
+
+
+def _point_data(path: Path) -> dict[str, NDArray[Any]]:
+    """What a file of VTK holds over its points."""
+    data: dict[str, NDArray[Any]] = dict(format_of(path).read(path).metadata.get("point_data", {}))
+    return data
