@@ -23,7 +23,7 @@ from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
 from igl_spheremap.io import FORMATS
-from igl_spheremap.maps.spherical_conformal_map import spherical_conformal_map
+from igl_spheremap.maps.balanced import balanced_spherical_map
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_failures_within_are_reported_in_one_line(error, status, tmp_path, monke
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr(map_command, "spherical_conformal_map", fail)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", fail)
     assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == status
     one_line(capsys)
     assert os.listdir(tmp_path) == []
@@ -272,11 +272,11 @@ def test_of_two_programs_that_write_one_file_the_first_wins(tmp_path, monkeypatc
     target = tmp_path / "sphere.obj"
 
     def overtaken(*arguments, **options):
-        monkeypatch.setattr(map_command, "spherical_conformal_map", spherical_conformal_map)
+        monkeypatch.setattr(map_command, "balanced_spherical_map", balanced_spherical_map)
         assert main(["map", BALL, str(target), "-q"]) == 0
-        return spherical_conformal_map(*arguments, **options)
+        return balanced_spherical_map(*arguments, **options)
 
-    monkeypatch.setattr(map_command, "spherical_conformal_map", overtaken)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", overtaken)
     assert main(["map", SAMPLE, str(target)]) == 74
     assert "exists already" in one_line(capsys)
     assert main(["check", BALL, str(target), "-q"]) == 0
@@ -317,7 +317,7 @@ def test_an_interrupt_is_one_line_and_leaves_whole_files_only(words, stopped, tm
         pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
     v, f = samples.from_spec(SAMPLE.partition(":")[2])
-    write_mesh("folded.obj", -spherical_conformal_map(v, f).sphere, f)
+    write_mesh("folded.obj", -ism.spherical_conformal_map(v, f).sphere, f)
 
     def pressed(*arguments, **options):
         raise KeyboardInterrupt
@@ -338,7 +338,7 @@ def test_extras_are_asked_for_before_the_work(tmp_path, monkeypatch, capsys):
     missing = ("matplotlib", "nibabel")
     for name in {*missing, *(name for name in sys.modules if name.partition(".")[0] in missing)}:
         monkeypatch.setitem(sys.modules, name, None)
-    monkeypatch.setattr(map_command, "spherical_conformal_map", computed)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", computed)
     monkeypatch.setattr("igl_spheremap.apps.reproduce.runs.spherical_conformal_map", computed)
     for words, user in (
         (["map", SAMPLE, "out.gii"], "GIFTI needs nibabel"),

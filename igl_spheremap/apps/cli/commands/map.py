@@ -13,8 +13,9 @@ from ....draw.plot import FORMATS
 from ....errors import import_optional
 from ....io import SphereCheck, write_map
 from ....io.replacing import replacing
-from ....maps import balanced, landmarks, p_harmonic
-from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....maps.balanced import balanced_spherical_map
+from ....maps.landmarks import landmark_map
+from ....maps.p_harmonic import p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.timings import stage
 from ....result.findings import certificate_numbers
@@ -44,13 +45,8 @@ def run_map(args: Namespace) -> Exit:
     igl-spheremap map scan.stl sphere.ply --repair --keep-largest
     igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
     """
-    method = chosen_method(args)
-
-    def solve(v: FloatArray, f: IntArray, listener: Listener) -> SphereMap:
-        result = spherical_conformal_map(v, f, method, listener=listener)
-        return balanced.rebalance(result, args.balance, listener=listener) if args.balance else result
-
-    return _map_by(args, solve)
+    options = {"balance": args.balance, "method": chosen_method(args)}
+    return _map_by(args, lambda v, f, listener: balanced_spherical_map(v, f, listener=listener, **options))
 
 
 def run_p_harmonic(args: Namespace) -> Exit:
@@ -59,7 +55,7 @@ def run_p_harmonic(args: Namespace) -> Exit:
     igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4
     """
     options = _variational(args)
-    return _map_by(args, lambda v, f, listener: p_harmonic.p_harmonic_map(v, f, args.p, listener=listener, **options))
+    return _map_by(args, lambda v, f, listener: p_harmonic_map(v, f, args.p, listener=listener, **options))
 
 
 def run_landmarks(args: Namespace) -> Exit:
@@ -71,7 +67,7 @@ def run_landmarks(args: Namespace) -> Exit:
     options = _variational(args)
     return _map_by(
         args,
-        lambda v, f, listener: landmarks.landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
+        lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
         lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 

@@ -6,10 +6,8 @@ from pathlib import Path
 
 from ....errors import FoldingsRemain, MeshError
 from ....io import read_map
-from ....maps.balanced import rebalance
-from ....maps.spherical_conformal_map import spherical_conformal_map
+from ....maps.balanced import balanced_spherical_map
 from ....mesh.arrays import FloatArray, IntArray
-from ....mesh.check import check_mesh
 from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
@@ -30,10 +28,9 @@ def run_view(args: Namespace) -> None:
     open_for(args, "igl_spheremap")
     source, result, caption = _map(args)
     args.progress.close()
-    mesh = check_mesh(source.v, source.f)
     up = args.up or guess_up(source.name)
     panel = not (args.screenshot or args.video)
-    view = ResultView(mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
+    view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
     run_app(view, args)
 
 
@@ -54,9 +51,7 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
             pass
     args.progress.stage(f"mapping {source.name}")
     listener = args.progress.listener(source.f)
-    result = spherical_conformal_map(source.v, source.f, args.method, listener=listener)
-    if args.balance:
-        result = rebalance(result, args.balance, listener=listener)
+    result = balanced_spherical_map(source.v, source.f, args.balance, method=args.method, listener=listener)
     return source, result, caption_of(result)
 
 

@@ -14,7 +14,7 @@ import pytest
 from shell import SAMPLE, one_line
 
 import igl_spheremap as ism
-from igl_spheremap import samples, spherical_conformal_map
+from igl_spheremap import balanced_spherical_map, samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.inputs import read_points
@@ -87,12 +87,12 @@ def test_weights_reach_the_method(tmp_path, capsys):
 
 def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, monkeypatch):
     def mirrored(*arguments, **options):
-        result = spherical_conformal_map(*arguments, **options)
+        result = balanced_spherical_map(*arguments, **options)
         return dataclasses.replace(
             result, sphere=-result.sphere, certificate=certify(-result.sphere, result.faces)
         )
 
-    monkeypatch.setattr(map_command, "spherical_conformal_map", mirrored)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", mirrored)
     assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == 3
     assert "not folding-free" in capsys.readouterr().out
     assert main(["check", SAMPLE, str(tmp_path / "a.obj")]) == 3
@@ -102,12 +102,12 @@ def test_a_rounded_file_is_status_3_and_names_what_would_do(tmp_path, capsys, mo
     pytest.importorskip("nibabel")
 
     def crowded(*arguments, **options):
-        result = spherical_conformal_map(*arguments, **options)
+        result = balanced_spherical_map(*arguments, **options)
         i, j, _ = result.faces[0]
         result.sphere[j] = result.sphere[i] + 1e-9 * (result.sphere[j] - result.sphere[i])
         return result
 
-    monkeypatch.setattr(map_command, "spherical_conformal_map", crowded)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", crowded)
     assert main(["map", SAMPLE, str(tmp_path / "rh.sphere.conformal")]) == 0
     assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
 
@@ -154,9 +154,9 @@ def test_nothing_is_overwritten_without_force(sphere, capsys):
 def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
     def pressed(*arguments, listener, **options):
         signal.raise_signal(signal.SIGINT)
-        return spherical_conformal_map(*arguments, listener=listener, **options)
+        return balanced_spherical_map(*arguments, listener=listener, **options)
 
-    monkeypatch.setattr(map_command, "spherical_conformal_map", pressed)
+    monkeypatch.setattr(map_command, "balanced_spherical_map", pressed)
     before = signal.getsignal(signal.SIGINT)
     assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]) == 130
     assert signal.getsignal(signal.SIGINT) is before
