@@ -10,7 +10,7 @@ from ..mesh.arrays import FloatArray
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
-_LISTED = 10  # faces or vertices of each kind of fault that programs are given
+_FIRST = 10  # faces or vertices of each kind of fault that programs are given
 
 
 class Finding(NamedTuple):
@@ -31,7 +31,7 @@ def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
     numbers: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
     for name in ("flipped", "degenerate", "not_finite", "off_sphere"):
         where: Sequence[int] = getattr(certificate, name)
-        numbers[name] = {"count": len(where), "first": [int(i) for i in where[:_LISTED]]}
+        numbers[name] = {"count": len(where), "first": [int(i) for i in where[:_FIRST]]}
     return numbers
 
 

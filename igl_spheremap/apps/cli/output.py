@@ -23,6 +23,8 @@ from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "json", "plot")
+#: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
+LISTED = 20
 _WIDTH = 80
 _LABEL = 13
 _T = TypeVar("_T")

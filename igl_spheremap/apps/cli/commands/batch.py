@@ -14,13 +14,12 @@ from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, re
 from ..arguments import chosen_method
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
-from ..output import paragraph
+from ..output import LISTED, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
 _COSTS = {"seconds": "seconds", "memory": "memory in MB"}
 _QUANTILES = (0, 25, 50, 75, 99, 100)
-_LISTED = 20  # files that the summary names
 
 
 def run_batch(args: Namespace) -> Exit:
@@ -40,9 +39,8 @@ def run_batch(args: Namespace) -> Exit:
         if not args.quiet:
             args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
 
+    count = args.progress.count("mapping", len(sources))
     with Interrupt(announce) as interrupt:
-
-        count = args.progress.count("mapping", len(sources))
 
         def listen(row: Row) -> None:
             count(row.status == "certified", row.resumed)
@@ -120,11 +118,11 @@ def counts(rows: Sequence[Row], total: int) -> str:
     resumed = sum(row.resumed for row in rows)
     there = f", {resumed} were there already" if resumed else ""
     lines = [paragraph("certified", f"{len(rows) - len(bad)} of {total} files{there}")]
-    for row in bad[:_LISTED]:
+    for row in bad[:LISTED]:
         reason = row.notes.removeprefix(f"{row.source}: ") or f"{row.foldings} foldings remain"
         lines.append(paragraph(row.status, f"{row.source}: {reason}"))
-    if len(bad) > _LISTED:
-        lines.append(paragraph("", f"and {len(bad) - _LISTED} more"))
+    if len(bad) > LISTED:
+        lines.append(paragraph("", f"and {len(bad) - LISTED} more"))
     if len(rows) < total:
         lines.append(paragraph("interrupted", f"{total - len(rows)} files are left; run it again to continue"))
     return "\n".join(lines)
@@ -148,7 +146,7 @@ def _outliers(rows: Sequence[Row]) -> list[str]:
     lines = ["", paragraph("outliers", f"{len(found)} of {len(rows)} files: a figure more than {OUTLIER:g} "
                                        "interquartile ranges above the third quartile")]
     labels = list(FIGURES.items())
-    for k in found[:_LISTED]:
+    for k in found[:LISTED]:
         name, label = labels[int(beyond[k].argmax())]
         lines.append(paragraph("", f"{rows[k].source}: {label} {getattr(rows[k], name):.4g}"))
     return lines

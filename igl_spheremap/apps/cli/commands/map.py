@@ -28,11 +28,10 @@ from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import Findings, check_outputs, paragraph, target_format, write_target
+from ..output import LISTED, Findings, check_outputs, paragraph, target_format, write_target
 from ..progress import measures
 
 _LISTENING = "listening"
-_LISTED = 20  # landmarks that the summary lists
 
 
 def run_map(args: Namespace) -> Exit:
@@ -79,9 +78,9 @@ def _variational(args: Namespace) -> dict[str, Any]:
 def _misses(found: Findings, x: FloatArray, targets: FloatArray, vertices: IntArray) -> None:
     """Degrees between landmarks (k, 3) and their targets, in the order of the file."""
     misses = np.degrees(2 * np.arcsin(np.minimum(np.linalg.norm(x - unit_rows(targets), axis=1) / 2, 1)))
-    for k, miss in zip(vertices[:_LISTED], misses, strict=False):
+    for k, miss in zip(vertices[:LISTED], misses, strict=False):
         found.add(f"vertex {k}", f"misses its target by {miss:.3g} degrees")
-    more = f", and {len(misses) - _LISTED} more that --json lists" if len(misses) > _LISTED else ""
+    more = f", and {len(misses) - LISTED} more that --json lists" if len(misses) > LISTED else ""
     found.add("landmarks", f"miss by {misses.mean():.3g} degrees on average, at most {misses.max():.3g}{more}",
               landmarks=[{"vertex": k, "miss": miss} for k, miss in zip(vertices, misses, strict=True)])
 
