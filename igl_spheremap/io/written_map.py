@@ -21,7 +21,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
-from ..untangle.rounding import certified_float32
+from ..untangle.float32 import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
 from . import npz
 from .files import format_of, read_sphere

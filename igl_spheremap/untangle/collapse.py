@@ -132,7 +132,8 @@ class Complex:
         u, w = a - p, b - p
         det = row_dets(p, u, w)
         sides = row_dots(u, u) + row_dots(w, w) + row_dots(w - u, w - u)
-        quality = 2 * 3**0.5 * np.divide(det, sides, out=np.zeros(len(det)), where=sides > 0)  # 1 if equilateral
+        # With 2 sqrt 3 = 3.46 equilateral faces would have 1; a little less stays below 1 in spite of rounding.
+        quality = 3.4 * np.divide(det, sides, out=np.zeros(len(det)), where=sides > 0)
         worst, foldings = np.full(len(target), 1.0), np.zeros(len(target))
         np.minimum.at(worst, pair[inside], quality)
         np.add.at(foldings, pair[inside], quality <= 0)

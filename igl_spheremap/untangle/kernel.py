@@ -22,6 +22,9 @@ from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_ro
 _NEWTON_STEPS = 8
 #: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre.
 _CHART_RADIUS = 1.5
+#: A point is in view of a chart if the cosine of its angle from the chart's centre is above this: the chart's point is
+#: then at most 10 from the centre, and rounding moves it by at most 100 eps.
+_IN_VIEW = 0.1
 #: Moves end at 70 percent of the distance to the kernel's boundary, or to the nearest neighbour: vertices inserted or
 #: moved later need part of the kernel.
 REACH = 0.7
@@ -160,7 +163,7 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
 def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
     """The wanted points, bit for bit, where they lie well inside; else points on the way there from inside."""
     ahead = row_dots(planes.centre, wanted)
-    seen = ahead > 1 / np.hypot(1, _CHART_RADIUS)
+    seen = ahead > _IN_VIEW
     ahead = np.where(seen, ahead, 1.0)
     away = np.einsum("ki,kji->kj", wanted - planes.centre, planes.axes) / (ahead * planes.size**2)[:, None]
     way = np.where(seen[:, None], away - z, 0.0)

@@ -75,7 +75,10 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _frame(x: FloatArray) -> ComplexArray:
-    """The matrix, up to a factor, whose Moebius map takes infinity, 0 and 1 of the plane to three points."""
+    """F(x) of algorithm (24), up to a factor, whose Moebius map takes infinity, 0 and 1 of the plane to three points.
+
+    Its columns are the spinors p(x_1) and p(x_2), scaled so that their sum is p(x_3).
+    """
     across, north = x[:, 0] + 1j * x[:, 1], x[:, 2] >= 0
     p = np.where(north, [across, 1 + x[:, 2]], [1 - x[:, 2], across.conj()])  # algorithm (23)
     return np.asarray(p[:, :2] * np.linalg.solve(p[:, :2], p[:, 2]), dtype=np.complex128)

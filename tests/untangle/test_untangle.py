@@ -16,8 +16,8 @@ from igl_spheremap.result.run import Run, Status
 from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
+from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
-from igl_spheremap.untangle.rounding import certified_float32
 from igl_spheremap.untangle.untangle import untangle
 from igl_spheremap.verify.certificate import certify, certify_checked
 from igl_spheremap.verify.distortion import angle_differences

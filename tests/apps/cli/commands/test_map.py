@@ -21,7 +21,7 @@ from igl_spheremap.apps.cli.inputs import read_points
 from igl_spheremap.apps.cli.parser import build_parser
 from igl_spheremap.io import read_map, read_mesh, write_mesh
 from igl_spheremap.maps.options import METHODS, Auto
-from igl_spheremap.untangle.rounding import Float32Map
+from igl_spheremap.untangle.float32 import Float32Map
 from igl_spheremap.verify.certificate import certify
 
 

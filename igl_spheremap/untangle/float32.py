@@ -1,4 +1,4 @@
-"""Positions that are free of foldings as float32 numbers, as file formats of that precision hold them."""
+"""Maps that are free of foldings as float32 numbers, as file formats of that precision hold them."""
 
 from __future__ import annotations
 
