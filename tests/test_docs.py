@@ -83,7 +83,10 @@ def files(tmp_path_factory):
     write_mesh(folder / "bunny.ply", v, f)
     write_mesh(folder / "bunny.obj", v, f)
     write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
+    write_mesh(folder / "X_surf.vtk", v, f)
     (folder / "landmarks.txt").write_text("0 0.6 0 0.8\n")
+    (folder / "bunny.vts").write_text("0 0 0 0\n")
+    (folder / "scan.pinned").write_text("lk 7\n")
     x = np.array(ism.gauss_map(v, f))
     x[:5] *= -1
     write_mesh(folder / "folded.ply", x, f)

@@ -4,7 +4,7 @@ from .coefficients import read_coefficients, write_coefficients
 from .files import FORMATS, format_of, read_mesh, read_sphere, write_mesh
 from .records import Format, LoadedMesh
 from .replacing import check_writable
-from .scalars import read_scalars, write_scalars
+from .scalars import read_landmarks, read_scalars, write_scalars
 from .textured import read_picture, write_picture, write_textured
 from .written_map import (
     SphereCheck,
@@ -26,6 +26,7 @@ __all__ = [
     "format_of",
     "make_mark",
     "read_coefficients",
+    "read_landmarks",
     "read_map",
     "read_mark",
     "read_mesh",

@@ -1,4 +1,4 @@
-"""Scalar maps over the vertices: GIFTI, FreeSurfer's curvature files, NPZ."""
+"""Scalar maps over the vertices: GIFTI, FreeSurfer's curvature files, NPZ, point data of VTK; and lists of vertices."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import FloatArray, IntArray
 from . import freesurfer, gifti, npz, vtk, vtp
 from .files import format_of
-from .reading import reading
+from .reading import read_lines, reading
 from .records import Metadata, PathLike
 from .replacing import replacing
 
 _HEMISPHERES = ("lh.", "rh.")
+#: Suffixes of lists of landmarks: vertices of a surface, without positions on a sphere.
+LANDMARK_LISTS = (".pinned", ".vts")
 
 
 def read_scalars(path: PathLike) -> dict[str, FloatArray]:
@@ -103,3 +105,47 @@ def _point_data(path: Path) -> dict[str, NDArray[Any]]:
     """What a file of VTK holds over its points."""
     data: dict[str, NDArray[Any]] = dict(format_of(path).read(path).metadata.get("point_data", {}))
     return data
+
+
+def read_landmarks(path: PathLike) -> IntArray:
+    """Read a list of landmarks: vertices, of which each corresponds to the one in the same line of another list.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A .pinned file of surface-maps-via-adaptive-triangulations, a vertex a line, or behind ``lk``; or a .vts file of
+        the SHREC 2007 benchmark, a vertex a line, and perhaps its position.
+
+    Returns
+    -------
+    (k,) int64 array
+        Vertices, from 0, in the order of the file.
+
+    Raises
+    ------
+    FileError
+        If the file can't be read, or a line is of another form.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> from igl_spheremap.io import read_landmarks
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "bird.pinned")
+    ...     with open(path, "w") as file:
+    ...         _ = file.write("lk 8\\nlk 11546\\n")
+    ...     read_landmarks(path).tolist()
+    [8, 11546]
+    """
+    vertices = []
+    for number, line in enumerate(read_lines(path), 1):
+        words = line.partition("#")[0].split()
+        words = words[1:] if words[:1] == ["lk"] else words
+        if not words:
+            continue
+        if len(words) not in (1, 4) or not (words[0].isascii() and words[0].isdigit() and len(words[0]) < 19):
+            raise FileError(f"{path}, line {number}: give a vertex, from 0, and nothing or its position behind it")
+        vertices.append(int(words[0]))
+    if not vertices:
+        raise FileError(f"{path} has no landmarks")
+    return np.array(vertices, dtype=np.int64)

@@ -60,7 +60,7 @@ def effort(text: str) -> Effort:
         raise ArgumentTypeError(f"{text!r}: give numbers from 0 such as systems=5,sweeps=0,least_gain=0.05") from None
 
 
-def argument(name: str, metavar: str | None, help: str, **options: Any) -> Argument:
+def argument(name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any) -> Argument:
     """A positional argument, or a flag with a value."""
     return (name,), {"metavar": metavar, "help": help, **options}
 

@@ -6,7 +6,7 @@ import shutil
 import sys
 import tempfile
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ import numpy as np
 
 from ... import samples
 from ...errors import FileError, FoldingsRemain, MeshError
-from ...io import LoadedMesh, read_mesh, read_scalars, read_sphere
+from ...io import LoadedMesh, read_landmarks, read_mesh, read_scalars, read_sphere
 from ...io.reading import read_lines
+from ...io.scalars import LANDMARK_LISTS
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
@@ -196,11 +197,26 @@ def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
     return maps
 
 
-def read_points(path: str, weight: float) -> tuple[IntArray, FloatArray, FloatArray]:
+def read_points(
+    path: str, weight: float, onto: Sequence[str] | None = None
+) -> tuple[IntArray, FloatArray, FloatArray]:
     """Landmarks: vertices (k,), targets (k, 3) and weights (k,) from lines of four or five numbers; # begins a comment.
 
-    `weight` is that of lines with four numbers; a FileError names a line that is something else.
+    `weight` is that of lines with four numbers; a FileError names a line that is something else. Lists of vertices
+    alone go with `onto`, such a list of another surface and its sphere, which holds the targets.
     """
+    if (onto is not None) != path.lower().endswith(LANDMARK_LISTS):
+        raise UsageError(f"--points with {' or '.join(LANDMARK_LISTS)} lists vertices; --onto LIST SPHERE gives their "
+                         "targets")
+    if onto is not None:
+        vertices, others, (x, _) = read_landmarks(path), read_landmarks(onto[0]), read_sphere(onto[1])
+        if len(vertices) != len(others):
+            raise FileError(f"{path} has {len(vertices)} landmarks but {onto[0]} has {len(others)}; give lists of the "
+                            "same landmarks in the same order")
+        if others.max() >= len(x):
+            raise FileError(f"{onto[0]} names vertex {others.max()} but {onto[1]} has {len(x)}; give the sphere of "
+                            "its surface")
+        return vertices, x[others], np.full(len(vertices), weight)
     rows = []
     for number, line in enumerate(read_lines(path), 1):
         words = line.partition("#")[0].replace(",", " ").split()

@@ -197,7 +197,10 @@ COMMANDS = (
     Command("landmarks", "map", (
         *shared.MAPPING,
         argument("--points", "FILE", "one landmark a line: vertex (from 0), then x y z of its target on the "
-                 "sphere, and a weight if it is not --weight", required=True),
+                 "sphere, and a weight if it is not --weight; or a .pinned or .vts list of vertices, with --onto",
+                 required=True),
+        argument("--onto", ("LIST", "SPHERE"), "the same landmarks of another surface, and its sphere: their targets",
+                 nargs=2),
         argument("--weight", "W", "of squared distances to targets (default: 100)", type=FROM_ZERO, default=100.0),
         shared.MAY_FOLD,
     )),

@@ -61,8 +61,9 @@ def run_landmarks(args: Namespace) -> Exit:
     """Map harmonically with landmarks moved towards targets.
 
     igl-spheremap landmarks lh.pial lh.sphere.conformal --points landmarks.txt --weight 100
+    igl-spheremap landmarks bird.off bird.ply --points bird.pinned --onto plane.pinned plane_sphere.ply
     """
-    vertices, targets, weights = read_points(args.points, args.weight)
+    vertices, targets, weights = read_points(args.points, args.weight, args.onto)
     options = _variational(args)
     return _map_by(
         args,

@@ -237,6 +237,35 @@ def test_landmarks_come_from_a_file_and_their_misses_are_reported(tmp_path, caps
     assert f"{misses.mean():.3g} degrees on average" in shown
 
 
+@pytest.mark.parametrize(("own", "other"), [("pinned", "vts"), ("vts", "pinned")])
+def test_landmarks_of_two_surfaces_are_lists_of_vertices(own, other, tmp_path):
+    texts = {"pinned": "lk {}\nlk {}\n{}\n", "vts": "{} 0.0 0.0 0.0\n{}\n\n{} 1 -2e0 3 # nose\n"}
+    (tmp_path / f"a.{own}").write_text(texts[own].format(5, 100, 200))
+    (tmp_path / f"b.{other}").write_text(texts[other].format(7, 11, 13))
+    write_mesh(tmp_path / "b.ply", x := samples.sphere(42)[0], samples.sphere(42)[1])
+    words = ["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(tmp_path / f"a.{own}")]
+    assert main([*words, "--onto", str(tmp_path / f"b.{other}"), str(tmp_path / "b.ply"), "-q"]) == 0
+    expected = ism.landmark_map(V, F, [5, 100, 200], x[[7, 11, 13]], 100.0).sphere
+    assert np.array_equal(read_mesh(tmp_path / "out.obj").v, expected)
+
+
+@pytest.mark.parametrize(("own", "other", "status", "message"), [
+    ("1\n", None, 64, "--onto LIST SPHERE"), ("1 2\n", "1\n", 74, "line 1"), ("-1\n", "1\n", 74, "line 1"),
+    ("lk\n", "1\n", 74, "has no landmarks"), ("1\n2\n", "1\n", 74, "2 landmarks but"), ("1\n", "42\n", 74, "vertex 42"),
+    ("9" * 30 + "\n", "1\n", 74, "line 1"), ("9999\n", "1\n", 2, "vertex 9999"), ("1\n", "\u0661\n", 74, "line 1"),
+])  # fmt: skip
+def test_bad_lists_of_vertices_are_one_line(own, other, status, message, tmp_path, capsys):
+    (tmp_path / "a.pinned").write_text(own)
+    (tmp_path / "b.vts").write_text(other or "", encoding="utf-8")
+    write_mesh(tmp_path / "b.ply", *samples.sphere(42))
+    onto = ["--onto", str(tmp_path / "b.vts"), str(tmp_path / "b.ply")] if other else []
+    words = ["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(tmp_path / "a.pinned")]
+    assert main([*words, *onto]) == status
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("text", "status", "words"),
     [
