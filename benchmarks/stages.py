@@ -1,5 +1,6 @@
-"""CPU time of a map by stage, with cvxopt's CHOLMOD, beside that of another version.
+"""CPU time of a map by stage: by backend, or beside another version.
 
+    python -m benchmarks stages [--backends cvxopt scipy] [--mesh sample:brain:n_vertices=240000] [--maps 3]
     python -m benchmarks stages CHECKOUT [--rounds 2] [--meshes 0 1 2 3]
 
 CHECKOUT is a checkout of the other version. The two take turns, each in a process of its own with one thread, after a
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 import igl_spheremap as ism
+from igl_spheremap.mesh import timings
 
 from .common import ROOT, in_process, load, parser
 
@@ -34,11 +36,16 @@ OWN = ("check", "Laplacian", "triangle for CHOLMOD", "start", "steps", "gauge", 
 def main(argv: list[str]) -> None:
     """Compare the two versions at all sizes."""
     arguments = parser(__doc__)
-    arguments.add_argument("checkout", type=Path)
+    arguments.add_argument("checkout", type=Path, nargs="?")
+    arguments.add_argument("--backends", nargs="+", default=["cvxopt", "scipy"])
+    arguments.add_argument("--mesh", default="sample:brain:n_vertices=240000")
     arguments.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
     arguments.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
     arguments.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by so many maps, and print JSON")
     options = arguments.parse_args(argv)
+    if options.checkout is None:
+        by_backend(*load(options.mesh), options.backends, options.maps or 3)
+        return
     if options.maps:
         print(json.dumps(measure(options.checkout, options.maps)))
         return
@@ -51,6 +58,19 @@ def main(argv: list[str]) -> None:
                 for version, done in runs.items():
                     done.append(in_process("stages", path, "--maps", maps, package=version))
         report(n, *(functools.reduce(best, done) for done in runs.values()))
+
+
+def by_backend(v: np.ndarray, f: np.ndarray, backends: list[str], maps: int) -> None:
+    """Print CPU seconds of each stage, the least of some maps."""
+    timings.time.perf_counter = time.process_time  # type: ignore[attr-defined]
+    found = []
+    for backend in backends:
+        ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=1000), backend=backend)
+        runs = [ism.spherical_conformal_map(v, f, backend=backend) for _ in range(maps)]
+        found.append(functools.reduce(best, (run.timings | {"whole": run.seconds} for run in runs)))
+    print(f"| {len(v):,} vertices | " + " | ".join(backends) + " |\n|---" + "|---:" * len(backends) + "|")
+    for stage in found[0]:
+        print(f"| {stage} | " + " | ".join(f"{one[stage]:.3f}" for one in found) + " |")
 
 
 def write(path: Path, subdivisions: int | None) -> int:

@@ -1,0 +1,103 @@
+"""What the angle polish gains, what embedding takes, and which surfaces of a folder are mapped without foldings.
+
+    python -m benchmarks repairs polish MESH ...
+    python -m benchmarks repairs embedding
+    python -m benchmarks repairs foldings FOLDER
+
+Tables of docs/repair.md. `foldings` compares with the conformalised mean curvature flow, and with LaPy where that is
+installed. Seconds are of the CPU.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+import igl_spheremap as ism
+
+from .common import load, parser, quality, timed
+from .peers import lapy, mean_curvature_flow
+
+
+def main(argv: list[str]) -> None:
+    """Print one of the tables."""
+    arguments = parser(__doc__)
+    arguments.add_argument("table", choices=("polish", "embedding", "foldings"))
+    arguments.add_argument("sources", nargs="*")
+    options = arguments.parse_args(argv)
+    {"polish": polish, "embedding": embedding, "foldings": foldings}[options.table](options.sources)
+
+
+def polish(sources: list[str]) -> None:
+    """Mean and 99th percentile without and with the polish, the change of the mean, and the cost."""
+    print("| mesh | default | polished | change, percent | cost |\n|---|---|---|---|---|")
+    for source in sources:
+        v, f = load(source)
+        ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500))
+        (plain, before), (polished, after) = (
+            timed(lambda p=p: ism.spherical_conformal_map(v, f, ism.Auto(polish=p))) for p in (None, "angles"))  # noqa: B023
+        found = [quality(v, f, result.sphere) for result in (plain, polished)]
+        cells = [f"{one['mean']:.3g} / {one['p99']:.3g}" for one in found]
+        change = 100 * (found[1]["mean"] / found[0]["mean"] - 1)
+        print(f"| {Path(source).stem} | {' | '.join(cells)} | {change:.1f} | {after / before:.1f} |", flush=True)
+
+
+def embedding(_: list[str]) -> None:
+    """Certified positions from random ones, and from good ones of which some are thrown to random places."""
+    rng = np.random.default_rng(0)
+    print("| input | vertices | folded faces | seconds | vertices moved |\n|---|---|---|---|---|")
+    for n in (20_000, 80_000, 500_000):
+        x = rng.normal(size=(n, 3))
+        x /= np.linalg.norm(x, axis=1)[:, None]
+        f = outward(x, ConvexHull(x).simplices)
+        thrown = x.copy()
+        some = rng.choice(n, n // 167, replace=False)
+        thrown[some] = x[rng.permutation(some)]
+        for name, y in (("random positions", x[rng.permutation(n)]), ("one vertex in 167 thrown", thrown)):
+            folded = ism.certify(y, f).foldings
+            result, seconds = timed(lambda: ism.repair_foldings(x, f, y, polish=None))  # noqa: B023
+            moved = int((np.abs(result.sphere - y).max(axis=1) > 1e-12).sum())
+            print(f"| {name}{'' if result.certificate else ' (NOT CERTIFIED)'} | {n:,} | {folded:,} | {seconds:.2f} | "
+                  f"{moved:,} |", flush=True)
+
+
+def outward(x: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """Faces of a convex hull, turned outward."""
+    inward = np.linalg.det(x[f]) < 0
+    return np.where(inward[:, None], f[:, ::-1], f).astype(np.int64)
+
+
+def foldings(folders: list[str]) -> None:
+    """How many of the surfaces below folders each program maps without foldings, and how far angles are off."""
+    programs = {"mean curvature flow": mean_curvature_flow, "LaPy": lapy,
+                "this package": lambda v, f: ism.spherical_conformal_map(v, f).sphere}
+    free = dict.fromkeys(programs, 0)
+    ratios, count = [], 0
+    for path in sorted(path for folder in folders for path in Path(folder).rglob("*.*")):
+        try:
+            v, f = ism.repair_mesh(*ism.read_mesh(path))
+        except (ism.MeshError, ism.FileError):  # no closed surface of genus 0
+            continue
+        if len(v) < 500:
+            continue
+        means: dict[str, float] = {}
+        for name, program in programs.items():
+            try:
+                with np.errstate(all="ignore"):
+                    found = quality(v, f, program(v, f))
+            except (ValueError, RuntimeError, ArithmeticError):
+                continue
+            if not found.get("failure") and not found["foldings"]:
+                free[name] += 1
+                means[name] = found["mean"]
+        count += 1
+        print(path.stem, len(v), {name: round(mean, 3) for name, mean in means.items()}, file=sys.stderr, flush=True)
+        ours, others = means.pop("this package", np.nan), list(means.values())
+        if others:
+            ratios.append(ours / min(others))
+    print(f"of {count} surfaces of 500 vertices and more without foldings: {free}; mean angle difference over that of "
+          f"the better of the others, where one is free of foldings: median {np.median(ratios):.2f}, 90th percentile "
+          f"{np.percentile(ratios, 90):.2f}, at most {max(ratios):.2f} of {len(ratios)}")
