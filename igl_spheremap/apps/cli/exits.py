@@ -1,7 +1,5 @@
 """How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable
@@ -17,7 +15,7 @@ class Exit(IntEnum):
 
     meaning: str
 
-    def __new__(cls, status: int, meaning: str = "") -> Exit:
+    def __new__(cls, status: int, meaning: str = "") -> "Exit":
         one = int.__new__(cls, status)
         one._value_, one.meaning = status, meaning
         return one
@@ -106,7 +104,7 @@ class Interrupt:
         """The exit status, as shells count it."""
         return Exit(128 + self.asked)
 
-    def __enter__(self) -> Interrupt:
+    def __enter__(self) -> "Interrupt":
         if threading.current_thread() is threading.main_thread():  # elsewhere signals can't be caught
             signals = (signal.SIGINT, signal.SIGTERM)
             self._before = {number: signal.signal(number, self._ask) for number in signals}

@@ -1,7 +1,5 @@
 """What a command does now, as one line on a terminal, drawn by tqdm; of many files a line a minute in logs."""
 
-from __future__ import annotations
-
 import logging
 import math
 import sys
@@ -36,7 +34,7 @@ class Progress(logging.Handler):
         self._bar: tqdm[Any] | None = None
         self._iterating = False
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> "Progress":
         LOGGER.addHandler(self)
         LOGGER.setLevel(logging.INFO)
         return self
