@@ -2,7 +2,7 @@
 
     python -m benchmarks balanced_maps run RESULTS.jsonl [--meshes FOLDER] [--bodies 30]
     python -m benchmarks balanced_maps field RESULTS.jsonl FILE ...
-    python -m benchmarks balanced_maps report RESULTS.jsonl docs/balance_figures.md docs/images/balance_front.png
+    python -m benchmarks balanced_maps report RESULTS.jsonl docs/balance_figures.md
 
 `run` maps every sample, every mesh below FOLDER and random bodies with limbs at five balances, adds a line of JSON a
 mesh, and leaves out what RESULTS already has. `field` needs lapy, u-unwrap3d, and Octave with SDEM for their rows.
@@ -28,7 +28,7 @@ from scipy.io import loadmat, savemat
 
 import igl_spheremap as ism
 
-from .common import parser, pyplot, timed
+from .common import parser, timed
 
 BALANCES = (0.25, 0.5, 0.75, 1.0)
 #: What a program in a process of its own may take.
@@ -175,19 +175,16 @@ def density_equalizing(v, f, x):
         return found["map"], float(found["seconds"].item())
 
 
-#: Meshes whose curves have colours.
-NAMED = ("sample:brain", "choi_hippocampus", "sample:dino", "sample:octopus", "sample:spring")
 PEERS = {"balance 0.5": by_balance(0.5), "balance 1": by_balance(1.0), "LaPy, conformal": lapy_conformal,
          "LaPy, spectral": lapy_spectral, "u-unwrap3D, area flow": unwrap3d_flow,
          "density-equalizing (SDEM)": density_equalizing}
 
 
-def report(results, target, image):
-    """Write the tables and draw the front."""
+def report(results, target):
+    """Write the tables."""
     rows = [row for row in rows_of(results) if "balances" in row]
     peers = [row for row in rows_of(results) if "peer" in row]
     target.write_text("\n".join((*summary(rows), *table(rows), *field_table(peers), "")))
-    draw([row for row in rows if not row["name"].startswith("body")], image)
 
 
 def summary(rows):
@@ -254,25 +251,6 @@ def field_table(peers):
         yield "| " + " | ".join((row["name"], row["peer"], *cells)) + " |"
 
 
-def draw(rows, image):
-    """A curve a mesh: area against angles over the balances, some with their names, one with its balances."""
-    figure, axes = pyplot().subplots(figsize=(8, 6))
-    rows = [row for row in rows if not row["failure"] and row["balances"]["0"]["area"] > 0.05]
-    for row in sorted(rows, key=lambda row: row["name"] in NAMED):  # these on top
-        found = row["balances"].values()
-        style = {"lw": 2, "label": row["name"]} if row["name"] in NAMED else {"lw": 0.7, "color": "0.8"}
-        axes.plot([one["angles"] for one in found], [one["area"] for one in found], "o-", ms=3, **style)
-        if row["name"] == "sample:dino":
-            for balance, one in row["balances"].items():
-                axes.annotate(balance, (one["angles"], one["area"]), xytext=(4, 4), textcoords="offset points")
-    axes.legend(loc="lower right")
-    axes.set(yscale="log", xlabel="mean angle difference, degrees", ylabel="mean |log area ratio|",
-             title="A curve a mesh, over balances 0, .25, .5, .75 and 1")
-    axes.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(image, dpi=80)
-
-
 def rows_of(results):
     """Lines of a file of JSON, if there is one."""
     return [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
@@ -288,6 +266,5 @@ def main(argv: list[str]) -> None:
     commands.choices["run"].add_argument("--bodies", type=int, default=30)
     commands.choices["field"].add_argument("paths", nargs="+")
     commands.choices["report"].add_argument("target", type=Path)
-    commands.choices["report"].add_argument("image", type=Path)
     options = vars(arguments.parse_args(argv))
     globals()[options.pop("command")](**options)

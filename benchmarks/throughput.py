@@ -20,12 +20,11 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import new_figure
 from igl_spheremap.populations.child import Child
 from igl_spheremap.populations.executors import connect
 from igl_spheremap.populations.job import Job, Options, map_one
 
-from .common import DOCS, IMAGES
+from .common import DOCS
 
 LOOP, POOL, DASK = "plain loops", "processes", "Dask workers"
 CORTICES, CORTEX = 100_000, 160_000
@@ -56,7 +55,6 @@ def main(argv: list[str]) -> None:
     print("The rest takes about a minute and needs a quiet machine.", flush=True)
     pairs = in_turn(sources)
     rates, starts = measure(sources, rounds)
-    draw(rates, vertices)
     write(pairs, rates, starts, share, seconds, meshes, vertices)
 
 
@@ -152,17 +150,6 @@ class Cluster:
         for process in self.processes:
             process.terminate()
             process.wait()
-
-
-def draw(rates, vertices: int) -> None:
-    """Maps a second against workers."""
-    figure, ((ax,),) = new_figure(1, 1, f"maps a second, {vertices:,} vertices", (4.5, 3.2))
-    for name in (LOOP, POOL, DASK):
-        points = {count: max(values) for (who, count), values in rates.items() if who == name}
-        ax.plot(list(points), list(points.values()), marker="o", label=name)
-    ax.set(xlabel="workers", ylim=(0, None), xticks=sorted({count for _, count in rates}))
-    ax.legend()
-    figure.savefig(IMAGES / "throughput.png", dpi=110)
 
 
 def moving(sources) -> float:

@@ -1,18 +1,19 @@
-"""Watch foldings go: each step of Algorithms 1 and 2 before and after, through one lens.
+"""Watch foldings vanish: each iteration of the paper's algorithms, before and after it, in polyscope.
 
-The command `igl-spheremap play` does the same, and has the same options.
+    python demos/folding_removal.py                    # a window: play, pause, step, turn, zoom
+    python demos/folding_removal.py bunny.obj          # your surface
+    python demos/folding_removal.py bunny.obj run.gif  # a video or a picture; needs no display
 
-    python demos/folding_removal.py
-    python demos/folding_removal.py dinosaur.obj --up y --method lai2014
-    python demos/folding_removal.py sample:bird --screenshot bird.png
-    python demos/folding_removal.py --video dino.gif
+Algorithm 1 minimises the harmonic energy from the Gauss map, which folds, and may end with foldings. The star map of
+Algorithm 2 then removes them, and Algorithm 1 goes on from there. Folded faces are red, and nothing else is. A lens, a
+Moebius map, magnifies the largest cluster of them; the small sphere shows where that is.
 """
-
-from __future__ import annotations
 
 import sys
 
-from igl_spheremap.apps.cli import main
+import igl_spheremap as ism
 
-if __name__ == "__main__":
-    sys.exit(main(["play", *sys.argv[1:]]))
+if __name__ == "__main__":  # the map is computed in a process of its own, which imports this file
+    source, target = [*sys.argv[1:], None, None][:2]
+    v, f = ism.read_mesh(source) if source else ism.samples.make("dino", n_vertices=2000)
+    ism.play(v, f, "lai2014", target)

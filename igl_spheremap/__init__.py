@@ -5,6 +5,7 @@ from ._version import __version__ as __version__
 TYPE_CHECKING = False  # as type checkers know it; `typing` would take most of the time until Ctrl-C is caught
 if TYPE_CHECKING:  # the same names once more, for type checkers and editors
     from . import samples as samples
+    from .apps.viewer.player import play as play
     from .apps.viewer.result_view import screenshot as screenshot
     from .apps.viewer.result_view import show as show
     from .descent.energies.harmonic import harmonic_energy as harmonic_energy
@@ -83,6 +84,7 @@ if TYPE_CHECKING:  # the same names once more, for type checkers and editors
 #: The public names by the modules that define them. Each is imported at its first use, so that a program pays for what
 #: it uses.
 _NAMES = {
+    "apps.viewer.player": "play",
     "apps.viewer.result_view": "screenshot show",
     "descent.energies.harmonic": "harmonic_energy",
     "descent.energies.p_harmonic": "p_harmonic_energy",

@@ -9,8 +9,6 @@ import sys
 import pytest
 from corpus import ROOT
 
-DEMOS = ROOT / "demos"
-
 
 def missing():
     if not sys.platform.startswith("linux"):
@@ -42,17 +40,6 @@ def vermilion(image):
 def drawn(image):
     'Share of pixels that are not background.'
     return float((image.min(axis=2) < 250).mean())
-
-def start(module, arguments, offscreen=True):
-    'A demo on its stage, as its own main would put it there.'
-    from igl_spheremap.apps.cli.inputs import read_source
-    args = module.parser().parse_args([*arguments, '--screenshot', 'unused.png'])
-    args.up = args.up or 'z'
-    app.open_for(args, 'test')
-    own = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
-    demo = next(c for c in own if issubclass(c, app.App))(args, read_source(args.source))
-    ps.set_user_callback(lambda: app.draw_app(demo))
-    return demo
 """
 
 
@@ -65,8 +52,8 @@ def drive(code):
 
 
 def run(command, **environment):
-    """Run a command with the demos in reach."""
-    path = os.pathsep.join((str(DEMOS), str(ROOT), os.environ.get("PYTHONPATH", "")))
+    """Run a command that finds the package."""
+    path = os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))
     return subprocess.run(
         command,
         capture_output=True,

@@ -261,6 +261,40 @@ def test_summaries_are_whole_sentences():
         assert not re.search(r"\b(eqs?|Figs?|Sect|vs|cf)\.$", first), first
 
 
+IMAGES = DOCS / "images"
+#: What benchmarks measure, and write with their pages.
+MEASURED = {"benchmarks.png", "convergence.png"}
+
+
 def test_every_picture_is_shown():
-    shown = {Path(name).name for page in PAGES for name in re.findall(r"images/(\w+\.png)", page.read_text("utf-8"))}
-    assert shown == {path.name for path in (DOCS / "images").glob("*.png")}
+    shown = {Path(name).name for page in PAGES
+             for name in re.findall(r"images/(\w+\.(?:png|gif))", page.read_text("utf-8"))}
+    assert shown == {path.name for path in IMAGES.iterdir()}
+
+
+def test_every_other_picture_is_made_by_one_program():
+    listed = subprocess.run([sys.executable, DOCS / "pictures.py", "--help"], capture_output=True, text=True).stdout
+    assert set(re.findall(r"\w+\.(?:png|gif)", listed.partition("NAME  ")[2])) == {
+        path.name for path in IMAGES.iterdir()} - MEASURED
+    sizes = {path.name: path.stat().st_size for path in IMAGES.iterdir()}
+    assert sizes.pop("foldings.gif") < 2_000_000
+    assert max(sizes.values()) < 300_000
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing())
+@pytest.mark.parametrize("name", ["dino", "align_landmarks", "folding_removal"])
+def test_the_captions_of_a_picture_are_what_its_command_draws(name, tmp_path):
+    images = pytest.importorskip("PIL.Image")
+    command = [sys.executable, DOCS / "pictures.py", name, "--to", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    made, kept = (images.open(folder / f"{name}.png").text["captions"] for folder in (tmp_path, IMAGES))
+    assert made == kept
+
+
+def test_what_is_said_of_a_picture_in_numbers_is_in_its_captions():
+    images = pytest.importorskip("PIL.Image")
+    for page in PAGES:
+        for alt, name in re.findall(r"!\[(.*?)\]\(\S*images/(\w+\.png)\)", page.read_text("utf-8")):
+            captions = images.open(IMAGES / name).text.get("captions", "")
+            assert set(re.findall(r"\d[\d.,]*\d|\d", alt)) <= set(re.findall(r"\d[\d.,]*\d|\d", captions)), (page, alt)

@@ -23,6 +23,8 @@ GUIDE: Colour = (0.60, 0.64, 0.67)  # lines that only guide the eye
 BACKGROUND: Colour = (1.0, 1.0, 1.0)
 EDGES: Colour = (0.45, 0.50, 0.55)
 FOLDED_EDGES: Colour = (0.66, 0.12, 0.0)
+#: Squares of a checkerboard.
+CHECKS: tuple[Colour, Colour] = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 #: Okabe and Ito's palette without the colours taken above, for curves that differ by colour alone.
 LINES: tuple[Colour, ...] = (
     (0.0, 0.45, 0.70),
@@ -34,6 +36,7 @@ LINES: tuple[Colour, ...] = (
 )
 
 _VIRIDIS = "440154 472c7a 3b518b 2c718e 21908d 27ad81 5cc863 aadc32 fde725"
+_LIGHT_BLUE = "ffffd9 edf8b1 c7e9b4 7fcdbb 41b6c4 1d91c0 225ea8 253494 081d58"
 _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
 
@@ -57,6 +60,16 @@ class Ramp:
 def sequential(label: str, low: float, high: float) -> Ramp:
     """Viridis, dark to light."""
     return Ramp(label, low, high, _stops(_VIRIDIS))
+
+
+def sizes(label: str, high: float) -> Ramp:
+    """Light yellow over green to dark blue, from 0: for sizes of what is best if it is 0."""
+    return Ramp(label, 0.0, high, _stops(_LIGHT_BLUE))
+
+
+def pale(label: str, low: float, high: float) -> Ramp:
+    """Viridis mixed with white, for surfaces on which other things are to be seen."""
+    return Ramp(label, low, high, 0.35 + 0.65 * _stops(_VIRIDIS))
 
 
 def diverging(label: str, reach: float) -> Ramp:

@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from ...maps.options import METHODS, EdgeWeights, Gauge, Method, Polish
 from ...untangle.effort import Effort
-from ..viewer.choices import LENGTH, SIZE, UPS
+from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
 
 #: What `ArgumentParser.add_argument` takes.
@@ -109,6 +109,7 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
                  "needs no display"),
         argument("--length", "N", "the most pictures of --video, evenly chosen; those at star maps and repairs "
                  f"are added (default {LENGTH})", type=POSITIVE_COUNT, default=LENGTH),
+        argument("--fps", "N", f"pictures a second of --video (default {RATE})", type=POSITIVE_COUNT, default=RATE),
         (("--size",), {"type": _SIDE, "nargs": 2, "default": size, "metavar": ("W", "H"),
                        "help": "of the window in pixels (default {} {})".format(*size)}),
     )

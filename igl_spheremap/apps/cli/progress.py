@@ -53,6 +53,12 @@ class Progress(logging.Handler):
         """Begin a stage."""
         self._open(name, _PLAIN)
 
+    def steps(self, name: str, total: int) -> Callable[[], object]:
+        """Begin a stage of so many steps; call the result for each."""
+        self._open(name, None, total=total, unit="step")
+        assert self._bar is not None
+        return self._bar.update
+
     def count(self, name: str, total: int) -> Callable[[bool, bool], None]:
         """Begin a stage that goes through files; call the result for each: is its map certified, was it made before?
 

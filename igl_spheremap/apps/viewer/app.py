@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import os
 from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,21 +17,30 @@ from numpy.typing import NDArray
 from ...draw.palette import FOLDED
 from ...errors import DisplayError, FileError, import_optional
 from ...io.replacing import check_writable, replacing
+from ...result.run import Iterate
 from . import window
-from .choices import SUBJECTS
+from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
 from .window import imgui, implot, ps
 
-#: Frames a second of a video; a stop is shown for a whole second.
-RATE = 20
+Picture = NDArray[np.uint8]
+#: Takes a picture and how often it is shown.
+Write = Callable[[Picture, int], None]
+#: Files that hold a video; any other name is that of a folder.
+_VIDEOS = (".gif", ".mp4")
+#: The least and the greatest of the slider for the lens, which magnifies by so many times more than by itself.
+_ZOOM = 30.0
 
 
 class App:
-    """A picture that has frames and a panel. Demos derive from it."""
+    """A picture that has frames and a panel; `drawing` is False while a picture without the panel is taken."""
 
     stage: Stage
+    #: What is done between two pictures of a window, such as writing a file, and what came of it.
+    pending: Callable[[], str] | None = None
+    message = ""
 
-    def prepare(self) -> None:
+    def prepare(self, listener: Callable[[Iterate], None] | None = None) -> None:
         """Finish what runs in the background, for pictures without a window."""
 
     def frames(self) -> int:
@@ -39,15 +51,15 @@ class App:
         """The frame that a picture shows if none is asked for."""
         return self.frames() - 1
 
-    def stops(self) -> list[int]:
-        """Frames that a video holds for a second."""
-        return []
-
     def go_to(self, frame: int) -> None:
         """Show a frame, from 0."""
 
+    def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
+        """What shows each picture of a video of about so many, and whether it is held for a second: a full turn."""
+        return [(partial(self.stage.rotate, 2 * math.pi / length, 0.0), False)] * length
+
     def facts(self) -> dict[str, Any]:
-        """Figures of the frame that is shown, for JSON."""
+        """Figures of what is shown, for JSON."""
         return {}
 
     def tick(self) -> None:
@@ -74,13 +86,32 @@ def open_for(args: Namespace, title: str) -> None:
         raise DisplayError(f"{error}{hint}") from None
 
 
+def present(
+    build: Callable[[], App],
+    target: str | os.PathLike[str] | None = None,
+    *,
+    title: str = "igl_spheremap",
+    size: tuple[int, int] = SIZE,
+) -> list[dict[str, Any]]:
+    """Open a window with an app, or write a picture or a video of it if `target` names one."""
+    picture = target is not None and Path(target).suffix.lower() in window.PICTURES
+    video = target is not None and not picture
+    args = Namespace(
+        screenshot=target if picture else None, video=target if video else None, size=size, frame=None, length=LENGTH,
+        fps=RATE,
+    )  # fmt: skip
+    open_for(args, title)
+    return run_app(build(), args)
+
+
 def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
     """Run an app as the arguments ask, and return the facts of each picture that was written."""
+    progress = getattr(args, "progress", None)
     try:
         if not (args.screenshot or args.video):
             show_app(app)
             return []
-        app.prepare()
+        app.prepare(getattr(args, "listener", None))
         ps.set_user_callback(lambda: draw_app(app))
         shown = []
         if args.screenshot:
@@ -88,7 +119,7 @@ def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
             window.save(args.screenshot)
             shown.append(app.facts())
         if args.video:
-            shown += _video(app, Path(args.video), args.length)
+            shown += write_video(app, Path(args.video), args.length, args.fps, progress)
         return shown
     finally:
         ps.clear_user_callback()
@@ -96,14 +127,25 @@ def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
 
 
 def show_app(app: App) -> None:
-    """Run the window until it is closed."""
-    window.show(lambda: _live(app))
+    """Run the window until it is closed; what an app wants done between two pictures is done then."""
+    while True:
+        window.show(lambda: _live(app))
+        if app.pending is None:
+            return
+        job, app.pending = app.pending, None
+        ps.set_user_callback(lambda: draw_app(app))
+        try:
+            app.message = job()
+        except (DisplayError, FileError, OSError) as error:
+            app.message = str(error)
 
 
 def _live(app: App) -> None:
     app.tick()
     app.stage.mouse()
     draw_app(app)
+    if app.pending is not None:
+        ps.unshow()
 
 
 def draw_app(app: App) -> None:
@@ -120,19 +162,19 @@ def _frame(app: App, asked: int | None) -> int:
     return asked % app.frames()
 
 
-def _video(app: App, path: Path, length: int) -> list[dict[str, Any]]:
-    stops = app.stops()
-    even = np.linspace(0, app.frames() - 1, max(1, min(length, app.frames()))).round().astype(int)
+def write_video(app: App, path: Path, length: int, rate: int, progress: Any = None) -> list[dict[str, Any]]:
+    """Write a video of about so many pictures, `rate` a second, and return the facts of each."""
+    film = app.film(length)
+    advance = None if progress is None else progress.steps(f"drawing {path.name}", len(film))
     shown = []
-    with open_video(path, RATE) as write:
-        for frame in np.union1d(even, np.array(stops, dtype=int)).tolist():
-            app.go_to(frame)
-            write(window.grab(), RATE if frame in stops else 1)
+    with open_video(path, rate) as write:
+        for show, held in film:
+            show()
+            write(window.grab(), rate if held else 1)
             shown.append(app.facts())
+            if advance is not None:
+                advance()
     return shown
-
-
-_ZOOM = 30.0
 
 
 @contextmanager
@@ -175,14 +217,50 @@ def paragraph(text: str) -> None:
     imgui.PopTextWrapPos()
 
 
-Picture = NDArray[np.uint8]
-#: Takes a picture and how often it is shown.
-Write = Callable[[Picture, int], None]
+class SaveWidgets:
+    """A name and buttons that write what is shown: as a picture, as a video, and the map itself."""
+
+    def __init__(self, app: App, name: str, write_map: Callable[[str], str] | None = None) -> None:
+        self._app, self.name, self._write_map = app, name, write_map
+
+    def __call__(self) -> None:
+        """Draw them."""
+        app = self._app
+        _, self.name = imgui.InputText("##name", self.name)
+        imgui.SameLine()
+        imgui.TextUnformatted("save as")
+        if imgui.Button("picture"):
+            app.pending = self._picture
+        imgui.SameLine()
+        if imgui.Button("video"):
+            app.pending = self._video
+        if self._write_map is not None:
+            imgui.SameLine()
+            if imgui.Button("map"):
+                write = self._write_map
+                app.pending = lambda: write(self.name)
+        if app.message:
+            paragraph(app.message)
+
+    def _picture(self) -> str:
+        path = Path(self.name)
+        path = path if path.suffix.lower() in window.PICTURES else path.with_suffix(".png")
+        with self._app.stage.bare():
+            window.save(path)
+        return f"wrote {path}"
+
+    def _video(self) -> str:
+        path = Path(self.name)
+        path = path if path.suffix.lower() in _VIDEOS else path.with_suffix(".gif")
+        check_video(path)
+        with self._app.stage.bare():
+            shown = write_video(self._app, path, LENGTH, RATE)
+        return f"wrote {path}, {len(shown)} pictures"
 
 
 def check_video(path: Path) -> None:
     """Raise a FileError before the work starts if a video can't be written."""
-    if path.suffix.lower() in (".gif", ".mp4"):
+    if path.suffix.lower() in _VIDEOS:
         check_writable(path, force=True)
     elif path.exists() and not path.is_dir():
         raise FileError(f"{path}: a video is a .gif or .mp4 file, or a folder")

@@ -11,17 +11,39 @@ from scipy.sparse.csgraph import connected_components
 
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
+from ...samples import sphere
 from ...sphere.rows import from_chart, row_crosses, row_dets, row_dots, to_chart
 from .window import MATERIAL, linear, ps
 
+Legend = palette.Ramp | tuple[str, palette.Colour]
+
+_NONE = np.empty(0, dtype=np.int64)
+_TINIEST = np.finfo(float).tiny
+
+#: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
+_LIFT = 1.012
+#: A folded face may be pushed out by this factor at the most.
+_FARTHEST = 1.05
+#: Folded faces whose image is smaller than this square get a dot to be seen at all.
+_TINY = 0.008
+_DOT = 0.014
+#: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
+_EDGES = 10_000
+_EDGE_WIDTH = 0.5
+#: Distance from a surface at which its folded faces are drawn over a checkerboard.
+_ABOVE = 0.004
+#: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
+_UNLIT = "flat"
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
 _SPREAD = 0.6
 #: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that faces of all clusters look equally large.
 _FACE = 0.1
 #: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
-_REACH = 95
+_WITHIN = 95
 #: Beyond this the rounding of float64 shows.
 _STRONGEST = 1e9
+#: Directions in which the farthest vertices are looked for that must stay within the cell.
+_DIRECTIONS = 162
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +81,9 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     """Lens on faces of a map, given as rows of vertex indices."""
     corners = x[np.unique(faces)]
     place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
-    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _REACH))  # 2 tan of half the angle
+    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))  # 2 tan of half the angle
     spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
-    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, 1e-300), 1.0, _STRONGEST)))
+    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, _STRONGEST)))
 
 
 def clusters(faces: IntArray) -> list[IntArray]:
@@ -78,22 +100,6 @@ def clusters(faces: IntArray) -> list[IntArray]:
     return sorted((np.flatnonzero(label == one) for one in np.unique(label)), key=len, reverse=True)
 
 
-Legend = palette.Ramp | tuple[str, palette.Colour]
-
-#: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
-_LIFT = 1.012
-#: A folded face may be pushed out by this factor at the most.
-_FARTHEST = 1.05
-#: Folded faces whose image is smaller than this square get a dot to be seen at all.
-_TINY = 0.008
-_DOT = 0.014
-#: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
-_EDGES = 10_000
-_EDGE_WIDTH = 0.5
-#: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
-_UNLIT = "flat"
-
-
 class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
@@ -105,16 +111,25 @@ class Body:
         self.name, self.f, self.lift = name, f, lift
         self.raised = True
         self.x = x
+        self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
         self.caption = ""
         self.legend: Legend | None = None
         self.visible = True
         self.version = 0
-        self.mesh = _register(name, x, _outward(x, f), MATERIAL)
+        self._outside = 1 if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else -1
+        self.mesh = _register(name, x, f[:, :: self._outside], MATERIAL)
         self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
         self.points: dict[str, Any] = {}
         self._folded: Any = None
         self._colours: FloatArray | None = None
         self.paint(np.tile(palette.SURFACE, (len(f), 1)))
+
+    def extent(self, turn: FloatArray) -> tuple[float, float]:
+        """How far it reaches to a side, and up or down, when it is turned."""
+        if self.lift:
+            return 1.0, 1.0
+        across, along = np.abs(self._farthest @ turn[:2].T).max(axis=0)
+        return float(across), float(along)
 
     def set_positions(self, x: FloatArray) -> None:
         """Move the vertices; `paint` then moves the folded faces."""
@@ -122,16 +137,27 @@ class Body:
         self.mesh.update_vertex_positions(x)
         self.version += 1
 
-    def paint(self, colours: FloatArray, folded: IntArray | None = None) -> None:
-        """Colour the faces, (m, 3), those whose indices are in `folded` in their own colour."""
-        folded = np.empty(0, dtype=np.int64) if folded is None else folded
-        if colours is not self._colours:
-            self._colours, self._linear = colours, linear(colours)
-        shown = self._linear.copy()
-        shown[folded] = linear(np.array(palette.FOLDED))
-        self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
-        if self.lift:
-            self._bring_to_front(folded)
+    def paint(
+        self, colours: FloatArray, folded: IntArray | None = None, checks: FloatArray | None = None
+    ) -> None:
+        """Colour the faces, (m, 3), those whose indices are in `folded` in their own colour.
+
+        In place of the colours, `checks` shows a checkerboard of unit squares: coordinates (3 m, 2) of the corners.
+        """
+        folded = _NONE if folded is None else folded
+        if checks is not None:
+            both = (tuple(linear(np.array(colour))) for colour in palette.CHECKS)
+            self.mesh.add_parameterization_quantity(
+                "checks", checks, defined_on="corners", viz_style="checker", checker_size=1.0,
+                checker_colors=tuple(both), enabled=True,
+            )  # fmt: skip
+        else:
+            if colours is not self._colours:
+                self._colours, self._linear = colours, linear(colours)
+            shown = self._linear.copy()
+            shown[folded] = linear(np.array(palette.FOLDED))
+            self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
+        self._bring_to_front(folded if self.lift or checks is not None else _NONE)
         self.version += 1
 
     def dots(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float = 0.03) -> None:
@@ -169,7 +195,7 @@ class Body:
         """Take the body off the stage."""
         for label in tuple(self.points):
             self.dots(label, np.empty((0, 3)), palette.FOLDED)
-        self._bring_to_front(np.empty(0, dtype=np.int64))
+        self._bring_to_front(_NONE)
         ps.remove_surface_mesh(self.name)
 
     def _bring_to_front(self, folded: IntArray) -> None:
@@ -182,9 +208,11 @@ class Body:
             normal = row_crosses(b - a, c - a)
             size = np.sqrt(row_dots(normal, normal))
             middle = (a + b + c) / 3
-            depth = np.abs(row_dots(normal, a)) / np.maximum(size, 1e-300)
-            factor = np.clip(_LIFT / np.maximum(depth, 1e-300), 1.0, _FARTHEST if self.raised else 1.0)
+            depth = np.abs(row_dots(normal, a)) / np.maximum(size, _TINIEST)
+            factor = np.clip(_LIFT / np.maximum(depth, _TINIEST), 1.0, _FARTHEST if self.raised else 1.0)
             corners = np.stack((a, b, c), axis=1) * factor[:, None, None]
+            if not self.lift:
+                corners += _ABOVE * self._outside * (normal / np.maximum(size, _TINIEST)[:, None])[:, None]
             own = np.arange(3 * len(folded)).reshape(-1, 3)
             self._folded = _register(f"{self.name} folded", corners.reshape(-1, 3), own, _UNLIT)
             self._folded.set_back_face_policy("identical")
@@ -199,11 +227,6 @@ def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:
     mesh = ps.register_surface_mesh(name, x, f, material=material)
     mesh.set_edge_color(tuple(linear(np.array(palette.EDGES))))
     return mesh
-
-
-def _outward(x: FloatArray, f: IntArray) -> IntArray:
-    """The faces, turned so that their fronts are outside."""
-    return f if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else f[:, ::-1]
 
 
 def _put(structure: Any, centre: FloatArray, radius: float, turn: FloatArray) -> None:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-#: Width and height of a window in pixels; of the player, whose two spheres share the right half; of a registration.
+#: Width and height in pixels of a window, of the player's, of a registration's and of a comparison's.
 SIZE = (1000, 600)
 PLAYER_SIZE = (1400, 560)
 REGISTRATION_SIZE = (1200, 440)
+COMPARISON_SIZE = (1400, 780)
 #: Different pictures of a video at the most.
 LENGTH = 120
+#: Pictures a second of a video; a stop is held for a whole second.
+RATE = 20
 #: Directions that may be up.
 UPS = ("x", "-x", "y", "-y", "z", "-z")
 _Y_UP = (".obj", ".glb", ".gltf")
 #: What colours can show, in the order of the menus.
-SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion")
+SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.
-SHOWN = dict(zip(("foldings", "factor", "angles", "areas"), SUBJECTS, strict=True))
+SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
 
 
 def guess_up(name: str) -> str:

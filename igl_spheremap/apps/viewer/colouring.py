@@ -13,12 +13,17 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...shapes.features import FeatureSurface
+from ...sphere.rows import INFINITE, to_chart
 from ...start.star_map import finite_conformal_factor
 from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
 from ...verify.signs import folded_faces
 from .body import Body, Legend
 from .choices import SUBJECTS
 
+#: Squares of a checkerboard around the sphere.
+SQUARES = 24
+#: Cosine of the least angle between two poles that are chosen.
+_APART = 0.5
 FOLDED_LEGEND = ("folded face; same colour: same place", palette.FOLDED)
 _DARKEST = 0.72
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
@@ -30,16 +35,17 @@ _AREAS = "log area ratio (purple: shrunk)"
 
 @dataclass(frozen=True, eq=False)
 class Colouring:
-    """Colours of the faces, (m, 3), the faces that are painted over as folded, and the meaning."""
+    """Colours of the faces, (m, 3), or a checkerboard; the faces that are painted over as folded, and the meaning."""
 
     colours: FloatArray
     folded: IntArray
-    legend: Legend
+    legend: Legend | None
+    checks: FloatArray | None = None
 
     def apply(self, *bodies: Body) -> None:
         """Paint bodies with the faces of the map; the first bears the legend."""
         for body in bodies:
-            body.paint(self.colours, self.folded)
+            body.paint(self.colours, self.folded, self.checks)
             body.legend = self.legend if body is bodies[0] else None
 
 
@@ -65,7 +71,7 @@ def places(mesh: Mesh) -> FloatArray:
     order = np.argsort(mesh.v[mesh.f, side].mean(axis=1), kind="stable")
     rank = np.empty(len(mesh.f))
     rank[order] = np.cumsum(face_areas(mesh.v, mesh.f)[order])
-    return palette.sequential("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
+    return palette.pale("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
 
 
 def colouring(
@@ -79,6 +85,8 @@ def colouring(
     if subject not in SUBJECTS:
         raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
+    if subject == "checkerboard":
+        return checkerboard(mesh, x, folded=folded)
     if subject == "foldings":
         return Colouring(places(mesh), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
@@ -91,5 +99,54 @@ def colouring(
         ramp = palette.diverging(_AREAS, reach or palette.round_up(float(np.percentile(finite, 95))))
     else:
         values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
-        ramp = palette.sequential(_ANGLES, 0, reach or palette.round_up(float(np.percentile(values, 95))))
+        ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values, 95))))
     return Colouring(ramp.colours(values), folded, ramp)
+
+
+def checkerboard(
+    mesh: Mesh, x: FloatArray, poles: FloatArray | None = None, squares: int = SQUARES, folded: IntArray | None = None
+) -> Colouring:
+    """A checkerboard of the sphere on source and image alike, with so many squares around its poles (2, 3).
+
+    By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
+    """
+    folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
+    corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x) if poles is None else poles)
+    legend = ("folded face", palette.FOLDED) if len(folded) else None
+    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, legend, corners)
+
+
+def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """Images (2, 3) of the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
+
+    A chart with its poles there gives limbs squares down to the tip.
+    """
+    factor = finite_conformal_factor(mesh, x)
+    first = x[int(np.argmin(factor))]
+    far = x @ first < _APART
+    second = x[int(np.argmin(np.where(far, factor, np.inf)))] if far.any() else -first
+    return np.vstack((first, second))
+
+
+def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArray:
+    """Longitude and Mercator latitude (3 m, 2) of each corner of each face, in turns around the poles (2, 3).
+
+    The north pole is first; the two need not be opposite to one another. A face across the date line has longitudes
+    beyond it: there is no jump inside a face. A vertex at a pole has the latitude of the one next to it.
+
+    >>> import numpy as np
+    >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
+    >>> poles = np.array([[0.0, 0, 1], [0, 0, -1]])
+    >>> turns = mercator_corners(y, np.array([[0, 1, 2]]), poles)
+    >>> float(turns[1, 0] - turns[0, 0]), bool(np.isclose(turns[2, 1], np.arctanh(0.8) / (2 * np.pi)))
+    (0.25, True)
+    """
+    north, south = poles
+    z = to_chart(y, -south[None, :]) - to_chart(north[None, :], -south[None, :])
+    radius = np.abs(z) / 2  # cotangent of half the angle from the south, where the poles are opposite
+    proper = (radius > 0) & (radius < INFINITE / 2)  # of vertices that lie at no pole
+    radius = np.clip(radius, radius[proper].min(), radius[proper].max())
+    longitude = (np.angle(z) / (2 * np.pi))[f]
+    longitude = longitude - np.rint(longitude - longitude[:, :1])
+    latitude = -np.log(radius) / (2 * np.pi)
+    return np.column_stack((longitude.ravel(), latitude[f].ravel()))

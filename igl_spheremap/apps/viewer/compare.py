@@ -1,51 +1,88 @@
-"""Surfaces side by side, such as both spheres of a registration, before and after."""
+"""Surfaces side by side: any parts in rows, both spheres of a registration, and one surface by several methods."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from ...draw.palette import Colour, sequential
+import numpy as np
+
+from ...draw.palette import INK, LINES, SURFACE, Colour, sequential
+from ...draw.plot import angle_histogram, fit, pose
 from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import Mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.features import FeatureSurface
 from ...shapes.registration import Registration
-from .app import App
+from ...sphere.rows import unit_rows
+from ...verify.distortion import mesh_angle_differences
+from ...verify.signs import folded_faces
+from .app import App, present, subject_combo
 from .body import Body, Legend
-from .stage import Stage
+from .choices import COMPARISON_SIZE, SUBJECTS
+from .colouring import colouring, relief
+from .result_view import count_foldings, edge_width
+from .stage import Stage, draw_legend
+from .window import imgui, implot, is_offscreen, ps
 
 #: In standard deviations: the ends of the colours of a feature.
 _REACH = 2.0
+#: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
+_DEGREES = 20.0
+_HEAD, _FOOT = 54, 150
+#: Folded faces are brought to the front unless so many are folded: these would hide all others.
+_MANY = 0.1
+#: Points of the line from a landmark to its target.
+_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A surface inside the unit ball, its face colours, its folded faces, and points with their colour and size."""
+    """A surface inside the unit ball, and what is shown on it.
+
+    Its face colours (m, 3), or a checkerboard by the coordinates (3 m, 2) of the corners of faces; its folded faces;
+    points by a label, with their colour and their radius; whether edges are drawn; and what stands below it.
+    """
 
     caption: str
     x: FloatArray
     f: IntArray
-    colours: FloatArray
+    colours: FloatArray | None = None
     folded: IntArray | None = None
+    checks: FloatArray | None = None
     dots: Mapping[str, tuple[FloatArray, Colour, float]] = field(default_factory=dict)
+    edges: float = 0.0
+    legend: Legend | None = None
 
 
-class RowView(App):
-    """Parts in a row, which turn together; the legend stands below the first."""
+class PartsView(App):
+    """Parts in rows, which turn together."""
 
-    def __init__(self, parts: Sequence[Part], legend: Legend | None = None) -> None:
-        self.stage = Stage(1, len(parts), panel=0)
-        for k, part in enumerate(parts):
-            body = self.stage.place(0, k, Body(f"part {k}", part.x, part.f, lift=part.folded is not None))
-            body.paint(part.colours, part.folded)
-            for label, dots in part.dots.items():
-                body.dots(label, *dots)
-            body.caption, body.legend = part.caption, None if k else legend
+    def __init__(self, rows: Sequence[Sequence[Part]]) -> None:
+        self.stage = Stage(len(rows), max(map(len, rows)), panel=0)
+        for i, row in enumerate(rows):
+            for k, part in enumerate(row):
+                body = self.stage.place(i, k, Body(f"part {i} {k}", part.x, part.f, lift=part.folded is not None))
+                body.raised = part.folded is not None and len(part.folded) < _MANY * len(part.f)
+                colours = np.tile(SURFACE, (len(part.f), 1)) if part.colours is None else part.colours
+                body.paint(colours, part.folded, part.checks)
+                body.show_edges(part.edges)
+                for label, dots in part.dots.items():
+                    body.dots(label, *dots)
+                body.caption, body.legend = part.caption, part.legend
+
+
+def show_parts(
+    rows: Sequence[Sequence[Part]], target: str | os.PathLike[str] | None = None, *, size: tuple[int, int]
+) -> None:
+    """Open a window with parts in rows, or write a picture of them or a video in which they turn."""
+    present(lambda: PartsView(rows), target, size=size)
 
 
 def registration_view(
     moving: SphereMap, fixed: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None
-) -> RowView:
+) -> PartsView:
     """The fixed sphere, and the moving one before and after, coloured by the first feature, or by depth."""
     surfaces = [FeatureSurface(one.mesh) for one in (moving, fixed)]
     if features is None:
@@ -55,10 +92,115 @@ def registration_view(
     ramp = sequential("depth" if features is None else "first feature", -_REACH, _REACH)
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
-        (f"the fixed sphere\n{len(fixed.vertices):,} vertices", fixed, other),
-        (f"the moving sphere, before\n{len(moving.vertices):,} vertices, {first}", moving, own),
-        (f"the moving sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own),
+        (f"the fixed sphere\n{len(fixed.vertices):,} vertices", fixed, other, ramp),
+        (f"the moving sphere, before\n{len(moving.vertices):,} vertices, {first}", moving, own, None),
+        (f"the moving sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own, None),
     )
-    return RowView(
-        [Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)))
-         for caption, one, values in shown], ramp)
+    return PartsView([[
+        Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)
+        for caption, one, values, legend in shown
+    ]])  # fmt: skip
+
+
+def landmark_part(
+    caption: str, mesh: Mesh, x: FloatArray, landmarks: IntArray, targets: FloatArray | None = None
+) -> Part:
+    """A surface or a map with its landmarks, their targets, and dotted lines from one to the other."""
+    grey = np.array(SURFACE) * relief(mesh)[:, None]
+    dots = {"landmarks": (x[landmarks], LINES[0], 0.02)}
+    folded = None
+    if targets is not None:
+        steps = np.linspace(0, 1, _STEPS)[:, None, None]
+        line = unit_rows(((1 - steps) * x[landmarks] + steps * targets).reshape(-1, 3))
+        dots |= {"targets": (targets, LINES[5], 0.032), "way": (line, INK, 0.007),
+                 "landmarks": (1.02 * x[landmarks], LINES[0], 0.02)}
+        folded = np.flatnonzero(folded_faces(x, mesh.f))
+    return Part(caption, x, mesh.f, grey, folded, dots=dots)
+
+
+class Comparison(App):
+    """A column for each map of a surface: surface and image in the same colours, and a histogram of the angles.
+
+    The frames are the `SUBJECTS` of the colours.
+    """
+
+    def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "z") -> None:
+        self.mesh, self.maps = mesh, maps
+        self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
+        self.differences = {name: mesh_angle_differences(mesh, x) for name, x in maps.items()}
+        self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
+        turn = pose(mesh.v, up)
+        for k, (name, x) in enumerate(maps.items()):
+            surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.v, turn), mesh.f))
+            image = self.stage.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
+            folded = int(folded_faces(x, mesh.f).sum())
+            image.raised = folded < _MANY * len(mesh.f)
+            surface.caption = f"{name}\n{count_foldings(folded)}"
+            image.caption = f"angles differ by\n{np.abs(self.differences[name]).mean():.3g} degrees"
+        self.go_to(SUBJECTS.index("angle differences"))
+
+    def frames(self) -> int:
+        return len(SUBJECTS)
+
+    def last_frame(self) -> int:
+        return SUBJECTS.index(self.subject)
+
+    def go_to(self, frame: int) -> None:
+        self.subject = SUBJECTS[frame]
+        reach = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}.get(self.subject)
+        for k, x in enumerate(self.maps.values()):
+            colours = colouring(self.mesh, x, self.subject, reach)
+            bodies = [self.stage.bodies[row, k] for row in (0, 1)]
+            replace(colours, legend=None).apply(*bodies)
+            bodies[1].show_edges(edge_width(self.mesh, self.subject))
+            self._legend = colours.legend
+
+    def panel(self) -> None:
+        self._draw_histograms()
+        width = ps.get_window_size()[0]
+        canvas = imgui.GetBackgroundDrawList()
+        if self._legend is not None:
+            draw_legend(canvas, 0.5 * width, 8, 300, self._legend)
+        if is_offscreen():
+            return
+        imgui.SetNextWindowPos((8, 4))
+        imgui.SetNextWindowSize((290, 44))
+        imgui.Begin("show", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoBackground)
+        imgui.PushItemWidth(180)
+        subject = subject_combo(self.subject)
+        imgui.PopItemWidth()
+        imgui.End()
+        if subject != self.subject:
+            self.go_to(SUBJECTS.index(subject))
+
+    def _draw_histograms(self) -> None:
+        """Angle differences of each map under its column, on the same axes; bars at the ends are cut off."""
+        top = max(float(share[1:-1].max()) for _, share in self._histograms.values())
+        implot.StyleColorsLight()
+        imgui.StyleColorsLight()
+        window_flags = (
+            imgui.ImGuiWindowFlags_NoDecoration
+            | imgui.ImGuiWindowFlags_NoBackground
+            | imgui.ImGuiWindowFlags_NoSavedSettings
+        )
+        flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+        for k, (name, (edges, share)) in enumerate(self._histograms.items()):
+            left, upper, width, height = self.stage.cell(1, k)
+            imgui.SetNextWindowPos((left, upper + height))
+            imgui.SetNextWindowSize((width, _FOOT))
+            imgui.Begin(f"##histogram {k}", window_flags)
+            if implot.BeginPlot(f"##{k}", (-1, -1), flags):
+                implot.SetupAxes("degrees, image minus source", "", 0, implot.ImPlotAxisFlags_NoDecorations)
+                implot.SetupAxesLimits(-1.2 * _DEGREES, 1.2 * _DEGREES, 0, 1.05 * top, implot.ImPlotCond_Always)
+                implot.SetNextFillStyle((*LINES[0], 1.0))
+                implot.PlotShaded(name, (edges[1:] + edges[:-1]) / 2, np.minimum(share, top))
+                implot.EndPlot()
+            imgui.End()
+
+
+def compare(
+    mesh: Mesh, maps: Mapping[str, FloatArray], target: str | os.PathLike[str] | None = None, *, up: str = "z",
+    size: tuple[int, int] = COMPARISON_SIZE,
+) -> None:  # fmt: skip
+    """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""
+    present(lambda: Comparison(mesh, maps, up=up), target, size=size)

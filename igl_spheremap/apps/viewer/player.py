@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -11,16 +12,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw import palette
 from ...draw.plot import fit, pose
+from ...io import read_mesh, write_map
 from ...maps.options import METHODS, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import Mesh
+from ...mesh.check import Mesh, check_mesh
 from ...result.recording import Frame
-from .app import App, panel, paragraph, subject_combo, zoom_slider
+from ...result.run import Listener
+from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
@@ -68,8 +72,12 @@ class Player(App):
     mesh: Mesh | None
     run: Run
 
-    def prepare(self) -> None:
-        self.run.wait()
+    def prepare(self, listener: Listener | None = None) -> None:
+        def notify(run: Run) -> None:
+            if listener is not None and run.frames:
+                listener(run.frames[-1].iterate)
+
+        self.run.wait(notify)
         if self.run.error is not None:
             raise self.run.error
         self._update()
@@ -81,15 +89,21 @@ class Player(App):
         """Before: the last stop with foldings. After: the end."""
         return self.frames()
 
-    def stops(self) -> list[int]:
-        return sorted({max(k - 1, 0) for _, k in self.run.stops()})
-
     def go_to(self, frame: int) -> None:
         if frame == self.frames():
             folded = [k for _, k in self.run.stops()[:-1] if self.run.frames[k].foldings]
             self.show(folded[-1] if folded else 0, len(self.run.frames) - 1)
         else:
             self.show(frame, min(frame + 1, len(self.run.frames) - 1))
+
+    def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
+        """Frames through the run, half of them evenly, half where foldings change; those at stops are held."""
+        held = sorted({max(k - 1, 0) for _, k in self.run.stops()})
+        foldings = np.log1p([frame.foldings for frame in self.run.frames[: self.frames()]])
+        change = np.abs(np.diff(foldings, prepend=foldings[0]))
+        place = np.cumsum(change / (change.sum() or 1) + 1 / len(change))
+        chosen = np.searchsorted(place, np.linspace(0, place[-1], length)).clip(0, len(place) - 1)
+        return [(partial(self.go_to, k), k in held) for k in np.union1d(chosen, np.array(held, dtype=int)).tolist()]
 
     def facts(self) -> dict[str, Any]:
         return {**self._facts(self.after), "before": self._facts(self.before)}
@@ -128,7 +142,7 @@ class Player(App):
             colours = self._colours(frame)
             body.paint(colours.colours, colours.folded)
             body.show_edges(edge_width(self.mesh, self.subject) if lens.power > _NEAR else 0.0)
-            body.caption = f"{word}: {self.run.title(frame)}\n{count_foldings(frame.foldings)}"
+            body.caption = f"{word}\n{self.run.title(frame)}\n{count_foldings(frame.foldings)}"
             if frame is aim:
                 colours.apply(self.source)
                 self.inset.show(x, lens, colours)
@@ -178,6 +192,7 @@ class PlayerWindow(Player):
         self.method = method
         self.playing, self.speed = True, 0
         self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
+        self._save = SaveWidgets(self, "run", self._write_map)
         super().__init__(load, name, method, panel=PANEL, live=True, **layout)
 
     def tick(self) -> None:
@@ -195,12 +210,23 @@ class PlayerWindow(Player):
 
     def panel(self) -> None:
         super().panel()
+        if not self.stage.panel:
+            return
         with panel("Player", self.stage.panel):
             self._run_widgets()
             if self.run.frames:
-                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets):
+                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets, self._save):
                     widgets()
                 self._plots()
+
+    def _write_map(self, name: str) -> str:
+        """Write the result of the run, certified as it is written; an .npz file holds all of it."""
+        if self.run.result is None:
+            return "there is no result yet"
+        path = Path(name)
+        path = path if path.suffix else path.with_suffix(".npz")
+        written = write_map(path, self.run.result, force=True)
+        return f"wrote {path}: {written.certificate}"
 
     def _plots(self) -> None:
         at = self.run.frames[self.after].index
@@ -325,3 +351,70 @@ def _curve(
         implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
         implot.PlotInfLines("shown", np.array([float(shown)]))
     implot.EndPlot()
+
+
+def play(
+    v: ArrayLike,
+    f: ArrayLike,
+    method: str | Method = "lai2014",
+    target: str | os.PathLike[str] | None = None,
+    *,
+    up: str = "z",
+    size: tuple[int, int] = PLAYER_SIZE,
+) -> list[dict[str, Any]]:
+    """Show a map coming about: before and after each iteration, with its folded faces in red.
+
+    The surface stands beside the sphere before and after an iteration. A Moebius map magnifies the largest cluster of
+    folded faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own:
+    call this below ``if __name__ == "__main__":``, for that process imports the program anew.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like of float
+        Vertices of a closed, oriented, connected mesh of genus 0.
+    f : (m, 3) array_like of int
+        Faces.
+    method : str or options of a method
+        What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
+    target : path, optional
+        Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
+        pictures), in place of opening a window; needs no display.
+    up : str
+        Which way is up: "x", "-x", "y", "-y", "z" or "-z".
+    size : (int, int)
+        Width and height in pixels.
+
+    Returns
+    -------
+    list of dict
+        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` and ``foldings`` after the step, and the
+        same of the map ``before`` it.
+
+    Raises
+    ------
+    DisplayError
+        If there is no display for a window, or no OpenGL.
+    FileError
+        If the picture or the video can't be written.
+    MeshError
+        If the mesh is no closed surface of genus 0.
+    """
+    mesh = check_mesh(v, f)
+    method = method if isinstance(method, Method) else METHODS[method]()
+    kind = PlayerWindow if target is None else Player
+    load = partial(_load, mesh.vertices, mesh.f)
+    return present(lambda: kind(load, _GIVEN, method, up=up, size=size), target, size=size)
+
+
+#: The name of a surface that is given as arrays.
+_GIVEN = "your mesh"
+
+
+def _load(v: FloatArray, f: IntArray, name: str) -> Source:
+    """Vertices and faces by the name that the window shows, in any process."""
+    if name == _GIVEN:
+        return v, f
+    if name.startswith("sample:"):
+        return samples.from_spec(name.removeprefix("sample:"))
+    loaded = read_mesh(name)
+    return loaded.v, loaded.f

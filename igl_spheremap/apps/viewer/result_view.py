@@ -3,35 +3,52 @@
 from __future__ import annotations
 
 import os
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from ...draw.palette import INK
 from ...draw.plot import fit, pose
+from ...io import write_map
 from ...maps.balanced import rebalance
-from ...mesh.arrays import FloatArray
+from ...maps.given_sphere import sphere_map
+from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
+from ...mesh.measure import face_areas
 from ...result import findings
+from ...result.run import Listener, title_of
 from ...result.sphere_map import SphereMap
-from ...verify.certificate import certify_checked
-from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
+from ...sphere.moebius import moebius
+from ...verify.distortion import mesh_angle_differences
 from ...verify.signs import folded_faces
 from . import window
-from .app import App, draw_app, panel, paragraph, show_app, subject_combo, zoom_slider
+from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
 from .body import Body, Lens, follow
 from .choices import SIZE, SUBJECTS
-from .colouring import colouring
-from .stage import PANEL, Inset, Stage
+from .colouring import SQUARES, checkerboard, colouring, deepest_tips
+from .run import Run, Source
+from .stage import PANEL, Inset, Stage, packed
 from .window import imgui, ps
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
 _EDGES = 15_000
 _EDGE_WIDTH = 0.5
+#: Moebius maps of more than this strength leave nothing to see.
+_STRONGEST = 0.95
+#: Radius of the handle of the Moebius map in pixels; a click moves the mouse by less.
+_HANDLE = 9.0
+#: The vertex that was picked, on both sides: magenta, which no scale has and which isn't the red of foldings.
+_PICKED = (0.85, 0.0, 0.55)
+#: Seconds of each frame that a window spends on a map that is being computed.
+_POLL = 0.01
 
 
 class ResultView(App):
     """Source and sphere side by side, the sphere through a lens on the foldings if there are any.
 
-    The frames are the `SUBJECTS` that colours can show. With a `result` the panel has a slider for its balance.
+    The frames are the `SUBJECTS` that colours can show. With a `result` there is a panel, whose slider goes on to
+    maps of another balance; a Moebius map can follow the map, and a vertex be picked on either side.
     """
 
     def __init__(
@@ -46,47 +63,109 @@ class ResultView(App):
         lens: Lens | None = None,
         result: SphereMap | None = None,
     ) -> None:
-        self.mesh, self.subject, self.zoom = mesh, subject, 1.0
-        self.stage = Stage(1, 2, panel=PANEL if panel else 0)
-        self._with_panel, self._result = panel, result
+        self.mesh, self.subject, self.zoom, self.squares = mesh, subject, 1.0, SQUARES
+        self.result = result
+        self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
-        self._turn = pose(mesh.v, up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self._turn), mesh.f))
-        self.image = self.stage.place(0, 1, Body("sphere", x @ self._turn.T, mesh.f, lift=True))
-        self.inset = Inset(self.stage, 0, 1, mesh.f, x @ self._turn.T)
+        self._run: Run | None = None
+        self._held, self._moebius = False, False
+        self._clicked = np.zeros(2)
+        self._save = SaveWidgets(self, "map", self._write_map)
+        self.stage = Stage(1, 2, panel=PANEL if panel and result is not None else 0)
+        self.turn = pose(mesh.v, up)
+        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
+        self.image = self.stage.place(0, 1, Body("sphere", x @ self.turn.T, mesh.f, lift=True))
+        for body in (self.source, self.image):
+            body.mesh.set_selection_mode("vertices_only")
+        self.inset = Inset(self.stage, 0, 1, mesh.f, x @ self.turn.T)
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self._show_map(x, caption, lens)
 
     def _show_map(self, x: FloatArray, caption: str, lens: Lens | None = None) -> None:
-        self.x, self._map_caption = x, caption
-        self._folded = np.flatnonzero(folded_faces(x, self.mesh.f))
-        self._lens = lens or follow(x @ self._turn.T, self.mesh.f, self._folded)
-        found = (
-            findings.verdict(certify_checked(x, self.mesh.f)),
-            findings.angles(mesh_angle_differences(self.mesh, x)),
-            findings.areas(mesh_area_distortion(self.mesh, x)),
-        )
-        self._facts = "\n".join(f"{each.label}: {each.text}" for each in found)
+        self.map, self._caption, self._fixed_lens = x, caption, lens
+        self._poles = deepest_tips(self.mesh, x)
+        self._map_rows = [] if self.result is None else [
+            (found.label, found.text)
+            for found in (
+                findings.verdict(self.result.certificate),
+                findings.angles(self.result.angle_differences()),
+                findings.areas(self.result.area_ratios()),
+            )
+        ]
+        self.move(np.zeros(3))
+
+    def move(self, centre: FloatArray) -> None:
+        """Follow the map by the Moebius map that takes `centre`, a point of the unit ball, to the middle."""
+        self.centre = centre
+        self.x = moebius(self.map, centre) if centre.any() else self.map
+        self._folded = np.flatnonzero(folded_faces(self.x, self.mesh.f))
+        self._lens = self._fixed_lens or follow(self.x @ self.turn.T, self.mesh.f, self._folded)
         self.show_subject(self.subject)
 
     def show_subject(self, subject: str) -> None:
         """Colour both by one of `SUBJECTS`, and apply the lens."""
         self.subject = subject
         lens = Lens(self._lens.place, self._lens.power * self.zoom)
-        x = self.x @ self._turn.T
+        x = self.x @ self.turn.T
         self.image.set_positions(lens(x))
         self.image.raised = lens.power > 1
-        colours = colouring(self.mesh, self.x, subject, folded=self._folded)
+        if subject == "checkerboard":
+            colours = checkerboard(self.mesh, self.x, self._poles, self.squares, self._folded)
+        else:
+            colours = colouring(self.mesh, self.x, subject, folded=self._folded)
         colours.apply(self.source, self.image)
         self.inset.show(x, lens, colours)
         self.image.show_edges(edge_width(self.mesh, subject))
-        self.image.caption = f"{self._map_caption}\n{count_foldings(len(self._folded))}"
+        strength = float(np.linalg.norm(self.centre))
+        moved = f"{self._caption}, then a Moebius map of strength {strength:.2f}" if strength else self._caption
+        self.image.caption = f"{moved}\n{count_foldings(len(self._folded))}"
+        self.pick(self.picked)
+
+    def pick(self, vertex: int | None) -> None:
+        """Mark a vertex on both sides, or none."""
+        self.picked = vertex
+        self._rows = self._map_rows if vertex is None else self.vertex_rows(vertex)
+        rows = [] if vertex is None else [vertex]
+        for body in (self.source, self.image):
+            body.dots("picked", body.x[rows], _PICKED)
+
+    def vertex_rows(self, vertex: int) -> list[tuple[str, str]]:
+        """Figures of a vertex as labels and texts."""
+        at = self.mesh.f == vertex
+        around = at.any(axis=1)
+        angles = np.abs(mesh_angle_differences(self.mesh, self.x)[at])
+        own, image = (face_areas(v, self.mesh.f) for v in (self.mesh.v, self.x))
+        ratio = image[around].sum() / image.sum() / (own[around].sum() / own.sum())
+        return [
+            ("vertex", f"{vertex:,} of {len(self.mesh.v):,}"),
+            ("source", ", ".join(f"{c:.4g}" for c in self.mesh.vertices[vertex])),
+            ("image", ", ".join(f"{c:.4f}" for c in self.x[vertex])),
+            ("angle differences", f"{angles.mean():.3g} degrees on average, {angles.max():.3g} at most"),
+            ("area ratio", f"its faces have {ratio:.3g} times their share of the area"),
+        ]
 
     def rebalance(self, balance: float) -> None:
-        """Go on to the map of another balance."""
-        assert self._result is not None
-        self._result, self._balance = rebalance(self._result, balance), balance
-        self._show_map(self._result.sphere, caption_of(self._result))
+        """Go on to the map of another balance, which a process of its own computes; `tick` takes it over."""
+        assert self.result is not None
+        self.close()
+        self._balance = balance
+        load, solve = partial(_given, self.mesh.vertices, self.mesh.f), partial(_rebalanced, self.result, balance)
+        self._run = Run(load, solve, live=True)
+
+    def prepare(self, listener: Listener | None = None) -> None:
+        if self._run is not None:
+            self._run.wait()
+            self._take_map()
+
+    def _take_map(self) -> None:
+        if self._run is None:
+            return
+        self._run.poll(_POLL)
+        if self._run.result is not None:
+            self.result, self._run = self._run.result, None
+            self._show_map(self.result.sphere, caption_of(self.result))
+        elif self._run.error is not None:
+            self.message, self._run = str(self._run.error), None
 
     def frames(self) -> int:
         return len(SUBJECTS)
@@ -97,24 +176,125 @@ class ResultView(App):
     def go_to(self, frame: int) -> None:
         self.show_subject(SUBJECTS[frame])
 
+    def close(self) -> None:
+        if self._run is not None:
+            self._run.close()
+            self._run = None
+
+    def tick(self) -> None:
+        self._take_map()
+        if imgui.GetIO().WantCaptureMouse:
+            return
+        mouse = np.array(imgui.GetMousePos())
+        if imgui.IsMouseClicked(0):
+            self._clicked = mouse
+            self._held = self._handle_is_shown() and bool(np.linalg.norm(mouse - self.handle()) < 2 * _HANDLE)
+        if imgui.IsMouseReleased(0):
+            if not self._held and np.linalg.norm(mouse - self._clicked) < _HANDLE / 2:
+                self.pick_at(mouse)
+            self._held = False
+        self.stage.locked = self._held
+        if self._held and imgui.IsMouseDragging(0, 0.0):
+            self.drag_to(mouse)
+
+    def pick_at(self, pixel: FloatArray) -> None:
+        """Pick the vertex that is seen at a pixel, on either side; none where there is none."""
+        hit = ps.pick(screen_coords=tuple(pixel))
+        seen = hit.is_hit and hit.structure_name in (self.source.name, self.image.name)
+        self.pick(int(hit.structure_data["index"]) if seen else None)
+
+    def _handle_is_shown(self) -> bool:
+        return bool(self.stage.panel) and self._moebius and self._lens.power * self.zoom <= 1
+
+    def handle(self) -> FloatArray:
+        """Where the handle of the Moebius map is, in pixels."""
+        return self.stage.to_pixels(0, 1, self.turn @ self.centre)
+
+    def drag_to(self, mouse: FloatArray) -> None:
+        """Put the handle under the mouse, as deep in the ball as it was."""
+        centre = self.turn.T @ self.stage.from_pixels(0, 1, mouse, self.turn @ self.centre)
+        self.move(centre * min(1.0, _STRONGEST / max(float(np.linalg.norm(centre)), 1e-12)))
+
     def panel(self) -> None:
         self.inset.annotate()
-        if not self._with_panel:
+        if not self.stage.panel:
             return
+        assert self.result is not None
+        if self._handle_is_shown():
+            canvas = imgui.GetForegroundDrawList()
+            canvas.AddCircleFilled(tuple(self.handle()), _HANDLE, packed((1.0, 1.0, 1.0)))
+            canvas.AddCircle(tuple(self.handle()), _HANDLE, packed(INK), 0, 2.0)
         with panel("Map", self.stage.panel):
-            if self._result is not None and self._result.certificate.folding_free:
-                _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
-                if imgui.IsItemDeactivatedAfterEdit():
-                    self.rebalance(min(max(self._balance, 0.0), 1.0))
-            subject, zoom = subject_combo(self.subject), zoom_slider(self.zoom)
-            if (subject, zoom) != (self.subject, self.zoom):
-                self.zoom = zoom
-                self.show_subject(subject)
-            paragraph(self._facts)
+            if self.result.certificate.folding_free:
+                self._balance_slider()
+            self._view_widgets()
+            self._moebius_widgets()
             imgui.Separator()
-            if self._result is not None:
-                paragraph("Balance: 0 keeps angles, 1 keeps areas.")
-            paragraph("Drag to turn both, drag with the right button to shift, scroll to zoom, double-click to reset.")
+            for label, text in self._rows:
+                paragraph(f"{label}: {text}")
+            imgui.Separator()
+            self._save()
+            imgui.Separator()
+            paragraph("Click a vertex to see its image and its figures. Drag to turn both, drag with the right button "
+                      "to shift, scroll to zoom, double-click to reset.")
+
+    def _balance_slider(self) -> None:
+        _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
+        if imgui.IsItemDeactivatedAfterEdit():
+            self.rebalance(min(max(self._balance, 0.0), 1.0))
+        if self._run is None:
+            paragraph("0 keeps angles, 1 keeps areas")
+            return
+        latest = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
+        paragraph(f"computing: {latest}")
+        if imgui.Button("stop"):
+            self.close()
+
+    def _view_widgets(self) -> None:
+        subject, zoom, squares = subject_combo(self.subject), zoom_slider(self.zoom), self.squares
+        if subject == "checkerboard":
+            squares = imgui.SliderInt("squares", squares, 4, 96)[1]
+        if (subject, zoom, squares) != (self.subject, self.zoom, self.squares):
+            self.zoom, self.squares = zoom, squares
+            self.show_subject(subject)
+
+    def _moebius_widgets(self) -> None:
+        """The Moebius map in numbers."""
+        self._moebius = bool(imgui.TreeNode("Moebius map"))
+        if not self._moebius:
+            return
+        strength = float(np.linalg.norm(self.centre))
+        ahead = self.centre / strength if strength else np.array([0.0, 0.0, 1.0])
+        longitude, latitude = np.arctan2(ahead[1], ahead[0]), np.arcsin(np.clip(ahead[2], -1, 1))
+        a, strength = imgui.SliderFloat("strength", strength, 0.0, _STRONGEST)
+        b, longitude = imgui.SliderAngle("longitude", longitude, -180, 180)
+        c, latitude = imgui.SliderAngle("latitude", latitude, -89, 89)
+        if a or b or c:
+            level = np.cos(latitude)
+            ahead = np.array([level * np.cos(longitude), level * np.sin(longitude), np.sin(latitude)])
+            self.move(max(strength, 1e-3) * ahead)
+        if imgui.Button("reset"):
+            self.move(np.zeros(3))
+        paragraph("Drag the white handle: what is under it grows.")
+        imgui.TreePop()
+
+    def _write_map(self, name: str) -> str:
+        """Write what is shown, certified as it is written; an .npz file holds the whole result."""
+        assert self.result is not None
+        path = Path(name)
+        path = path if path.suffix else path.with_suffix(".npz")
+        moved = sphere_map(self.mesh.vertices, self.mesh.f, self.x) if self.centre.any() else self.result
+        written = write_map(path, moved, force=True)
+        return f"wrote {path}: {written.certificate}"
+
+
+def _given(v: FloatArray, f: IntArray) -> Source:
+    return v, f
+
+
+def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap:
+    """What a process computes while the window stays alive; v and f are those of the result."""
+    return rebalance(result, balance, listener=listener)
 
 
 def edge_width(mesh: Mesh, subject: str) -> float:
@@ -141,7 +321,8 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours show at first: "foldings", "conformal factor", "angle differences" or "area distortion".
+        What the colours show at first: "foldings", "conformal factor", "angle differences", "area distortion"
+        or "checkerboard".
 
     Raises
     ------
@@ -150,9 +331,7 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     ValueError
         If there is no such direction or subject.
     """
-    window.open_window()
-    view = ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result)
-    show_app(view)
+    present(lambda: ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result))
 
 
 def screenshot(
@@ -174,7 +353,8 @@ def screenshot(
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z".
     subject : str
-        What the colours show: "foldings", "conformal factor", "angle differences" or "area distortion".
+        What the colours show: "foldings", "conformal factor", "angle differences", "area distortion"
+        or "checkerboard".
     size : (int, int)
         Width and height in pixels.
 
@@ -203,11 +383,7 @@ def picture_of(
 ) -> None:
     """`screenshot` of any map, through any lens."""
     window.check_picture(path)
-    window.open_window(size=size, offscreen=True)
-    view = ResultView(mesh, x, caption, up=up, subject=subject, panel=False, lens=lens)
-
-    ps.set_user_callback(lambda: draw_app(view))
-    window.save(path)
+    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject, lens=lens), path, size=size)
 
 
 def caption_of(result: SphereMap) -> str:

@@ -145,8 +145,9 @@ class Run:
 
     def _take_result(self, result: SphereMap) -> None:
         assert self._recording is not None
-        last = self._recording.steps[-1]
-        self._recording(Iterate(last.stage, last.round, last.iteration, result.sphere, result.energy))
+        steps = self._recording.steps  # none where the result was there already, as at balance 0
+        place = steps[-1][:3] if steps else ("result", 0, 0)
+        self._recording(Iterate(*place, result.sphere, result.energy))
         self.result = result
 
     def _take_error(self, error: Exception) -> None:

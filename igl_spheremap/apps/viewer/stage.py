@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,15 @@ class Stage:
         bodies[place] = body
         self._laid_out = None
         return body
+
+    @contextmanager
+    def bare(self) -> Iterator[None]:
+        """Leave no room for the panel, which then is not drawn: for pictures that a window writes."""
+        width, self.panel = self.panel, 0
+        self._laid_out = None
+        yield
+        self.panel = width
+        self._laid_out = None
 
     def clear(self) -> None:
         """Remove all bodies."""
@@ -127,12 +137,14 @@ class Stage:
         """Centre and radius of the body of a cell, in the world."""
         left, top, w, h = self.cell(*place)
         body = self.bodies[place]
-        above = 8 + _LINE * len(wrapped(body.caption, w))
-        row = [one.legend is not None for (r, _), one in self.bodies.items() if r == place[0]]
-        below = any(row) or any(r == place[0] for r, _ in self.insets)  # the bodies of a row are of one size
+        # The spheres of a row are of one size.
+        row = {k: one for (r, k), one in self.bodies.items() if r == place[0]}
+        above = 8 + _LINE * max(len(wrapped(one.caption, self.cell(place[0], k)[2])) for k, one in row.items())
+        below = any(one.legend is not None for one in row.values()) or any(r == place[0] for r, _ in self.insets)
         room = h - above - (_LEGEND if below else 0)
         x, y = left + w / 2, top + above + room / 2
-        radius = max(10.0, min(w, room) / 2 - _MARGIN / 2) * UNITS_PER_PIXEL * self.zoom
+        across, along = body.extent(self.turn)
+        radius = max(10.0, min((w - _MARGIN) / across, (room - _MARGIN) / along) / 2) * UNITS_PER_PIXEL * self.zoom
         return to_world(x, y) + radius * np.append(self.shift, 0.0), radius
 
     def inset_frame(self, place: Place) -> tuple[FloatArray, float]:

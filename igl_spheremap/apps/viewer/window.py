@@ -49,7 +49,7 @@ UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
 MAX_FPS = 25
-_PICTURES = (".png", ".jpg")
+PICTURES = (".png", ".jpg")
 _offscreen: bool | None = None
 
 
@@ -71,6 +71,11 @@ def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offs
     ps.remove_everything()
     ps.clear_user_callback()
     ps.set_window_size(*size)
+
+
+def is_offscreen() -> bool:
+    """True where pictures are drawn for files, and there is nobody to use widgets."""
+    return bool(_offscreen)
 
 
 def _start(title: str, offscreen: bool) -> None:
@@ -167,8 +172,8 @@ def aim(height: int) -> None:
 
 def check_picture(path: str | os.PathLike[str]) -> None:
     """Raise a FileError before the work starts if a picture can't be written; polyscope reports nothing."""
-    if Path(path).suffix.lower() not in _PICTURES:
-        raise FileError(f"{path}: a picture is a {' or '.join(_PICTURES)} file")
+    if Path(path).suffix.lower() not in PICTURES:
+        raise FileError(f"{path}: a picture is a {' or '.join(PICTURES)} file")
     check_writable(path, force=True)
 
 

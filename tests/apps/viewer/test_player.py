@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from checkerboard import COLOURS
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
@@ -95,9 +94,9 @@ def test_what_ends_a_run_in_its_process_is_known_here():
 
 
 def test_no_colour_but_that_of_folded_faces_is_red():
-    ramps = [palette.sequential("", 0, 1), palette.diverging("", 1)]
+    ramps = [palette.sequential("", 0, 1), palette.pale("", 0, 1), palette.sizes("", 1), palette.diverging("", 1)]
     colours = np.vstack([ramp.colours(np.linspace(-1, 1, 400)) for ramp in ramps])
-    others = [palette.SURFACE, palette.EDGES, palette.INK, palette.BACKGROUND, *COLOURS]
+    others = [palette.SURFACE, palette.EDGES, palette.INK, palette.BACKGROUND, *palette.CHECKS]
     for light in np.linspace(0.6, 1, 30):
         r, g, b = (255 * light * np.vstack((colours, others))).T
         assert not ((r > 150) & (g < 110) & (b < 90)).any()
@@ -111,7 +110,8 @@ def test_red_is_in_sight_in_every_picture_that_counts_foldings():
 shown = player('dino', 'lai2014')
 shown.prepare()
 iterations = {frame.iterate.iteration: k for k, frame in enumerate(shown.run.frames) if not frame.iterate.round}
-frames = [iterations[k] - 1 for k in (1, 20, 100, 400, 600)] + shown.stops() + [shown.frames()]
+stops = [k - 1 for _, k in shown.run.stops() if k]
+frames = [iterations[k] - 1 for k in (1, 20, 100, 400, 600)] + stops + [shown.frames()]
 figures = []
 for frame in frames:
     shown.go_to(frame)
@@ -162,7 +162,7 @@ def test_play_writes_a_video_and_what_its_frames_show(tmp_path):
     assert done.returncode == 0, done.stderr
     frames = json.loads((tmp_path / "run.json").read_text())["frames"]
     with images.open(tmp_path / "run.gif") as video:
-        assert video.n_frames == len(frames) >= 20
+        assert video.n_frames == len(frames) >= 12
         held = []
         for k in range(video.n_frames):
             video.seek(k)

@@ -174,7 +174,8 @@ from igl_spheremap.apps.viewer.result_view import ResultView
 from igl_spheremap.apps.viewer.stage import text_width, wrapped
 app.open_for(Namespace(screenshot='unused.png', video=None, size=(500, 300)), 'test')
 v, f = ism.samples.make('dino', n_vertices=1500)
-view = ResultView(ism.check_mesh(v, f), ism.spherical_conformal_map(v, f).sphere, 'a caption that is ' + 9 * 'long ')
+result = ism.spherical_conformal_map(v, f)
+view = ResultView(ism.check_mesh(v, f), result.sphere, 'a caption that is ' + 9 * 'long ', result=result)
 widths = []
 def draw():
     app.draw_app(view)
@@ -214,9 +215,10 @@ ps.set_user_callback(lambda: app.draw_app(view))
 spread, facts, drawn_ = [], [], []
 for balance in (0.5, 1.0, 0.0):
     view.rebalance(balance)
+    view.prepare()
     drawn_.append(drawn(window.grab()))
     spread.append(float(np.abs(ism.area_distortion(v, f, view.x)).mean()))
-    facts.append(view._facts)
+    facts.append('\\n'.join(': '.join(row) for row in view._rows))
 figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x == result.sphere).all()))
 """)
     half, equal, conformal = figures["spread"]
@@ -224,3 +226,40 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x 
     assert figures["back"]
     assert all("covered once (exact)" in text and "areas: log(image / source)" in text for text in figures["facts"])
     assert figures["drawn"] > 0.15
+
+
+@needs_drawing
+def test_a_moebius_map_moves_the_image_and_a_vertex_is_picked_on_either_side():
+    figures = drive("""
+from igl_spheremap.apps.viewer.result_view import ResultView
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+v, f = ism.samples.make('spheroid', n_vertices=3000)
+result = ism.spherical_conformal_map(v, f)
+view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='checkerboard')
+ps.set_user_callback(lambda: app.draw_app(view))
+mean = lambda: float(np.abs(ism.angle_differences(v, f, view.x)).mean())
+before = mean()
+window.grab()
+at = view.handle()
+view.drag_to(at + [40.0, -25.0])
+moved = view.handle() - at
+view.stage.rotate(1.0, 0.5)
+picked = []
+for body, column in ((view.image, 1), (view.source, 0)):
+    front = int(np.argmax((body.x @ view.stage.turn.T)[:, 2]))
+    view.stage.draw()
+    view.pick_at(view.stage.to_pixels(0, column, body.x[front]))
+    picked.append([view.picked, front])
+rows = dict(view._rows)
+view.pick_at([5.0, 5.0])
+figures = dict(before=before, after=mean(), moved=moved.tolist(), free=ism.certify(view.x, f).folding_free,
+            strength=float(np.linalg.norm(view.centre)), picked=picked, rows=rows, none=view.picked)
+""")
+    assert figures["moved"] == pytest.approx([40, -25])
+    assert 0.1 < figures["strength"] < 0.95
+    assert figures["free"]
+    assert figures["after"] < 2 * figures["before"] + 0.2
+    for vertex, front in figures["picked"]:
+        assert vertex == front
+    assert figures["none"] is None
+    assert set(figures["rows"]) == {"vertex", "source", "image", "angle differences", "area ratio"}

@@ -68,6 +68,7 @@ def run_play(args: Namespace) -> None:
     open_for(args, "igl_spheremap")
     source = load_source(args)
     args.progress.stage(f"mapping {source.name}")
+    args.listener = args.progress.listener(source.f)
     load = partial(_load, source)
     up = args.up or guess_up(source.name)
     pictures = bool(args.screenshot or args.video)

@@ -1,10 +1,10 @@
-"""The chart of the demos' checkerboards is conformal and wound around its poles."""
+"""The chart of checkerboards is conformal and wound around its poles."""
 
 import numpy as np
 import pytest
-from checkerboard import deepest_tips, mercator_corners
 
 import igl_spheremap as ism
+from igl_spheremap.apps.viewer.colouring import checkerboard, deepest_tips, mercator_corners
 from igl_spheremap.mesh.measure import corner_angles
 
 
@@ -35,3 +35,16 @@ def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_fi
     latitude[dino.f] = corners[..., 1]
     assert np.argmax(latitude) in np.argsort(np.linalg.norm(y - tips[0], axis=1))[:8]
     assert np.argmin(latitude) in np.argsort(np.linalg.norm(y - tips[1], axis=1))[:8]
+
+
+def test_the_squares_of_a_conformal_map_are_squares_on_the_surface():
+    mesh = ism.check_mesh(*ism.samples.make("spheroid", n_vertices=4000))
+    angles = []
+    for balance in (0, 1):
+        x = ism.balanced_spherical_map(mesh.vertices, mesh.f, balance).sphere
+        corners = checkerboard(mesh, x).checks.reshape(-1, 3, 2)
+        flat = np.concatenate((corners, np.zeros((len(mesh.f), 3, 1))), axis=2).reshape(-1, 3)
+        away = np.ptp(corners, axis=1).max(axis=1) < 1  # near a pole a face is wider than a square
+        chart = corner_angles(flat, np.arange(len(flat)).reshape(-1, 3))
+        angles.append(np.degrees(np.abs(chart - corner_angles(mesh.v, mesh.f)))[away].mean())
+    assert angles[0] < 2 < angles[1]

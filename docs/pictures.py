@@ -1,0 +1,281 @@
+"""Make the pictures of README and docs into docs/images; the captions that a picture shows are kept in its PNG file.
+
+    python docs/pictures.py
+    python docs/pictures.py dino curves --to elsewhere
+
+They are made of the package's samples, some by the demos, within two minutes; needs libEGL, matplotlib and pillow, no
+display. Not here: benchmarks.png and convergence.png, which `benchmarks/` measure.
+"""
+
+from __future__ import annotations
+
+import re
+import runpy
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main as shell
+from igl_spheremap.apps.viewer import app as viewer
+from igl_spheremap.apps.viewer.app import App, present, run_app
+from igl_spheremap.apps.viewer.body import follow, look_at
+from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
+from igl_spheremap.apps.viewer.compare import Part, PartsView, registration_view
+from igl_spheremap.draw.palette import LINES
+from igl_spheremap.draw.plot import fit, new_figure, pose
+from igl_spheremap.errors import DisplayError
+from igl_spheremap.result.recording import plot_run
+from igl_spheremap.verify.signs import folded_faces
+
+ROOT = Path(__file__).resolve().parents[1]
+#: Pictures are reduced to so many colours: no difference is seen, and they are a quarter as large.
+_COLOURS = 256
+#: Logarithms of the conformal factor at the ends of the colours.
+_REACH = 6.0
+
+
+def dino(path: Path) -> list[str]:
+    """A surface, its Gauss map with the folded faces, its folding-free map, and the head on that map."""
+    mesh, turn = _sample("dino")
+    gauss = ism.gauss_map(mesh.vertices, mesh.f)
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    angles = np.abs(result.angle_differences()).mean()
+    forward = fit(mesh.v, turn)[mesh.f, 0].mean(axis=1)
+    lens = look_at(result.sphere @ turn.T, mesh.f[forward > np.percentile(forward, 92)])
+    checks = checkerboard(mesh, result.sphere).checks
+    folded = np.flatnonzero(folded_faces(gauss, mesh.f))
+    row = [
+        Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.v, turn), mesh.f),
+        Part(f"its Gauss map\n{len(folded):,} folded faces (red)", gauss @ turn.T, mesh.f, folded=folded),
+        Part(f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees",
+             result.sphere @ turn.T, mesh.f),
+        Part(f"the head on that map,\nmagnified {lens.power:,.0f} times", lens(result.sphere @ turn.T), mesh.f),
+    ]  # fmt: skip
+    return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
+
+
+def eigen_projection(path: Path) -> list[str]:
+    """Fig. 9 of the paper: conformal factor, map and eigenfunctions, on the way through Algorithm 2."""
+    mesh, turn = _sample("dino", n_vertices=2000)
+    recording = ism.Recording(mesh.f)
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f, "lai2014", listener=recording)
+    first = [frame.iterate for frame in recording.frames if frame.iterate.round == 0]
+    early = next(iterate for iterate in first if iterate.energy < 4 * np.pi + 1)
+    columns: list[list[Part]] = []
+    for name, x in (
+        (f"early: Algorithm 1, iteration {early.iteration}", early.x),
+        ("Algorithm 1 has ended", first[-1].x),
+        ("Algorithm 2 has ended", result.sphere),
+    ):
+        projection = ism.weighted_eigen_projection(mesh.vertices, mesh.f, x)
+        factor, folds = (colouring(mesh, x, subject, reach=_REACH) for subject in ("conformal factor", "foldings"))
+        lens = follow(x @ turn.T, mesh.f, folds.folded)
+        power = f"foldings magnified {lens.power:,.0f} times" if len(folds.folded) else "no folding is left"
+        phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
+        reach = np.linalg.norm(phi, axis=1)
+        columns.append([
+            Part(f"{name}\nthe conformal factor", fit(mesh.v, turn), mesh.f, factor.colours,
+                 legend=factor.legend if len(columns) == 1 else None),
+            Part(f"{len(folds.folded):,} folded faces\n{power}", lens(x @ turn.T), mesh.f, folds.colours,
+                 folds.folded, edges=0.5),
+            Part(f"the surface of the eigenfunctions\nhas radii from {reach.min():.2f} to {reach.max():.2f}",
+                 phi / max(1.0, reach.max()), mesh.f, folds.colours, edges=0.5),
+        ])  # fmt: skip
+    return _draw(list(zip(*columns, strict=True)), path, (1000, 1000))
+
+
+def curves(path: Path) -> list[str]:
+    """Energy, foldings and angle differences of a run of the paper's algorithms."""
+    v, f = ism.samples.make("dino")
+    recording = ism.Recording(f)
+    result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), title="dino, lai2014")
+    figure.savefig(path, dpi=110)
+    return []
+
+
+def harmonics(path: Path) -> list[str]:
+    """A surface, and the sums of its spherical harmonics up to three degrees."""
+    mesh, turn = _sample("brain")
+    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    shape = ism.spherical_harmonics(result, degree=50)
+    error = shape.error()
+    row = [Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.v, turn), mesh.f)]
+    for degree in (5, 15, 50):
+        part = ism.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
+        caption = f"degree {degree}\n{error[degree]:.2f} percent off"
+        row.append(Part(caption, fit(part.evaluate(result.sphere), turn), mesh.f))
+    return _draw([row], path, (1400, 400))
+
+
+def registration(path: Path) -> list[str]:
+    """A sphere laid on another, both coloured by the depth of their surfaces."""
+    fixed = ism.spherical_conformal_map(*ism.samples.make("brain"))
+    other = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    moving = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
+    registered = ism.register(moving, fixed)
+    return _present(lambda: registration_view(moving, fixed, registered), path, (1200, 440))
+
+
+def balance_front(path: Path) -> list[str]:
+    """Areas against angles of three samples over the balances."""
+    figure, ((ax,),) = new_figure(1, 1, "", (6.4, 4.2))
+    for colour, name in zip(LINES, ("octopus", "dino", "brain"), strict=False):
+        v, f = ism.samples.make(name, n_vertices=4000)
+        result, points = ism.spherical_conformal_map(v, f), []
+        for balance in np.linspace(0, 1, 9):
+            result = ism.rebalance(result, float(balance))
+            area, angle = np.abs(result.area_ratios()).mean(), np.abs(result.angle_differences()).mean()
+            points.append((angle, np.exp(area)))
+        x, y = np.transpose(points)
+        ax.semilogy(x, y, color=colour, marker="o", markersize=4)
+        ax.annotate(name, points[-3], color=colour, fontsize=11, textcoords="offset points",
+                    xytext=(10, 4) if name != "dino" else (-40, -8))  # fmt: skip
+        ends = zip((0, -1), ("balance 0: angles kept", "balance 1: areas kept"), strict=True)
+        for end, word in ends if name == "octopus" else ():
+            ax.annotate(word, points[end], textcoords="offset points", xytext=(6, 4 - 12 * end), fontsize=9)
+    ax.set(xlim=(0, 45), xlabel="angles are off by, degrees (mean)", ylabel="areas are off by a factor of (mean)")
+    ticks = (1, 2, 5, 10, 20, 50, 100, 200)
+    ax.set_yticks(ticks, labels=[str(tick) for tick in ticks], minor=False)
+    ax.minorticks_off()
+    ax.grid(alpha=0.3)
+    figure.savefig(path, dpi=110)
+    return []
+
+
+def throughput(path: Path) -> list[str]:
+    """Maps a second, from the table that benchmarks/throughput.py wrote."""
+    page = (ROOT / "docs" / "throughput.md").read_text("utf-8")
+    rows = re.findall(r"^\| ([\w ]+?) \| (\d+) \| ([\d.]+) \|", page, re.MULTILINE)
+    names = list(dict.fromkeys(name for name, _, _ in rows))
+    workers = sorted({int(count) for _, count, _ in rows})
+    figure, ((ax,),) = new_figure(1, 1, "", (6.4, 2.6))
+    height = 0.8 / len(workers)
+    for k, (count, colour) in enumerate(zip(workers, LINES, strict=False)):
+        rates = [next(float(rate) for name, many, rate in rows if (name, int(many)) == (one, count)) for one in names]
+        places = np.arange(len(names)) + (k - (len(workers) - 1) / 2) * height
+        ax.barh(places, rates, 0.92 * height, color=colour)
+        for place, rate in zip(places, rates, strict=True):
+            ax.annotate(f" {rate:.0f} by {count} {'worker' if count == 1 else 'workers'}", (rate, place), va="center",
+                        fontsize=9)  # fmt: skip
+    ax.set_yticks(range(len(names)), labels=names, fontsize=11)
+    ax.invert_yaxis()
+    ax.set(xticks=[], xlim=(0, 1.25 * max(float(rate) for _, _, rate in rows)))
+    ax.spines["bottom"].set_visible(False)
+    ax.set_title("meshes of 2,562 vertices read, mapped, certified and written in a second", fontsize=10, loc="left")
+    figure.savefig(path, dpi=110)
+    return [f"{name}, {count}: {rate}" for name, count, rate in rows]
+
+
+def foldings(path: Path) -> list[str]:
+    """The moving picture of README: foldings vanish."""
+    words = "play sample:dino:n_vertices=1500 --length 60 --fps 12 --size 860 360 --quiet --video"
+    shell([*words.split(), str(path)])
+    return []
+
+
+def _demo(name: str, *arguments: str) -> Callable[[Path], list[str]]:
+    """A maker that takes a demo's own picture."""
+
+    def make(path: Path) -> list[str]:
+        apps: list[App] = []
+
+        def noting(app: App, args: Namespace) -> list[dict[str, Any]]:
+            apps.append(app)
+            return run_app(app, args)
+
+        script = str(ROOT / "demos" / f"{name}.py")
+        with patch.object(viewer, "run_app", noting), patch.object(sys, "argv", [script, *arguments, str(path)]):
+            runpy.run_path(script, run_name="__main__")
+        return _captions(apps[0])
+
+    make.__doc__ = f"The demo {name}."
+    return make
+
+
+PICTURES: dict[str, Callable[[Path], list[str]]] = {
+    "dino.png": dino,
+    "eigen_projection.png": eigen_projection,
+    "curves.png": curves,
+    "harmonics.png": harmonics,
+    "registration.png": registration,
+    "balance_front.png": balance_front,
+    "throughput.png": throughput,
+    "folding_removal.png": _demo("folding_removal", ""),
+    "checkerboard.png": _demo("checkerboard", ""),
+    "compare_methods.png": _demo("compare_methods", ""),
+    "angles_or_areas.png": _demo("angles_or_areas"),
+    "align_landmarks.png": _demo("align_landmarks"),
+    "foldings.gif": foldings,
+}
+
+
+def _sample(name: str, **parameters: int) -> tuple[ism.Mesh, np.ndarray]:
+    mesh = ism.check_mesh(*ism.samples.make(name, **parameters))
+    return mesh, pose(mesh.v)
+
+
+def _draw(rows: Sequence[Sequence[Part]], path: Path, size: tuple[int, int]) -> list[str]:
+    return _present(lambda: PartsView(rows), path, size)
+
+
+def _present(build: Callable[[], App], path: Path, size: tuple[int, int]) -> list[str]:
+    apps: list[App] = []
+
+    def keep() -> App:
+        apps.append(build())
+        return apps[0]
+
+    present(keep, path, size=size)
+    return _captions(apps[0])
+
+
+def _captions(app: App) -> list[str]:
+    return [body.caption for body in app.stage.bodies.values()]
+
+
+def shrink(path: Path, captions: list[str]) -> None:
+    """Reduce the colours of a picture, and keep its captions in the file."""
+    kept = PngInfo()
+    kept.add_itxt("captions", "\n".join(captions))
+    with Image.open(path) as image:
+        small = image.convert("RGB").quantize(_COLOURS, kmeans=2, dither=Image.Dither.NONE)
+    small.save(path, optimize=True, pnginfo=kept)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make the pictures that are named, or all."""
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: all of {', '.join(PICTURES)}")
+    parser.add_argument("--to", type=Path, default=ROOT / "docs" / "images", metavar="DIR", help="default: docs/images")
+    args = parser.parse_args(arguments)
+    names = [name if "." in name else f"{name}.png" for name in args.names] or list(PICTURES)
+    unknown = sorted(set(names) - set(PICTURES))
+    if unknown:
+        parser.error(f"there is no picture {', '.join(unknown)}")
+    args.to.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        path = args.to / name
+        try:
+            captions = PICTURES[name](path)
+        except DisplayError as error:
+            print(f"{parser.prog}: {error}", file=sys.stderr)
+            return 70
+        if path.suffix == ".png":
+            shrink(path, captions)
+        print(f"{path}: {path.stat().st_size:,} bytes")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
