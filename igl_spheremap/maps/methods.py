@@ -28,10 +28,10 @@ from ..sphere.moebius import center
 from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
-from ..untangle.algorithm_2 import unfold
+from ..untangle.algorithm_2 import remove_foldings
 from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..untangle.polish import polish_map
-from ..untangle.untangle import untangle
+from ..untangle.repair import repair
 from ..verify.certificate import certify_checked
 from .options import Auto, Descent, GuYau, Lai2014, Method, Stereographic
 
@@ -55,7 +55,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     if found.status is Status.STOPPED:
         return found
     try:
-        found = untangle(found, operators, listener, centred=options.gauge == "centred", effort=options.effort)
+        found = repair(found, operators, listener, centred=options.gauge == "centred", effort=options.effort)
     except StopIteration:
         return replace(found, run=replace(run, status=Status.STOPPED))
     if options.polish is not None:
@@ -79,17 +79,16 @@ def _remarks(found: SphereMap) -> Iterator[str]:
 def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map, or from another start, of unit rows."""
     energy = HarmonicEnergy.of(mesh, options.weights)
-    problem = Problem.of(mesh, energy)
     solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, keep_injective=True)
 
-    def algorithm_1(first: Iterate) -> Minimum:
+    def algorithm_1(problem: Problem, first: Iterate) -> Minimum:
         return minimize(solver.iterates(problem, first.x), tolerance=options.tolerance,
                         max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
                         round=first.round)
 
     x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
     projections = _PROJECTIONS if options.weights == "delaunay" else 1
-    x, run = unfold(mesh, problem, energy.L, x, name, algorithm_1, options.rounds, listener, projections)
+    x, run = remove_foldings(mesh, energy, x, name, algorithm_1, options.rounds, projections, listener)
     return in_gauge(mesh, x, run)
 
 

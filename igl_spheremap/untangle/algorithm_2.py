@@ -1,4 +1,4 @@
-"""Algorithm 2: foldings removed by weighted Laplace-Beltrami eigen-projection."""
+"""Algorithm 2: foldings are removed by weighted Laplace-Beltrami eigen-projection."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from scipy.sparse import csr_matrix
 
+from ..descent.energies.harmonic import HarmonicEnergy
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
 from ..errors import FactorisationFailed
@@ -18,34 +19,36 @@ from ..start.star_map import project
 from ..verify.certificate import certify_checked
 from .local_repair import has_few_foldings, repair_locally
 
-#: Share of the energy by which settled star maps differ.
+#: Projections within a round end when the energy of a star map differs from that of the last by less than this share:
+#: Algorithm 1, which follows, lowers it by far more.
 _SETTLED = 1e-4
 
 
-def unfold(
+def remove_foldings(
     mesh: Mesh,
-    problem: Problem,
-    L: csr_matrix,
+    energy: HarmonicEnergy,
     x: FloatArray,
     name: str,
-    descend: Callable[[Iterate], Minimum],
+    algorithm_1: Callable[[Problem, Iterate], Minimum],
     rounds: int,
-    listener: Listener | None = None,
     projections: int = 1,
+    listener: Listener | None = None,
 ) -> tuple[FloatArray, Run]:
-    """Alternate Algorithm 1, `descend`, and up to `rounds` eigen-projections until no folding is left.
+    """Alternate Algorithm 1 and up to `rounds` eigen-projections until no folding is left.
 
-    L is the Laplacian of the problem's energy. A round has up to so many `projections`, each weighted by the star map
-    of the last, until the energy settles. `name` is what the first map is called in the record; the listener sees
-    the start of every round. The map is that of the round that left the fewest foldings, of the last such.
+    A round has up to `projections` of them, each weighted by the star map of the last, until the energy settles.
+    `name` is that of the first map in the record of the run; the listener sees the start of every round. The map is
+    that of the last round among those that left the fewest foldings.
     """
+    problem = Problem.of(mesh, energy)
     done: list[Round] = []
     notes: tuple[str, ...] = ()
     x = problem.centred(x)
-    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
+    start = Iterate(name, 0, 0, x, energy.evaluate(x)[0])
     for k in range(rounds + 1):
         began = time.perf_counter()
-        minimum = _stopped_at(start, listener) or descend(_repaired(mesh, start))  # Algorithm 2, steps 1 and 4
+        # Algorithm 2, steps 1 and 4
+        minimum = _stopped_at(start, listener) or algorithm_1(problem, _repaired(mesh, start))
         minimum = minimum.centred(problem)
         done.append(minimum.as_round(mesh, start, time.perf_counter() - began))
         if done[-1].foldings_after <= min(record.foldings_after for record in done):
@@ -53,7 +56,7 @@ def unfold(
         if done[-1].foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
         try:
-            start = _star_map(mesh, problem, L, minimum.last, k + 1, projections)
+            start = _star_map(mesh, problem, energy.L, minimum.last, k + 1, projections)
         except FactorisationFailed as error:  # of surfaces without normals, such as flat ones
             notes = (f"foldings were removed in {k} rounds only: there is no star map ({error})",)
             break
@@ -62,7 +65,7 @@ def unfold(
 
 
 def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round: int, projections: int) -> Iterate:
-    """The start of a round: the star map of the eigenfunctions that a map weights, which its details hold."""
+    """The start of a round: the star map of the eigenfunctions that a map weights, and these in its details."""
     x, energy = last.x, last.energy
     for _ in range(projections):
         projection = project(mesh, L, x)  # Algorithm 2, step 2
@@ -75,7 +78,7 @@ def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round:
 
 
 def _repaired(mesh: Mesh, start: Iterate) -> Iterate:
-    """A star map without the foldings that small moves undo: Algorithm 1 keeps a map free of them that starts so."""
+    """A star map, repaired where few faces are folded: Algorithm 1 keeps a map free of foldings that starts so."""
     few = start.round > 0 and has_few_foldings(certify_checked(start.x, mesh.f), mesh.f)
     return replace(start, x=repair_locally(mesh, start.x)) if few else start
 

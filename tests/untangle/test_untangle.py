@@ -18,7 +18,7 @@ from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
-from igl_spheremap.untangle.untangle import untangle
+from igl_spheremap.untangle.repair import repair
 from igl_spheremap.verify.certificate import certify, certify_checked
 from igl_spheremap.verify.distortion import angle_differences
 
@@ -31,7 +31,7 @@ def _mapped(name, **parameters):
 
 def _untangle(mesh, operators, x, listener=None, *, centred=False):
     first = SphereMap(mesh, x, certify_checked(x, mesh.f), Run(Status.CONVERGED, np.nan))
-    return untangle(first, operators, listener, centred=centred)
+    return repair(first, operators, listener, centred=centred)
 
 
 def _mean(mesh, x):

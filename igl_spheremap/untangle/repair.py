@@ -1,13 +1,13 @@
-"""From a map with foldings to one that is certified to have none, and near the mesh's angles, in up to four steps.
+"""The repair: from a map with foldings to one that is certified to have none, near the mesh's angles, in four steps.
 
-1. *map*: the harmonic map is certified. If at most 1 percent of its faces are folded, it is kept.
-2. *angles*: else the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere.
-   Limbs deeper than float64 are shortened (deep_limbs.py); where that costs angles, the deepest tips are first put
-   where coordinates are finer (poles.py).
-3. *embedding*: foldings that are left are undone by small moves, or else by progressive embedding.
-4. *newton*: damped Newton steps lower the angle differences of the whole map.
+1. *map*: the harmonic map is certified. Step 2 is left out if at most 1 percent of its faces are folded.
+2. *angles*: the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere. Limbs
+   deeper than float64 are shortened (deep_limbs.py); where that costs angles, the deepest tips are first put where
+   coordinates are finer (poles.py).
+3. *embedding*: foldings that are left are repaired by small moves, or else by progressive embedding.
+4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
 
-A step's map is taken if it is certified and its angle differences are the least so far.
+The map of a step is taken if it is certified and its angle differences are the least so far.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ import numpy as np
 
 from ..descent.energies.harmonic import HarmonicEnergy
 from ..mesh.arrays import FloatArray
-from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
-from ..verify.certificate import Certificate, certify_checked
+from ..verify.certificate import certify_checked
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .deep_limbs import floors, shorten_limbs
@@ -47,48 +46,41 @@ _SEVERAL = 3
 
 
 @stage("repair")
-def untangle(first: SphereMap, operators: Operators, listener: Listener | None = None, *,
-             centred: bool = False, effort: Effort = Effort()) -> SphereMap:  # noqa: B008 - it is frozen
-    """Make a map in the gauge of the result free of foldings and bring it nearer to the mesh's angles.
+def repair(first: SphereMap, operators: Operators, listener: Listener | None = None, *,
+           centred: bool = False, effort: Effort = Effort()) -> SphereMap:  # noqa: B008 - it is frozen
+    """Free a map, in the gauge of the result, of foldings, and bring it nearer to the mesh's angles.
 
     Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
     the gauge "poles", unless `centred`.
     """
     mesh, x = first.mesh, first.sphere
-    steps = _Steps(mesh, operators, listener)
+    steps = _Steps(first, operators, listener)
     free = first.certificate.folding_free
-    worth_steps = free and is_worth_steps(mesh, x)
-    if free and not worth_steps:
+    if free and not is_worth_steps(mesh, x):
         steps.notify(x, first.energy, 0)
         return first
     steps.accept("map", x)
     if not free:
-        few = has_few_foldings(steps.last, mesh.f)
+        few = has_few_foldings(first.certificate, mesh.f)
         if not few:
-            steps.angles(x, centred)
+            steps.angles(centred)
         if steps.best is None or (not few and len(mesh.v) <= _SMALL):
             steps.accept("embedding", repair_locally(mesh, x))
     for _ in range(_SEVERAL if len(mesh.v) <= _SMALL else 1):
-        steps.newton(free, effort)
-    return steps.result(first)
+        steps.newton(effort)
+    return steps.result()
 
 
 class _Steps:
     """The steps, and the best map so far."""
 
-    best: FloatArray | None = None
+    best: SphereMap | None = None
     laid_out: Placed | None = None
-    kept: str = ""
-    gauge: str = "centred"
-    mean: float = np.inf
-    stretch: float = 1.0
-    certificate: Certificate
-    last: Certificate
 
-    def __init__(self, mesh: Mesh, operators: Operators, listener: Listener | None) -> None:
-        self.mesh, self.operators, self.listener = mesh, operators, listener
+    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None) -> None:
+        self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
         self.rounds: list[Round] = []
-        self._began = time.perf_counter()
+        self._began, self._least = time.perf_counter(), np.inf
 
     @cached_property
     def _blocks(self) -> VertexBlocks:
@@ -103,16 +95,16 @@ class _Steps:
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; take it if it is certified and its angle differences are the least so far."""
         certificate, mean = certify_checked(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
-        before = self.last.foldings if self.rounds else certificate.foldings
+        before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
                                  now - self._began))
-        self._began, self.last = now, certificate
+        self._began = now
         self.notify(x, energy, certificate.foldings)
-        taken = certificate.folding_free and mean < self.mean
+        taken = certificate.folding_free and mean < self._least
         if taken:
-            self.best, self.kept, self.mean, self.certificate = x, name, mean, certificate
-            self.stretch, self.gauge = stretch, gauge
+            run = replace(self.first.run, energy=energy, stretch=stretch, gauge=gauge)
+            self.best, self._least = SphereMap(self.mesh, x, certificate, run), mean
         return taken
 
     def notify(self, x: FloatArray, energy: float, foldings: int) -> None:
@@ -120,9 +112,9 @@ class _Steps:
         if self.listener is not None:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
-    def angles(self, x: FloatArray, centred: bool) -> None:
+    def angles(self, centred: bool) -> None:
         """Angles that close, and their layout, its limbs as deep as float64 holds."""
-        self.laid_out = unroll(self.mesh, x, self._blocks)
+        self.laid_out = unroll(self.mesh, self.first.sphere, self._blocks)
         if self.laid_out is None:
             return
         for y, stretch, gauge in self._placements(self.laid_out, centred):
@@ -145,30 +137,28 @@ class _Steps:
             shortened = shorten_limbs(placed, self._source, floor)
             yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
-    def newton(self, free: bool, effort: Effort) -> None:
-        """Lower the angle differences of the best map; `free` if it came without foldings.
+    def newton(self, effort: Effort) -> None:
+        """Lower the angle differences of the best map.
 
-        Then factorised steps are at most 1 + 3000 // n, and above 4,000 vertices, where factorisations take most of
-        the time, there are three quick steps by conjugate gradients.
+        If it came without foldings, factorised steps are at most 1 + 3000 // n, and above 4,000 vertices, where
+        factorisations take most of the time, there are three quick steps by conjugate gradients.
         """
         assert self.best is not None
-        n = len(self.mesh.v)
-        quick = free and n > (_SEVERAL + 1) * _SMALL
-        if free:
+        x, run, n, quick = self.best.sphere, self.best.run, len(self.mesh.v), False
+        if self.first.certificate.folding_free:
+            quick = n > (_SEVERAL + 1) * _SMALL
             effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * _SMALL // n))
-        centroid = weighted_sum(self.mesh.A, self.best) if self.gauge == "poles" else np.zeros(3)
-        x = match_angles(self.mesh, self.best, centroid, self._blocks, effort,
+        centroid = weighted_sum(self.mesh.A, x) if run.gauge == "poles" else np.zeros(3)
+        x = match_angles(self.mesh, x, centroid, self._blocks, effort,
                          damping=UNDAMPED if self.laid_out is None else DAMPED, quick=quick)
-        self.accept("newton", x, self.stretch, self.gauge)
+        self.accept("newton", x, run.stretch, run.gauge)
 
-    def result(self, first: SphereMap) -> SphereMap:
+    def result(self) -> SphereMap:
         """The best map, in the package's gauge."""
         assert self.best is not None
-        x, certificate = self.best, self.certificate
-        if self.kept != "map" and self.gauge == "centred":
-            x = restore_gauge(self.mesh, x)
-            certificate = certify_checked(x, self.mesh.f)
-        energy = first.energy if x is first.sphere else HarmonicEnergy(self.operators.L).evaluate(x)[0]
-        rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
-        run = replace(first.run, energy=energy, rounds=rounds, stretch=self.stretch, gauge=self.gauge)
-        return replace(first, sphere=x, certificate=certificate, run=run)
+        best = self.first if self.best.sphere is self.first.sphere else self.best
+        if best is not self.first and best.gauge == "centred":
+            x = restore_gauge(self.mesh, best.sphere)
+            run = replace(best.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
+            best = replace(best, sphere=x, certificate=certify_checked(x, self.mesh.f), run=run)
+        return replace(best, run=replace(best.run, rounds=tuple(self.rounds) if len(self.rounds) > 1 else ()))
