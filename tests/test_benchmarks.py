@@ -29,7 +29,8 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "peers", "player", "random_meshes", "scaling", "shapes", "stages")
+OPTIONS = ("balanced_maps", "convergence", "factors", "peers", "player", "random_meshes", "repairs", "scaling",
+           "shapes", "stages")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
