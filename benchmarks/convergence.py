@@ -24,7 +24,7 @@ from .common import IMAGES, load, parser, pyplot
 #: What is run: label and method.
 RUNS = {
     "Gu and Yau's descent, Gauss map": ism.GuYau(tutte=False, plateau=0.0, max_iterations=4000),
-    "Algorithm 1, Gauss map": ism.Lai2014(rounds=0, plateau=0.0, tolerance=1e-6, max_iterations=4000),
+    "Algorithm 1, Gauss map": ism.Lai2014(rounds=0, plateau=0.0, gradient_tolerance=1e-6, max_iterations=4000),
     "fast method, punctured start": ism.Auto(tolerance=1e-10),
 }
 

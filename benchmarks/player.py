@@ -75,7 +75,7 @@ def main(argv: list[str]) -> None:
     ps.set_max_fps(window.MAX_FPS)
     with tempfile.TemporaryDirectory() as folder:
         clock = Path(folder) / "clock"
-        method = METHODS["lai2014"](tolerance=1e-14, plateau=0.0, max_iterations=10**6)
+        method = METHODS["lai2014"](gradient_tolerance=1e-14, plateau=0.0, max_iterations=10**6)
         player = PlayerWindow(Load(clock), name, method)
         while len(player.run.frames) < 3:
             player.tick()

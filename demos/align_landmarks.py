@@ -24,7 +24,7 @@ targets /= np.linalg.norm(targets, axis=1, keepdims=True)
 row = [landmark_part(f"{len(landmarks)} landmarks\n(blue; their targets are yellow)", mesh, fit(v, turn), landmarks)]
 for name, weight, injective in (("best Moebius map", 0, True), ("may fold", 100, False), ("may not fold", 100, True)):
     steps = 300 if weight else 0
-    result = ism.landmark_map(v, f, landmarks, targets, weight, keep_injective=injective, max_iterations=steps)
+    result = ism.landmark_map(v, f, landmarks, targets, weight, may_fold=not injective, max_iterations=steps)
     miss = np.degrees(np.linalg.norm(result.sphere[landmarks] - targets, axis=1)).mean()
     caption = f"{name}:\n{miss:.1f} degrees off, {result.certificate.foldings} folded faces"
     row.append(landmark_part(caption, mesh, result.sphere @ turn.T, landmarks, targets @ turn.T))

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -63,6 +64,38 @@ class DisplayError(RuntimeError):
 
 class WorkersUnavailable(RuntimeError):
     """No worker, or none of the right version, runs the jobs of `igl_spheremap.map_many`."""
+
+
+def check_number(value: object, name: str, least: float = 0.0, most: float = math.inf) -> float:
+    """The value of an option; a TypeError unless it is a number, a ValueError unless it is in range.
+
+    >>> check_number(float("nan"), "tolerance")
+    Traceback (most recent call last):
+        ...
+    ValueError: tolerance is nan; give a number of at least 0
+    """
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise TypeError(f"{name} is {value!r}; give a number")
+    number = float(value)
+    if not least <= number <= most:
+        limits = f"of at least {least:g}" if most == math.inf else f"from {least:g} to {most:g}"
+        raise ValueError(f"{name} is {number:g}; give a number {limits}")
+    return number
+
+
+def check_whole(value: object, name: str, least: int = 0) -> int:
+    """The value of an option; a TypeError unless it is a whole number, a ValueError if it is too small."""
+    if not isinstance(value, Integral) or isinstance(value, bool):
+        raise TypeError(f"{name} is {value!r}; give a whole number")
+    if value < least:
+        raise ValueError(f"{name} is {value}; give {least} or more")
+    return int(value)
+
+
+def check_listener(listener: object) -> None:
+    """Raise a TypeError unless a listener can be called, or is None."""
+    if listener is not None and not callable(listener):
+        raise TypeError(f"listener is {listener!r}; give a function that takes one argument")
 
 
 def one_line(error: BaseException) -> str:

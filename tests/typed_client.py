@@ -24,7 +24,8 @@ def verdict(certificate: ism.Certificate) -> str:
 def main() -> str:
     """Map, certify, and use what comes back."""
     v, f = ism.samples.make("spheroid", n_vertices=500)
-    result: ism.SphereMap = ism.spherical_conformal_map(v, f, ism.Lai2014(rounds=0, tolerance=1e-2), listener=watch)
+    method = ism.Lai2014(rounds=0, gradient_tolerance=1e-2)
+    result: ism.SphereMap = ism.spherical_conformal_map(v, f, method, listener=watch)
     sphere: NDArray[np.float64] = result.sphere
     angles: NDArray[np.float64] = ism.angle_differences(v, f, sphere)
     assert angles.shape == f.shape

@@ -41,8 +41,8 @@ class CayleyBB:
     xi: float = 0.85
     #: Which quotient is the first step tried; "alternating" takes tau_1 at odd iterations and tau_2 at even ones.
     bb: BarzilaiBorwein = "alternating"
-    #: Whether steps that fold are refused if the start has no foldings.
-    keep_injective: bool = False
+    #: If not, steps that fold are refused where the start has no foldings.
+    may_fold: bool = True
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
@@ -53,7 +53,7 @@ class CayleyBB:
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
         tau, taken, k = _FIRST_TAU, 0.0, 0
-        injective = self.keep_injective and problem.is_injective(x)
+        injective = not self.may_fold and problem.is_injective(x)
         off_centre = _OFF_CENTRE_INJECTIVE if injective else _OFF_CENTRE
         while True:
             square = problem.inner(gradient, gradient)

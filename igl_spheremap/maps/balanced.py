@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..balance.family import Family
 from ..descent.energies.harmonic import HarmonicEnergy
-from ..errors import FoldingsRemain, own_errstate
+from ..errors import FoldingsRemain, check_number, own_errstate
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status
 from ..result.sphere_map import SphereMap
@@ -64,6 +64,8 @@ def balanced_spherical_map(
         If `v, f` is no closed, oriented, connected genus-0 mesh.
     ValueError
         If `balance` is not in [0, 1].
+    TypeError
+        If it is no number.
     FoldingsRemain
         If the conformal map has foldings, which "auto" never leaves.
 
@@ -79,7 +81,7 @@ def balanced_spherical_map(
     >>> result.certificate.folding_free, result.status.name, bool(abs(result.area_ratios()).mean() < 0.02)
     (True, 'CONVERGED', True)
     """
-    check_balance(balance)
+    check_number(balance, "balance", most=1)
     conformal = spherical_conformal_map(v, f, method, listener=listener)
     return balance_map(Family(conformal.mesh), conformal, balance, listener)
 
@@ -106,6 +108,8 @@ def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = 
     ------
     ValueError
         If `balance` is not in [0, 1].
+    TypeError
+        If it is no number.
     FoldingsRemain
         If the map has foldings; `igl_spheremap.repair_foldings` removes them.
 
@@ -116,14 +120,8 @@ def rebalance(result: SphereMap, balance: float, *, listener: Listener | None = 
     >>> ism.rebalance(result, 0.6).certificate.folding_free
     True
     """
-    check_balance(balance)
+    check_number(balance, "balance", most=1)
     return balance_map(Family(result.mesh), result, balance, listener)
-
-
-def check_balance(balance: float) -> None:
-    """Raise a ValueError unless a balance is in [0, 1]."""
-    if not 0 <= balance <= 1:
-        raise ValueError(f"balance {balance!r} is not between 0 (conformal) and 1 (area-preserving)")
 
 
 @timed()

@@ -33,11 +33,11 @@ def landmark_map(
     f: ArrayLike,
     landmarks: ArrayLike,
     targets: ArrayLike,
-    weights: ArrayLike = 100.0,
-    x0: ArrayLike | None = None,
+    landmark_weights: ArrayLike = 100.0,
+    start: ArrayLike | None = None,
     *,
-    keep_injective: bool = True,
-    tolerance: float = 1e-3,
+    may_fold: bool = False,
+    gradient_tolerance: float = 1e-3,
     max_iterations: int = 500,
     plateau: float = 1e-6,
     listener: Listener | None = None,
@@ -58,16 +58,16 @@ def landmark_map(
         Vertex indices.
     targets : (k, 3) array_like
         Their targets, as directions.
-    weights : float or (k,) array_like
-        Of the squared chords, beside an energy of about 4 pi; 100 leaves distances of some 1e-3.
-    x0 : (n, 3) array_like, optional
+    landmark_weights : float or (k,) array_like
+        Weights of the squared chords, beside an energy of about 4 pi; 100 leaves distances of some 1e-3.
+    start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
-    keep_injective : bool
-        Keep a start without foldings free of them: steps that would fold a face are refused. Without it the map
-        folds near landmarks: a point has zero capacity in the plane, so that the energy is lowest where a thin
-        spike of the surface reaches the target.
-    tolerance : float
+    may_fold : bool
+        Take steps that fold faces, too. By default a start without foldings is kept free of them. Else the map folds
+        near landmarks: a point has zero capacity in the plane, so that the energy is lowest where a thin spike of the
+        surface reaches the target.
+    gradient_tolerance : float
         Norm of the gradient, in the metric of smooth fields, at which the run ends.
     max_iterations : int
         Maximum number of iterations.
@@ -85,7 +85,7 @@ def landmark_map(
     Raises
     ------
     MeshError
-        If the mesh, `x0` or a landmark is invalid.
+        If the mesh, `start` or a landmark is invalid.
 
     References
     ----------
@@ -101,12 +101,12 @@ def landmark_map(
     >>> bool(np.abs(result.sphere[[0, 100, 200, 300]] - target).max() < 0.15), result.certificate.folding_free
     (True, True)
     """
-    options = Landmarks(keep_injective, tolerance, max_iterations, plateau)
+    options = Landmarks(may_fold, gradient_tolerance, max_iterations, plateau)
     history = History(listener)
     mesh = check_mesh(v, f)
-    penalty = check_landmarks(len(mesh.v), landmarks, targets, weights)
-    name, x = start_of(mesh, x0)
-    if x0 is None:
+    penalty = check_landmarks(len(mesh.v), landmarks, targets, landmark_weights)
+    name, x = start_of(mesh, start)
+    if start is None:
         x = match_landmarks(x, penalty)
     harmonic = HarmonicEnergy.of(mesh)
     metric = SobolevH2.of(harmonic.L, mesh.f, x)

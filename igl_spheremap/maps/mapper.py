@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..balance.family import Family
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, check_number, own_errstate
 from ..mesh.arrays import FloatArray, plain_array
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
-from .balanced import balance_map, check_balance
+from .balanced import balance_map
 from .methods import auto, check_start
-from .options import Auto
+from .options import Auto, method_of
 
 
 class SphereMapper:
@@ -46,6 +46,8 @@ class SphereMapper:
         If `v, f` is no closed, oriented, connected genus-0 mesh.
     ValueError
         If the backend is unknown or not installed.
+    TypeError
+        If `method` is no record of `Auto`.
 
     Examples
     --------
@@ -57,6 +59,7 @@ class SphereMapper:
 
     @own_errstate
     def __init__(self, v: ArrayLike, f: ArrayLike, method: Auto = Auto()) -> None:  # noqa: B008 - it is frozen
+        method_of(method, Auto)
         self.mesh = check_mesh(v, f)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
@@ -102,7 +105,7 @@ class SphereMapper:
     def map(
         self,
         start: ArrayLike | None = None,
-        weights: ArrayLike | None = None,
+        vertex_weights: ArrayLike | None = None,
         *,
         listener: Listener | None = None,
     ) -> SphereMap:
@@ -112,7 +115,7 @@ class SphereMapper:
         ----------
         start : (n, 3) array_like, optional
             Map to start from; rows are scaled to unit length. The punctured harmonic map by default.
-        weights : (n,) array_like, optional
+        vertex_weights : (n,) array_like, optional
             Non-negative weights of the vertices that are balanced on the sphere: their barycentre is at its
             centre, and the rotation agrees best with the Gauss map in them. The source's vertex areas by default.
             More weight gives a region more room.
@@ -122,17 +125,17 @@ class SphereMapper:
         Returns
         -------
         SphereMap
-            That of ``spherical_conformal_map(v, f, method)``, bit for bit, unless a start or weights are given. Its
-            ``seconds`` are those of this call, without the factorisation.
+            That of ``spherical_conformal_map(v, f, method)``, bit for bit, unless a start or vertex weights are given.
+            Its ``seconds`` are those of this call, without the factorisation.
 
         Raises
         ------
         MeshError
-            If `start` has not one finite, nonzero row per vertex, or `weights` can't be balanced.
+            If `start` has not one finite, nonzero row per vertex, or `vertex_weights` can't be balanced.
         """
         history, n = History(listener), len(self.mesh.v)
         x = None if start is None else check_start(start, n)
-        mesh = self.mesh if weights is None else replace(self.mesh, A=_shares(weights, n))
+        mesh = self.mesh if vertex_weights is None else replace(self.mesh, A=_shares(vertex_weights, n))
         found = auto(mesh, self.method, history, self.operators, x)
         run = history.complete(found.run, self.method.name, self.method.settings())
         return replace(found, mesh=self.mesh, run=run)
@@ -162,7 +165,7 @@ class SphereMapper:
         FoldingsRemain
             If the map has foldings.
         """
-        check_balance(balance)
+        check_number(balance, "balance", most=1)
         same = result.mesh is self.mesh or (np.array_equal(result.vertices, self.mesh.vertices)
                                             and np.array_equal(result.faces, self.mesh.f))
         if not same:

@@ -78,16 +78,16 @@ def _remarks(found: SphereMap) -> Iterator[str]:
 
 def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map, or from another start, of unit rows."""
-    energy = HarmonicEnergy.of(mesh, options.weights)
-    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, keep_injective=True)
+    energy = HarmonicEnergy.of(mesh, options.edge_weights)
+    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, may_fold=False)
 
     def algorithm_1(problem: Problem, first: Iterate) -> Minimum:
-        return minimize(solver.iterates(problem, first.x), tolerance=options.tolerance,
+        return minimize(solver.iterates(problem, first.x), tolerance=options.gradient_tolerance,
                         max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
                         round=first.round)
 
     x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
-    projections = _PROJECTIONS if options.weights == "delaunay" else 1
+    projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
     x, run = remove_foldings(mesh, energy, x, name, algorithm_1, options.rounds, projections, listener)
     return in_gauge(mesh, x, run)
 
@@ -103,7 +103,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
         problem = Problem.of(mesh, HarmonicEnergy(L), step_metric(L))
         minimum = minimize(
             ProjectedDescent(options.step, stage).iterates(problem, x),
-            tolerance=options.tolerance,
+            tolerance=options.gradient_tolerance,
             plateau=plateau,
             max_iterations=options.max_iterations,
             listener=listener,
@@ -151,7 +151,7 @@ def _flattened(
     best: tuple[int, FlatMetric] | None = None
     for face in faces:
         first = to_sphere(dipole_map(mesh, operators, face), mesh.A)
-        flat = flat_metric(mesh, int(mesh.f[face, 0]), first, tolerance=options.tolerance,
+        flat = flat_metric(mesh, int(mesh.f[face, 0]), first, tolerance=options.angle_tolerance,
                            max_iterations=options.max_iterations)
         if best is None or len(flat.broken) < len(best[1].broken):
             best = face, flat
@@ -188,9 +188,9 @@ def _lifted(z: ComplexArray, A: FloatArray) -> FloatArray:
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Descent, listener: Listener) -> SphereMap:
     """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
     began = time.perf_counter()
-    solver = CayleyBB(keep_injective=options.keep_injective)
-    minimum = minimize(solver.iterates(problem, x), tolerance=options.tolerance, max_iterations=options.max_iterations,
-                       plateau=options.plateau, listener=listener)
+    solver = CayleyBB(may_fold=options.may_fold)
+    minimum = minimize(solver.iterates(problem, x), tolerance=options.gradient_tolerance,
+                       max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
     y = minimum.last.x
     start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
@@ -200,11 +200,11 @@ def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Des
     return SphereMap(mesh, y, certify_checked(y, mesh.f), replace(run, gauge="free"))
 
 
-def start_of(mesh: Mesh, x: ArrayLike | None) -> tuple[str, FloatArray]:
+def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:
     """Name and map to start from: the given one, or the conformal map."""
-    if x is None:
+    if start is None:
         return "conformal map", auto(mesh, Auto()).sphere
-    return "given map", check_start(x, len(mesh.v))
+    return "given map", check_start(start, len(mesh.v))
 
 
 #: What maps a mesh, by the record of its options.

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ..descent.line_search import BarzilaiBorwein
+from ..errors import check_number, check_whole
 from ..untangle.effort import Effort
 
 Gauge = Literal["poles", "centred"]
@@ -27,14 +28,20 @@ class Method(ABC):
     name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Refuse unknown choices and negative counts before anything is computed."""
+        """Refuse what is no choice, no count or no number before anything is computed."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
             choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
-            if choices and value not in choices and not (value is None and type(None) in kinds):
+            if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
+                continue
+            if choices and value not in choices:
                 raise ValueError(f"unknown {name} {value!r}: choose {' or '.join(map(repr, choices))}")
-            if hint is int and value < 0:
-                raise ValueError(f"{name} is {value}; give 0 or more")
+            if int in kinds:
+                check_whole(value, name)
+            if hint is float:
+                check_number(value, name)
+            if hint in (bool, str) and not isinstance(value, hint):
+                raise TypeError(f"{name} is {value!r}; give {'True or False' if hint is bool else 'a name'}")
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
@@ -53,7 +60,7 @@ class Auto(Method):
         Largest harmonic energy above the minimum at which the steps end, in units of the gap between energy and flat
         image area, which is the mesh's own discretisation error.
     max_iterations : int
-        Maximum number of steps to the harmonic map.
+        Maximum number of iterations of the minimisation, here steps to the harmonic map.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"poles", "centred"}
@@ -71,7 +78,9 @@ class Auto(Method):
     Raises
     ------
     ValueError
-        If `gauge` or `polish` is unknown or `max_iterations` negative; at the run, if `backend` is unknown.
+        If `gauge` or `polish` is unknown or a number negative or NaN; at the run, if `backend` is unknown.
+    TypeError
+        If a number is none, or `max_iterations` not whole.
 
     Examples
     --------
@@ -104,11 +113,11 @@ class Lai2014(Method):
 
     Parameters
     ----------
-    tolerance : float
+    gradient_tolerance : float
         Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
         having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
     max_iterations : int
-        Maximum number of iterations, counted anew for each round.
+        Maximum number of iterations of each minimisation, one in each round.
     plateau : float
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
@@ -123,16 +132,17 @@ class Lai2014(Method):
     bb : {"alternating", "tau_1", "tau_2"}
         Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
         iterations and tau_2 at even ones.
-    weights : {"cotangent", "delaunay"}
-        Of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some are
-        negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
+    edge_weights : {"cotangent", "delaunay"}
+        Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some
+        are negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
         and eigen-projections are repeated with them until the energy of their star maps settles.
 
     Raises
     ------
     ValueError
-        If `bb` or `weights` is unknown, a number of iterations or rounds negative, or `rho`, `delta` or `xi` not from
-        0 to 1.
+        If `bb` or `edge_weights` is unknown, a number negative or NaN, or `rho`, `delta` or `xi` not from 0 to 1.
+    TypeError
+        If a number is none, or a count not whole.
 
     References
     ----------
@@ -142,12 +152,12 @@ class Lai2014(Method):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.spherical_conformal_map(v, f, ism.Lai2014(tolerance=1e-2, rounds=1)).certificate.folding_free
+    >>> ism.spherical_conformal_map(v, f, ism.Lai2014(gradient_tolerance=1e-2, rounds=1)).certificate.folding_free
     True
     """
 
     name: ClassVar[str] = "lai2014"
-    tolerance: float = 1e-3
+    gradient_tolerance: float = 1e-3
     max_iterations: int = 5000
     plateau: float = 5e-7
     rounds: int = 3
@@ -155,14 +165,13 @@ class Lai2014(Method):
     delta: float = 0.1
     xi: float = 0.85
     bb: BarzilaiBorwein = "alternating"
-    weights: EdgeWeights = "cotangent"
+    edge_weights: EdgeWeights = "cotangent"
 
     def __post_init__(self) -> None:
         """Refuse search parameters that Algorithm 1 excludes, too."""
         super().__post_init__()
         for name in ("rho", "delta", "xi"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} is {getattr(self, name):g}; give a number from 0 to 1")
+            check_number(getattr(self, name), name, most=1)
 
 
 @dataclass(frozen=True)
@@ -178,14 +187,14 @@ class GuYau(Method):
     tutte : bool
         Whether the Tutte (barycentric) map is made first, as the authors do. Without it the harmonic descent
         starts at the Gauss map, as in the comparisons of Lai et al.
-    tolerance : float
+    gradient_tolerance : float
         The harmonic descent ends when the L2 norm of the tangential gradient without boosts is at most this:
         the rule of `Lai2014`, in the same norm.
     tutte_plateau : float
         The Tutte map ends when its energy fell by less than this share over 100 iterations: it is a start
         only.
     max_iterations : int
-        Maximum number of iterations, counted for each of the two maps.
+        Maximum number of iterations of each minimisation, one for each of the two maps.
     plateau : float
         The harmonic descent ends, too, when its energy fell by less than this share over 100 iterations: the
         rule of `Lai2014`, and in kind that of the authors, an energy difference.
@@ -193,7 +202,9 @@ class GuYau(Method):
     Raises
     ------
     ValueError
-        If the step is not between 0 and 2, or `max_iterations` negative.
+        If the step is not between 0 and 2, or a number negative or NaN.
+    TypeError
+        If a number is none, or `max_iterations` not whole.
 
     References
     ----------
@@ -211,7 +222,7 @@ class GuYau(Method):
     name: ClassVar[str] = "gu-yau"
     step: float = 1.8
     tutte: bool = True
-    tolerance: float = 1e-3
+    gradient_tolerance: float = 1e-3
     tutte_plateau: float = 1e-3
     max_iterations: int = 20_000
     plateau: float = 5e-7
@@ -239,17 +250,19 @@ class Stereographic(Method):
         Face that holds the pole. The flat metric has the pole at its first corner: next to a punctured face
         of equal sides triangles would have angles of 180 degrees. By default a well-shaped face of middling
         size; for the flat metric the best of four such.
-    tolerance : float
+    angle_tolerance : float
         Of the flat metric only: largest angle defect in radians.
     max_iterations : int
-        Of the flat metric only: maximum number of Newton steps, for each puncture that is tried.
+        Of the flat metric only: maximum number of iterations of each minimisation, one for each puncture that is tried.
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 
     Raises
     ------
     ValueError
-        If `plane` is unknown or `max_iterations` negative; at the run, if there is no such face or backend.
+        If `plane` is unknown or a number negative or NaN; at the run, if there is no such face or backend.
+    TypeError
+        If a number is none, or a count not whole.
     MapError
         At the run, if the plane map is not finite.
     NotConverged
@@ -271,7 +284,7 @@ class Stereographic(Method):
     name: ClassVar[str] = "stereographic"
     plane: Plane = "laplace-beltrami"
     puncture: int | None = None
-    tolerance: float = 1e-8
+    angle_tolerance: float = 1e-8
     max_iterations: int = 100
     backend: str = "auto"
 
@@ -280,8 +293,8 @@ class Stereographic(Method):
 class Descent(Method):
     """Options of Algorithm 1 on further problems."""
 
-    keep_injective: bool = True
-    tolerance: float = 1e-3
+    may_fold: bool = False
+    gradient_tolerance: float = 1e-3
     max_iterations: int = 5000
     plateau: float = 5e-7
 
@@ -307,10 +320,15 @@ class Landmarks(Descent):
 METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
 
 
-def method_of(method: str | Method) -> Method:
-    """The record that a user's choice stands for."""
-    if isinstance(method, Method):
+def method_of(method: str | Method, *kinds: type[Method]) -> Method:
+    """The record that a user's choice stands for; a TypeError unless it is one of these kinds, if any are given."""
+    if isinstance(method, kinds or Method):
         return method
+    if isinstance(method, type) and issubclass(method, Method):
+        raise TypeError(f"method is the class {method.__name__}; give a record of it, {method.__name__}()")
+    if kinds or not isinstance(method, str):
+        names = " or ".join(f"{kind.__name__}()" for kind in kinds or METHODS.values())
+        raise TypeError(f"method is {method!r}; give a record of options, such as {names}")
     if method not in METHODS:
         raise ValueError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options")
     return METHODS[method]()

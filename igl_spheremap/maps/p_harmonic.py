@@ -22,10 +22,10 @@ def p_harmonic_map(
     v: ArrayLike,
     f: ArrayLike,
     p: float,
-    x0: ArrayLike | None = None,
+    start: ArrayLike | None = None,
     *,
-    keep_injective: bool = True,
-    tolerance: float = 1e-3,
+    may_fold: bool = False,
+    gradient_tolerance: float = 1e-3,
     max_iterations: int = 5000,
     plateau: float = 5e-7,
     listener: Listener | None = None,
@@ -42,11 +42,11 @@ def p_harmonic_map(
         Exponent above 1. At 2 the map is the harmonic one. Larger exponents punish stretching where it is
         largest: limbs gain room, and angles are lost. Up to 2 the Moebius gauge is fixed as for harmonic
         maps; above, the energy itself keeps the map spread out.
-    x0 : (n, 3) array_like, optional
+    start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
-    keep_injective : bool
-        Keep a start without foldings free of them: steps that would fold a face are refused.
-    tolerance : float
+    may_fold : bool
+        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+    gradient_tolerance : float
         L2 norm of the tangential gradient at which the run ends, the source having unit area.
     max_iterations : int
         Maximum number of iterations.
@@ -64,7 +64,7 @@ def p_harmonic_map(
     Raises
     ------
     MeshError
-        If the mesh is invalid or `x0` has not one finite, nonzero row per vertex.
+        If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
     ValueError
         If p is not above 1.
 
@@ -80,8 +80,8 @@ def p_harmonic_map(
     >>> bool(result.conformal_factor().std() < ism.spherical_conformal_map(v, f).conformal_factor().std())
     True
     """
-    options = PHarmonic(keep_injective, tolerance, max_iterations, plateau, p)
+    options = PHarmonic(may_fold, gradient_tolerance, max_iterations, plateau, p)
     history = History(listener)
     mesh = check_mesh(v, f)
-    found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, x0), options, history)
+    found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, start), options, history)
     return replace(found, run=history.complete(found.run, options.name, options.settings()))

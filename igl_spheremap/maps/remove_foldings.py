@@ -12,14 +12,14 @@ from ..mesh.timings import timed
 from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
 from .methods import check_start, lai2014
-from .options import Lai2014
+from .options import Lai2014, method_of
 
 
 @own_errstate
 def minimize_harmonic_energy(
     v: ArrayLike,
     f: ArrayLike,
-    x0: ArrayLike | None = None,
+    start: ArrayLike | None = None,
     *,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     listener: Listener | None = None,
@@ -32,7 +32,7 @@ def minimize_harmonic_energy(
         Vertex positions.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
-    x0 : (n, 3) array_like, optional
+    start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options but `rounds`.
@@ -47,7 +47,7 @@ def minimize_harmonic_energy(
     Raises
     ------
     MeshError
-        If the mesh is invalid or `x0` has not one finite, nonzero row per vertex.
+        If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
 
     References
     ----------
@@ -60,7 +60,8 @@ def minimize_harmonic_energy(
     >>> ism.minimize_harmonic_energy(v, f).certificate.folding_free
     True
     """
-    return remove_foldings(v, f, x0, method=replace(method, rounds=0), listener=listener)
+    method_of(method, Lai2014)
+    return remove_foldings(v, f, start, method=replace(method, rounds=0), listener=listener)
 
 
 @own_errstate
@@ -68,7 +69,7 @@ def minimize_harmonic_energy(
 def remove_foldings(
     v: ArrayLike,
     f: ArrayLike,
-    x0: ArrayLike | None = None,
+    start: ArrayLike | None = None,
     *,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     listener: Listener | None = None,
@@ -81,7 +82,7 @@ def remove_foldings(
         Vertex positions.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
-    x0 : (n, 3) array_like, optional
+    start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options.
@@ -96,7 +97,7 @@ def remove_foldings(
     Raises
     ------
     MeshError
-        If the mesh is invalid or `x0` has not one finite, nonzero row per vertex.
+        If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
 
     References
     ----------
@@ -109,7 +110,8 @@ def remove_foldings(
     >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
     [('gauss map', 0)]
     """
+    method_of(method, Lai2014)
     history = History(listener)
     mesh = check_mesh(v, f)
-    found = lai2014(mesh, method, history, None if x0 is None else check_start(x0, len(mesh.v)))
+    found = lai2014(mesh, method, history, None if start is None else check_start(start, len(mesh.v)))
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

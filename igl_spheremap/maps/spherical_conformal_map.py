@@ -43,8 +43,8 @@ def spherical_conformal_map(
     method : str or Method
         "auto" (the fast pipeline, the default), "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the Gauss
         map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured
-        plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(tolerance=1e-4)``, with
-        options: see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
+        plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=1)``, with options:
+        see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
     tolerance, max_iterations, backend, gauge, polish, effort
         The options of "auto", see `Auto`. Other methods take theirs by record only.
     listener : callable, optional
@@ -62,9 +62,10 @@ def spherical_conformal_map(
         If `v, f` is no closed, oriented, connected genus-0 mesh: one line that says what is wrong, where, and what
         would fix it.
     ValueError
-        If the method or an option's value is unknown.
+        If the method or an option's value is unknown, or a number is negative or NaN.
     TypeError
-        If options of "auto" come with another method.
+        If options of "auto" come with another method, the method is no record, a number none, or the listener can't be
+        called.
 
     References
     ----------
@@ -96,5 +97,5 @@ def _chosen(method: str | Method, auto: Auto) -> Method:
         return auto
     if auto.settings():
         raise TypeError(f"{', '.join(auto.settings())}: an option of method 'auto' only; give another method its "
-                        "options in its record, e.g. method=Lai2014(tolerance=1e-4)")
+                        "options in its record, e.g. method=Lai2014(gradient_tolerance=1e-4)")
     return method_of(method)

@@ -11,9 +11,8 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 
-from ..errors import import_optional, own_errstate
+from ..errors import check_listener, check_number, import_optional, own_errstate
 from ..io import format_of
-from ..maps.balanced import check_balance
 from ..maps.options import Method, method_of
 from .executors import workers_of
 from .job import Job, Options, here, key_of
@@ -112,7 +111,8 @@ def map_many(
     >>> [row.status for row in rows]
     ['certified', 'certified']
     """
-    check_balance(balance)
+    check_number(balance, "balance", most=1)
+    check_listener(listener)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
     options = Options(method_of(method), float(balance), repair, keep_largest, force, os.getcwd())

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import check_listener
 from ..mesh.arrays import FloatArray
 from ..mesh.timings import timings
 
@@ -221,8 +222,7 @@ class History:
     """
 
     def __init__(self, listener: Listener | None = None) -> None:
-        if listener is not None and not callable(listener):
-            raise TypeError(f"listener is {listener!r}; give a function that takes an Iterate")
+        check_listener(listener)
         self.steps: list[Step] = []
         self._listener = listener
         self._began = time.perf_counter()

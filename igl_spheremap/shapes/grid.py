@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, check_whole, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
@@ -65,8 +65,7 @@ def to_grid(
     >>> ism.to_grid(result, rows=32).shape
     (32, 64, 3)
     """
-    if rows < 1 or int(rows) != rows:
-        raise ValueError(f"{rows} rows are out of range: give a whole number from 1")
+    check_whole(rows, "rows", 1)
     check_map(result)
     theta, phi = _coordinates(kind, int(rows), 2 * int(rows))
     points = grid_points(np.cos(theta), phi).reshape(-1, 3)

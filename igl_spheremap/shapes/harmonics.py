@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, check_number, check_whole, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values
 from ..mesh.measure import vertex_areas
 from ..result.sphere_map import SphereMap
@@ -317,10 +317,9 @@ def spherical_harmonics(
     >>> shape.coefficients.shape, shape.error()[[1, 2, 4, 8]].round(1).tolist()
     ((81, 3), [2.8, 2.6, 0.7, 0.1])
     """
-    if not 0 <= degree <= LARGEST_DEGREE or int(degree) != degree:
-        raise ValueError(f"degree {degree} is out of range: give a whole number from 0 to {LARGEST_DEGREE}")
-    if not oversampling >= 1:
-        raise ValueError(f"oversampling {oversampling} is out of range: give a number from 1")
+    if check_whole(degree, "degree") > LARGEST_DEGREE:
+        raise ValueError(f"degree is {degree}; give a whole number from 0 to {LARGEST_DEGREE}")
+    check_number(oversampling, "oversampling", 1)
     check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
     coefficients = expand(SphereLocator(result.sphere, result.mesh), data, int(degree), oversampling)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -11,13 +10,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import check_number, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.options import METHODS, Auto
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas, weighted_quantile
-from ..result.run import Iterate, Listener
+from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import certify_checked
@@ -140,7 +139,7 @@ def register(
     FoldingsRemain
         If a map is not certified folding-free.
     ValueError
-        If there is no such stage.
+        If there is no such stage, or `stiffness` is negative.
 
     Examples
     --------
@@ -153,13 +152,15 @@ def register(
     >>> bool(np.abs(result.rotation - quarter).max() < 1e-3), result.map.certificate.folding_free
     (True, True)
     """
-    began = time.perf_counter()
+    history = History(listener)
+    if stiffness is not None:
+        check_number(stiffness, "stiffness")
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     moving = reflected(moving) if reflect else moving
     pair = SurfacePair(moving, fixed, features, [_FIRST_WIDTH, *(_LEVELS if "elastic" in stages else ())])
-    course = _Course(moving, pair, listener)
+    course = _Course(moving, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
@@ -180,14 +181,14 @@ def register(
                     stiff = max(least, last)
                     elastic.fit(course.x, pair.weights, pair.features[level], pair.picture(level), stiff, course)
     result = certified(moving.mesh, course.x)
-    run = replace(result.run, method="register", seconds=time.perf_counter() - began)
+    run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
 
 
 class _Course:
     """The moving sphere on its way: takes each iterate, passes it on, and reports the stages."""
 
-    def __init__(self, moving: SphereMap, pair: SurfacePair, listener: Listener | None) -> None:
+    def __init__(self, moving: SphereMap, pair: SurfacePair, listener: Listener) -> None:
         self.x, self.stages = moving.sphere, [_report("start", pair, moving.faces, moving.sphere, moving.sphere)]
         self._moving, self._pair, self._listener = moving, pair, listener
         self._name, self._count = "", 0
@@ -195,8 +196,7 @@ class _Course:
     def __call__(self, x: FloatArray, cost: float) -> None:
         self.x = x
         self._count += 1
-        if self._listener is not None:
-            self._listener(Iterate(self._name, 0, self._count, x, cost))
+        self._listener(Iterate(self._name, 0, self._count, x, cost))
 
     @contextmanager
     def stage(self, name: str, before: FloatArray | None = None) -> Iterator[None]:

@@ -78,4 +78,4 @@ def test_a_start_without_foldings_is_kept_so():
     def check(iterate):
         assert ism.certify(iterate.x, F).folding_free
 
-    run(CayleyBB(keep_injective=True), x=crumpled, listener=check, max_iterations=100)
+    run(CayleyBB(may_fold=False), x=crumpled, listener=check, max_iterations=100)

@@ -125,7 +125,7 @@ def test_a_spring_whose_conformal_image_is_rounding_opens_and_its_status_is_shor
 
 @pytest.mark.parametrize("balance", [-0.1, 1.5, float("nan")])
 def test_a_balance_outside_is_refused(balance):
-    with pytest.raises(ValueError, match="between 0"):
+    with pytest.raises(ValueError, match="from 0 to 1"):
         ism.balanced_spherical_map(V, F, balance)
 
 

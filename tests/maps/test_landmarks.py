@@ -50,10 +50,10 @@ def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
     assert energies == sorted(energies)
 
 
-def test_foldings_of_strong_landmarks_are_reported_and_keep_injective_avoids_them():
+def test_foldings_of_strong_landmarks_are_reported_and_avoided_by_default():
     x = ism.spherical_conformal_map(V, F).sphere
     y = targets(x, 0.5, seed=3)
-    loose = ism.landmark_map(V, F, CHOSEN, y, 1000.0, keep_injective=False)
+    loose = ism.landmark_map(V, F, CHOSEN, y, 1000.0, may_fold=True)
     assert loose.rounds[0].foldings_after == loose.certificate.foldings > 0
     injective = ism.landmark_map(V, F, CHOSEN, y, 1000.0)
     assert injective.certificate.folding_free

@@ -26,7 +26,7 @@ def test_gives_the_same_numbers_as_the_function(mapper, options):
 
 def test_a_map_leaves_nothing_behind_for_the_next(mapper):
     before = mapper.map().sphere
-    mapper.map(weights=np.arange(1, len(V) + 1), start=V - V.mean(axis=0))
+    mapper.map(vertex_weights=np.arange(1, len(V) + 1), start=V - V.mean(axis=0))
     np.testing.assert_array_equal(mapper.map().sphere, before)
 
 
@@ -36,7 +36,7 @@ def test_factorises_once(monkeypatch):
     monkeypatch.setattr(operators_module, "factorize", lambda *args: calls.append(1) or factorize(*args))
     mapper = ism.SphereMapper(v, f)
     for scale in (1.0, 2.0, 3.0):
-        assert mapper.map(weights=np.exp(scale * v[:, 0])).certificate.folding_free
+        assert mapper.map(vertex_weights=np.exp(scale * v[:, 0])).certificate.folding_free
     assert len(calls) == 1
 
 
@@ -77,7 +77,7 @@ def test_a_mapper_stays_as_it_is_where_positions_are_refused(mapper, positions):
 
 def test_the_weights_that_are_given_are_balanced(mapper):
     weights = np.exp(V[:, 2] / np.ptp(V[:, 2]))
-    result = mapper.map(weights=weights)
+    result = mapper.map(vertex_weights=weights)
     assert result.certificate.folding_free
     assert np.linalg.norm(weights @ result.sphere) < 1e-9 * weights.sum()
     assert np.linalg.norm(weights @ mapper.map().sphere) > 1e-2 * weights.sum()
@@ -95,7 +95,7 @@ def test_weights_move_the_map_by_a_moebius_map_only():
         return between(a - b) * between(c - d) / (between(a - c) * between(b - d))
 
     plain = mapper.map().sphere
-    heavy = mapper.map(weights=np.exp(2 * v[:, 0] / np.abs(v).max())).sphere
+    heavy = mapper.map(vertex_weights=np.exp(2 * v[:, 0] / np.abs(v).max())).sphere
     assert np.abs(plain - heavy).max() > 0.1
     assert abs(cross_ratio(plain) / cross_ratio(heavy) - 1) < 5e-3
 
@@ -110,10 +110,10 @@ def test_all_starts_lead_to_one_map():
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"weights": [1.0]}, "one number each"),
-    ({"weights": -np.ones(len(V))}, "negative or not finite"),
-    ({"weights": np.full(len(V), np.nan)}, "negative or not finite"),
-    ({"weights": np.eye(len(V))[7]}, "vertex 7 has half"),
+    ({"vertex_weights": [1.0]}, "one number each"),
+    ({"vertex_weights": -np.ones(len(V))}, "negative or not finite"),
+    ({"vertex_weights": np.full(len(V), np.nan)}, "negative or not finite"),
+    ({"vertex_weights": np.eye(len(V))[7]}, "vertex 7 has half"),
     ({"start": np.zeros_like(V)}, "zero or not finite"),
 ], ids=lambda value: value if isinstance(value, str) else "")
 def test_bad_options_are_named(mapper, options, message):

@@ -4,13 +4,14 @@ import inspect
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, fields
+from typing import get_type_hints
 
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.descent.preconditioned import harmonic_map
-from igl_spheremap.maps.options import METHODS
+from igl_spheremap.maps.options import METHODS, Landmarks, PHarmonic
 
 V, F = ism.samples.make("spheroid", n_vertices=400)
 
@@ -22,6 +23,8 @@ def defaults(function):
 @pytest.mark.parametrize(("function", "record", "left_out"), [
     (ism.spherical_conformal_map, ism.Auto, set()),
     (harmonic_map, ism.Auto, {"backend", "effort", "gauge", "polish"}),
+    (ism.p_harmonic_map, PHarmonic, {"p"}),
+    (ism.landmark_map, Landmarks, set()),
 ])
 def test_keywords_have_the_names_and_defaults_of_the_record(function, record, left_out):
     options = {option.name: option.default for option in fields(record) if option.name not in left_out}
@@ -90,7 +93,7 @@ def test_records_are_frozen_and_equal_by_value():
 @pytest.mark.parametrize(("record", "wrong", "message"), [
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'poles' or 'centred'"),
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'angles'"),
-    (ism.Lai2014, {"weights": "uniform"}, "unknown weights 'uniform': choose 'cotangent' or 'delaunay'"),
+    (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'cotangent' or 'delaunay'"),
     (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'alternating' or 'tau_1' or 'tau_2'"),
     (ism.GuYau, {"step": 2.0}, "unstable"),
     (ism.Lai2014, {"rounds": -1}, "rounds is -1; give 0 or more"),
@@ -101,6 +104,89 @@ def test_records_are_frozen_and_equal_by_value():
 def test_unknown_choices_are_refused_with_what_there_is(record, wrong, message):
     with pytest.raises(ValueError, match=message):
         record(**wrong)
+
+
+@pytest.mark.parametrize("record", [*METHODS.values(), PHarmonic, Landmarks])
+@pytest.mark.parametrize(("kind", "value", "error"), [
+    (float, -1e-3, "ValueError"), (float, float("nan"), "ValueError"), (float, "1e-3", "TypeError"),
+    (float, None, "TypeError"), (float, True, "TypeError"), (int, 2.5, "TypeError"), (int, True, "TypeError"),
+    (int, -1, "ValueError"), (int, "3", "TypeError"), (bool, 1, "TypeError"), (str, 7, "TypeError"),
+])
+def test_values_of_another_kind_are_refused_where_the_record_is_built(record, kind, value, error):
+    hints = get_type_hints(record)
+    for option in fields(record):
+        if hints[option.name] is kind:
+            with pytest.raises((ValueError, TypeError), match=rf"^{option.name} [^\n]*; give [^\n]*$") as refused:
+                record(**{option.name: value})
+            assert type(refused.value).__name__ == error
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert ism.Auto(tolerance=np.float32(0.5), max_iterations=np.int64(3)) == ism.Auto(tolerance=0.5, max_iterations=3)
+
+
+@pytest.mark.parametrize("call", [
+    lambda **options: ism.spherical_conformal_map(V, F, **options),
+    lambda **options: ism.p_harmonic_map(V, F, 3, **options),
+    lambda **options: ism.landmark_map(V, F, [0], V[:1], **options),
+])
+@pytest.mark.parametrize(("options", "error", "message"), [
+    ({"max_iterations": -1}, ValueError, "max_iterations is -1; give 0 or more"),
+    ({"max_iterations": 1.5}, TypeError, "max_iterations is 1.5; give a whole number"),
+    ({"listener": 3}, TypeError, "listener is 3; give a function"),
+])
+def test_keywords_are_refused_as_options_of_records_are(call, options, error, message):
+    with pytest.raises(error, match=message):
+        call(**options)
+
+
+@pytest.mark.parametrize("call", [
+    lambda: ism.spherical_conformal_map(V, F, ism.Auto),
+    lambda: ism.balanced_spherical_map(V, F, 1, method=ism.Auto),
+    lambda: ism.SphereMapper(V, F, ism.Auto),
+    lambda: ism.map_many([], "", method=ism.Auto),
+])
+def test_a_class_is_no_record(call):
+    with pytest.raises(TypeError, match=r"method is the class Auto; give a record of it, Auto\(\)"):
+        call()
+
+
+@pytest.mark.parametrize("call", [
+    lambda: ism.SphereMapper(V, F, ism.Lai2014()),
+    lambda: ism.SphereMapper(V, F, "auto"),
+    lambda: ism.minimize_harmonic_energy(V, F, method="lai2014"),
+    lambda: ism.remove_foldings(V, F, method=ism.Auto()),
+    lambda: ism.spherical_conformal_map(V, F, 3),
+])
+def test_records_of_other_methods_are_refused(call):
+    with pytest.raises(TypeError, match=r"method is .*; give a record of options, such as \w+\(\)"):
+        call()
+
+
+@pytest.mark.parametrize(("balance", "error"), [
+    ("1", TypeError), (None, TypeError), (True, TypeError), ([1], TypeError),
+    (float("nan"), ValueError), (1.5, ValueError), (-0.1, ValueError)])
+def test_a_balance_is_a_number_from_0_to_1(balance, error):
+    mapper = ism.SphereMapper(V, F)
+    result = mapper.map()
+    for call in (lambda: ism.balanced_spherical_map(V, F, balance), lambda: ism.rebalance(result, balance),
+                 lambda: mapper.rebalance(result, balance), lambda: ism.map_many([], "", balance=balance)):
+        with pytest.raises(error, match="balance"):
+            call()
+
+
+def test_options_of_what_takes_maps_are_refused_too():
+    result = ism.spherical_conformal_map(V, F)
+    for call, message in (
+        (lambda: ism.register(result, result, stiffness="soft"), "stiffness is 'soft'; give a number"),
+        (lambda: ism.register(result, result, listener=3), "listener is 3"),
+        (lambda: ism.spherical_harmonics(result, degree=2.5), "degree is 2.5; give a whole number"),
+        (lambda: ism.spherical_harmonics(result, oversampling="4"), "oversampling is '4'; give a number"),
+        (lambda: ism.to_grid(result, rows=True), "rows is True; give a whole number"),
+        (lambda: ism.map_many([], "", listener=3), "listener is 3"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            call()
 
 
 def test_the_front_door_loads_no_solver_before_the_first_call():

@@ -16,7 +16,7 @@ MESH = ism.check_mesh(V, F)
 def test_p_2_minimises_to_the_conformal_map():
     conformal = ism.spherical_conformal_map(V, F)
     start = unit_rows(conformal.sphere + 0.02 * np.random.default_rng(2).normal(size=X.shape))
-    result = ism.p_harmonic_map(V, F, 2, start, tolerance=1e-3)
+    result = ism.p_harmonic_map(V, F, 2, start, gradient_tolerance=1e-3)
     assert result.certificate.folding_free
     assert np.abs(result.sphere - conformal.sphere).max() < 5e-3
     assert np.isclose(result.energy, conformal.energy, rtol=1e-6)
@@ -39,5 +39,5 @@ def test_minimisers_are_stationary_and_lower_than_the_conformal_map(p):
 
 def test_p_must_be_above_one():
     for p in (1, 0.5, np.nan, np.inf):
-        with pytest.raises(ValueError, match="above 1"):
+        with pytest.raises(ValueError, match=r"p is nan; give a number|above 1"):
             ism.p_harmonic_map(V, F, p)

@@ -34,7 +34,8 @@ def noisy_bird():
 def test_foldings_of_obtuse_triangles_are_removed_with_weights_that_are_never_negative():
     """The star map's are so few that they are undone: Algorithm 1 keeps what starts without foldings so."""
     v, f = noisy_bird()
-    papers, delaunay = (ism.remove_foldings(v, f, method=ism.Lai2014(weights=weights, max_iterations=150, rounds=2))
+    options = {"max_iterations": 150, "rounds": 2}
+    papers, delaunay = (ism.remove_foldings(v, f, method=ism.Lai2014(edge_weights=weights, **options))
                         for weights in ("cotangent", "delaunay"))
     assert papers.certificate.foldings > 50
     assert 0 < delaunay.rounds[1].foldings_before < 0.01 * len(f)
@@ -42,17 +43,17 @@ def test_foldings_of_obtuse_triangles_are_removed_with_weights_that_are_never_ne
 
 
 def test_on_a_delaunay_mesh_the_weights_are_the_papers():
-    options = {"tolerance": 1e-2, "rounds": 0}
-    papers, delaunay = (ism.spherical_conformal_map(X, F, ism.Lai2014(weights=weights, **options))
+    options = {"gradient_tolerance": 1e-2, "rounds": 0}
+    papers, delaunay = (ism.spherical_conformal_map(X, F, ism.Lai2014(edge_weights=weights, **options))
                         for weights in ("cotangent", "delaunay"))
     assert np.allclose(papers.sphere, delaunay.sphere, atol=1e-9)
-    assert delaunay.settings == options | {"weights": "delaunay"}
+    assert delaunay.settings == options | {"edge_weights": "delaunay"}
 
 
 @pytest.mark.parametrize("weights", ["cotangent", "delaunay"])
 @pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
 def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights):
-    result = ism.remove_foldings(X * flat, F, method=ism.Lai2014(weights=weights, max_iterations=50))
+    result = ism.remove_foldings(X * flat, F, method=ism.Lai2014(edge_weights=weights, max_iterations=50))
     assert not result.certificate.folding_free
     assert len(result.rounds) == 1
     assert "there is no star map" in result.notes[-1]

@@ -37,7 +37,7 @@ def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method
     for level in (3, 4, 5) if method == "auto" else (2, 3, 4):
         p, f = icosphere(level)
         v = surface.embed(p)
-        record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(tolerance=1e-6, plateau=0.0)
+        record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(gradient_tolerance=1e-6, plateau=0.0)
         x = ism.spherical_conformal_map(v, f, record).sphere
         exact = surface.conformal_map(v)
         errors.append(distance(x @ best_rotation(x, exact, np.ones(len(x))), exact))

@@ -74,7 +74,7 @@ def test_the_picture_is_the_texture_of_its_atlas(ball):
 def test_refusals(ball):
     with pytest.raises(ValueError, match="unknown kind of grid 'mercator'"):
         ism.to_grid(ball, kind="mercator")
-    with pytest.raises(ValueError, match="0 rows"):
+    with pytest.raises(ValueError, match="rows is 0; give 1 or more"):
         ism.to_grid(ball, rows=0)
     with pytest.raises(ism.MeshError, match="even number of columns"):
         ism.from_grid(np.zeros((4, 7)), ball)

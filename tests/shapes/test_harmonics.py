@@ -128,8 +128,8 @@ def test_refusals(shape):
         ism.spherical_harmonics(result, np.where(np.arange(162) == 5, np.nan, 0))
     with pytest.raises(ism.MeshError, match=r"shape \(3,\) but the mesh has 162 vertices"):
         ism.spherical_harmonics(result, [1, 2, 3])
-    for degree in (-1, 1001, 2.5):
-        with pytest.raises(ValueError, match=f"degree {degree} .* from 0 to 1000"):
+    for degree, error in ((-1, ValueError), (1001, ValueError), (2.5, TypeError)):
+        with pytest.raises(error, match=f"degree is {degree}; give "):
             ism.spherical_harmonics(result, degree=degree)
     with pytest.raises(ValueError, match="oversampling"):
         ism.spherical_harmonics(result, oversampling=0.5)

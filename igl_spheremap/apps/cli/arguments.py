@@ -133,7 +133,16 @@ DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one m
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a "
               "sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
-TOLERANCE = argument("--tolerance", "T", "of the stopping rule; default: the method's", type=FROM_ZERO)
+GRADIENT_TOLERANCE = argument("--gradient-tolerance", "T", "norm of the gradient at which a minimisation ends; "
+                              "default: the method's", type=FROM_ZERO)
+#: Where methods end, each by what it measures.
+TOLERANCES = (
+    argument("--tolerance", "T", "energy above the minimum, in units of the mesh's discretisation error (auto)",
+             type=FROM_ZERO),
+    GRADIENT_TOLERANCE,
+    argument("--angle-tolerance", "T", "largest angle defect of a flat metric, in radians (stereographic)",
+             type=FROM_ZERO),
+)
 BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
@@ -141,7 +150,6 @@ MAY_FOLD = switch("--may-fold", help="also take steps that fold")
 MAPPING = (
     *source(),
     *target("the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout"),
-    TOLERANCE,
     argument("--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2; default: the method's",
              type=COUNT),
     argument("--radius", "R", "of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
@@ -155,12 +163,13 @@ MAPPING = (
 )
 #: Options of single methods, which name them.
 OPTIONS = (
+    *TOLERANCES,
     choice("--polish", get_args(Polish), "lower the angle differences when the map is done (auto)"),
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
              "systems, sweeps, least_gain; default: systems=20,sweeps=10,least_gain=0.025", type=effort),
-    choice("--weights", get_args(EdgeWeights), "of the edges: the paper's, or those of intrinsic Delaunay triangles, "
+    choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )
 

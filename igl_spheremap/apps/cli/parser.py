@@ -84,7 +84,7 @@ COMMANDS = (
     Command("play", "view", (
         *shared.source(nargs="?", default="sample:dino"),
         shared.method("lai2014", "default: lai2014, the paper's"),
-        shared.TOLERANCE,
+        *shared.TOLERANCES,
         argument("--max-iterations", "N", "of each round; default: the method's", type=COUNT),
         argument("--rounds", "N", "of Algorithm 2 at the most; default: the method's", type=COUNT),
         *shared.pictures(PLAYER_SIZE),
@@ -191,11 +191,13 @@ COMMANDS = (
     )),
     Command("p-harmonic", "map", (
         *shared.MAPPING,
+        shared.GRADIENT_TOLERANCE,
         argument("-p", "P", "the exponent, above 1; 2 is the harmonic energy", type=_EXPONENT, required=True),
         shared.MAY_FOLD,
     )),
     Command("landmarks", "map", (
         *shared.MAPPING,
+        shared.GRADIENT_TOLERANCE,
         argument("--points", "FILE", "one landmark a line: vertex (from 0), then x y z of its target on the "
                  "sphere, and a weight if it is not --weight; or a .pinned or .vts list of vertices, with --onto",
                  required=True),

@@ -125,7 +125,7 @@ def _nilearn_fsaverage() -> Path | None:
 METHODS: dict[str, Method] = {
     "Algorithm 1": Lai2014(rounds=0),
     "Algorithm 2": Lai2014(),
-    "Delaunay weights": Lai2014(weights="delaunay"),
+    "Delaunay weights": Lai2014(edge_weights="delaunay"),
     "Gu-Yau": GuYau(tutte=False),
     "fast": Auto(),
 }

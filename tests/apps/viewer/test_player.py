@@ -128,7 +128,7 @@ for frame in frames:
 @needs_drawing
 def test_the_player_draws_while_it_computes_and_starts_another_run():
     figures = play("""
-shown = player('dino:n_vertices=3000', 'lai2014', PlayerWindow, tolerance=1e-12, plateau=0.0, rounds=0)
+shown = player('dino:n_vertices=3000', 'lai2014', PlayerWindow, gradient_tolerance=1e-12, plateau=0.0, rounds=0)
 seen = set()
 while shown.run.running and len(seen) < 5:
     shown.tick()

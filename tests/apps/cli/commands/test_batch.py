@@ -61,7 +61,7 @@ def test_a_batch_takes_the_options_of_a_method_as_map_does(desk, capsys):
     ("arguments", "status"),
     [
         (["300.ply", "600.ply", "--out", "same.ply"], 64),
-        (["300.ply", "--out", "{stem}.obj", "--weights", "delaunay"], 64),
+        (["300.ply", "--out", "{stem}.obj", "--edge-weights", "delaunay"], 64),
         (["300.ply", "--out", "{folder}/{name}"], 64),
         (["300.ply", "600.ply", "--out", "600.ply", "--force"], 64),
         (["300.ply", "--out", "{stem}_sphere.stl"], 64),
