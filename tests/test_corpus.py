@@ -6,7 +6,7 @@ from conftest import CORPUS
 
 import igl_spheremap as ism
 
-# Mean angle differences in degrees that untangling is known to reach; others are held to nothing but the certificate.
+# Mean angle differences in degrees that the repair is known to reach; others are held to nothing but the certificate.
 KNOWN = {
     "paper_dilo_9731": 2.65, "dino_isoblend_6013": 3.4, "lucy_cr_50k": 1.75, "sword_oded": 3.4, "syn_hairy_sphere": 1.2,
     "comb": 5.6, "bunny_noise40": 10.2, "octopus_low": 18.3, "goathead_zero_area": 3.6, "syn_flat_pillow": 0.5,

@@ -95,7 +95,7 @@ def repair_foldings(
 ) -> SphereMap:
     """Repair every folding of a map to the sphere, from whatever program it comes.
 
-    Folded slivers are unfolded by small moves; vertices around other foldings are removed and put back where no face
+    Folded slivers are repaired by small moves; vertices around other foldings are removed and put back where no face
     folds. What moved is relaxed towards the source's angles. The rest of the map stays where it is, and a map without
     foldings stays bit for bit.
 

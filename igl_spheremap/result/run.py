@@ -117,7 +117,7 @@ def title_of(step: Step | Iterate) -> str:
 
 @dataclass(frozen=True)
 class Round:
-    """One iteration of Algorithm 2, or one step of untangling.
+    """One iteration of Algorithm 2, or one step of the repair.
 
     Attributes
     ----------

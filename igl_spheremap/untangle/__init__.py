@@ -1,1 +1,1 @@
-"""From a folded map to a certified one: progressive embedding, relaxation, and the order in which they are tried."""
+"""From a folded map to a certified one: the repair, its parts, and the paper's Algorithm 2."""

@@ -18,7 +18,7 @@ from ..verify.certificate import Certificate, certify_checked
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding
-from .relax import AngleLoss, descend
+from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
 #: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
@@ -54,7 +54,7 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     y = progressive_embedding(small_moves(x, mesh.f, listener), mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
     around = mesh.f[moved[mesh.f].any(axis=1)]
-    return descend(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=FEW)
+    return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=FEW)
 
 
 def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:

@@ -22,7 +22,7 @@ from ..verify.signs import folded_faces
 from .blocks import VertexBlocks
 from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS, small_moves
-from .relax import AngleLoss, descend
+from .relax import AngleLoss, relax_angles
 
 #: Damping with which most steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
@@ -119,7 +119,7 @@ class AngleNewton:
         y = embed_locally(small_moves(x, self.blocks.f), self.blocks.f, persistent=False)
         movable = dilate(self.blocks.f, (y != x).any(axis=1), RELAXED_RINGS)
         around = movable[self.blocks.f].any(axis=1)
-        return descend(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=2)
+        return relax_angles(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=2)
 
     def difference(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""

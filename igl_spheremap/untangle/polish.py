@@ -15,7 +15,7 @@ from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .effort import Effort
 from .newton import AngleNewton
-from .relax import AngleLoss, descend
+from .relax import AngleLoss, relax_angles
 
 #: Least gain of a polish, see `Effort`: at what is left then a step lowers no digit that figures show.
 _POLISHED = 0.004
@@ -64,7 +64,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, blocks: Vertex
         if gain <= 0 or (newton.at_once and gain**2 < effort.least_gain * falls):
             break
         last = gain
-    return x if quick else descend(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
+    return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
                                     tolerance=effort.least_gain)
 
 
@@ -79,7 +79,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     source = corner_angles(mesh.v, around)
     difference = np.degrees(np.abs(corner_angles(x, around) - source))
     mean = float(difference.mean())
-    y = descend(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
+    y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
     return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH_STEPS)
 

@@ -55,8 +55,9 @@ class AngleLoss:
               axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loss of each face, its gradient (e, 2) as p moves along two axes, and a Hessian (e, 3): xx, xy, yy.
 
-        Squares are reweighted, as Gauss and Newton would take sum d^2 / size: sum (grad d) (grad d)^T / size. As a
-        corner x moves, the angle at p between u = x - p and another side turns by n x u / |u|^2, n the unit normal.
+        The gradient is sum d (grad d) / size and the Hessian sum (grad d) (grad d)^T / size, that of Gauss and Newton
+        for squares with fixed weights 1 / size. As p moves by h, the angle at a corner c grows by h . (n x (p - c)) /
+        |p - c|^2 up to its sign, n the unit normal.
         """
         u, w = a - p, b - p
         d, normal = self._differences(u, w)
@@ -85,9 +86,11 @@ def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
     return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
 
 
-def descend(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
-            sweeps: int = 5, tolerance: float = 2e-3) -> FloatArray:
+def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
+                 sweeps: int, tolerance: float = 2e-3) -> FloatArray:
     """Lower the angle differences vertex by vertex, keeping a map that is free of foldings so.
+
+    It ends after so many sweeps, or after one that gains at most the share `tolerance`.
 
     Examples
     --------
@@ -95,7 +98,7 @@ def descend(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | No
     >>> v, f = igl.icosahedron()
     >>> x = unit_rows(v)
     >>> noisy = unit_rows(x + 0.1 * np.cos(np.arange(36.0)).reshape(12, 3))
-    >>> y = descend(noisy, f, AngleLoss.of(x, f), sweeps=30)
+    >>> y = relax_angles(noisy, f, AngleLoss.of(x, f), sweeps=30)
     >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
     True
     """

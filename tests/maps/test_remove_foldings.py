@@ -32,7 +32,7 @@ def noisy_bird():
 
 
 def test_foldings_of_obtuse_triangles_are_removed_with_weights_that_are_never_negative():
-    """The star map's are so few that they are undone: Algorithm 1 keeps what starts without foldings so."""
+    """The star map's are so few that they are repaired: Algorithm 1 keeps what starts without foldings so."""
     v, f = noisy_bird()
     options = {"max_iterations": 150, "rounds": 2}
     papers, delaunay = (ism.remove_foldings(v, f, method=ism.Lai2014(edge_weights=weights, **options))

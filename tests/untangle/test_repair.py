@@ -1,4 +1,4 @@
-"""Untangling: nothing for nothing, a certificate for everything, and angles that only fall."""
+"""The repair: nothing for nothing, a certificate for everything, and angles that only fall."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _mapped(name, **parameters):
     return mesh, operators, fix_gauge(mesh, harmonic_map(mesh, operators).last.x)
 
 
-def _untangle(mesh, operators, x, listener=None, *, centred=False):
+def _repaired(mesh, operators, x, listener=None, *, centred=False):
     first = SphereMap(mesh, x, certify_checked(x, mesh.f), Run(Status.CONVERGED, np.nan))
     return repair(first, operators, listener, centred=centred)
 
@@ -54,7 +54,7 @@ def long_arms():
     """Mesh, operators, its folded harmonic map, the map repaired, and the iterates on the way."""
     mesh, operators, x = _mapped("octopus", n_vertices=4000, arm_length=6.0)
     seen = []
-    return mesh, operators, x, _untangle(mesh, operators, x, seen.append), seen
+    return mesh, operators, x, _repaired(mesh, operators, x, seen.append), seen
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def folded(spheroid):
 
 def test_a_map_without_foldings_is_handed_back(spheroid):
     mesh, operators, x = spheroid
-    repaired = _untangle(mesh, operators, x)
+    repaired = _repaired(mesh, operators, x)
     assert repaired.sphere is x
     assert repaired.rounds == ()
     assert repaired.stretch == 1
@@ -77,7 +77,7 @@ def test_a_map_without_foldings_is_handed_back(spheroid):
 
 def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
     mesh, operators, x = folded
-    repaired = _untangle(mesh, operators, x)
+    repaired = _repaired(mesh, operators, x)
     assert repaired.certificate.folding_free
     assert [r.start for r in repaired.rounds] == ["map", "embedding", "newton"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
@@ -88,7 +88,7 @@ def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
 def test_a_repaired_map_is_in_the_gauge(folded):
     mesh, operators, x = folded
     assert np.linalg.norm(mesh.A @ repair_locally(mesh, x)) > 1e-12
-    repaired = _untangle(mesh, operators, x)
+    repaired = _repaired(mesh, operators, x)
     assert np.linalg.norm(mesh.A @ repaired.sphere) < 1e-12
     assert np.abs(fix_gauge(mesh, repaired.sphere) - repaired.sphere).max() < 1e-12
 
@@ -107,18 +107,18 @@ def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
     operators = build_operators(mesh)
     x = fix_gauge(mesh, harmonic_map(mesh, operators).last.x)
     assert certify(x, f).folding_free
-    repaired = _untangle(mesh, operators, x)
+    repaired = _repaired(mesh, operators, x)
     assert repaired.certificate.folding_free
     assert [r.start for r in repaired.rounds] == ["map", "newton", "newton", "newton"]
     assert _mean(mesh, repaired.sphere) < 0.5 * _mean(mesh, x)
     mesh, operators, x = _mapped("dumbbell", n_vertices=1500)
     assert _mean(mesh, x) > 2
-    assert _untangle(mesh, operators, x).sphere is x
+    assert _repaired(mesh, operators, x).sphere is x
 
 
 def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
     mesh, operators, x = _mapped("bird", n_vertices=1500)
-    improved = _untangle(mesh, operators, x)
+    improved = _repaired(mesh, operators, x)
     assert [r.start for r in improved.rounds] == ["map", "newton"]
     assert _mean(mesh, improved.sphere) < 0.98 * _mean(mesh, x)
     assert improved.certificate.folding_free
@@ -148,7 +148,7 @@ def test_long_arms_come_back_certified_and_conformal(long_arms):
 
 def test_the_poles_gauge_holds_a_spring_better():
     mesh, operators, x = _mapped("spring", n_vertices=3000)
-    plain, at_poles = (_untangle(mesh, operators, x, centred=centred) for centred in (True, False))
+    plain, at_poles = (_repaired(mesh, operators, x, centred=centred) for centred in (True, False))
     assert plain.certificate.folding_free
     assert at_poles.certificate.folding_free
     assert (at_poles.gauge, plain.gauge) == ("poles", "centred")
@@ -172,7 +172,7 @@ def test_a_worm_longer_than_float64_is_deep_is_whole_at_ends_of_axes(circumferen
 
 def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, operators, x = spheroid
-    repaired = _untangle(mesh, operators, x)
+    repaired = _repaired(mesh, operators, x)
     assert repaired.gauge == "centred"
     assert (repaired.sphere == x).all()
 
