@@ -182,7 +182,8 @@ def run_findings(result: SphereMap) -> list[Finding]:
     """How a map was made: the method's line, and the notes."""
     options = ", ".join(f"{key} = {value}" for key, value in result.settings.items() if key != "balance")
     made = "".join((result.method, f" ({options})" if options else "", f", {result.backend}" if result.backend else ""))
-    text = f"{made}: {result.iterations} iterations, {result.seconds:.2f} s; {result.status.value}"
+    plural = "s" * (result.iterations != 1)
+    text = f"{made}: {result.iterations} iteration{plural}, {result.seconds:.2f} s; {result.status.value}"
     run = {
         "method": result.method, "settings": result.settings, "backend": result.backend, "timings": result.timings,
         "iterations": result.iterations, "seconds": result.seconds, "status": result.status.name,
