@@ -31,6 +31,7 @@ _CAPTIONS = {
     "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
     "angle differences": "Mean size of the angle differences of each face.",
     "area distortion": "Logarithm of image area over source area of each face: purple where the map shrinks.",
+    "checkerboard": "A checkerboard of the sphere, carried to the surface: squares stay squares where angles do.",
 }
 
 
