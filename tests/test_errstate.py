@@ -11,7 +11,7 @@ import igl_spheremap as ism
 X, F = icosphere(2)
 WILD = X * 10 ** np.random.default_rng(0).uniform(-200, 150, size=(len(X), 1))  # rows of all sizes
 FOLDED = np.where(np.isin(np.arange(len(X)), [3, 5])[:, None], -X, X)
-FILES = {"read_coefficients", "read_mesh", "write_coefficients", "write_mesh", "screenshot", "show"}  # no arithmetic
+FILES = {"read_coefficients", "read_mesh", "write_coefficients", "write_mesh", "play", "screenshot", "show"}
 
 
 @pytest.mark.parametrize("call", [

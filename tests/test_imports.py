@@ -110,19 +110,21 @@ def test_witnesses_import_no_solver():
 
 def test_every_form_of_import_is_seen():
     """The checks above rest on this: indented imports, as for type checkers, count; names resolve to files."""
-    seen = imported(ROOT / "__init__.py")
+    seen = imported(ROOT / "maps" / "spherical_conformal_map.py")
     assert ROOT / "result" / "sphere_map.py" in seen  # only under TYPE_CHECKING
-    assert ROOT / "samples" / "__init__.py" in seen  # from . import samples
+    assert ROOT / "maps" / "methods.py" in seen  # in a function
+    assert ROOT / "samples" / "__init__.py" in imported(ROOT / "__init__.pyi")  # from . import samples
 
 
-def test_each_public_name_is_listed_once_for_readers_and_once_for_type_checkers():
-    lines = ast.parse((ROOT / "__init__.py").read_text("utf-8")).body
-    block = next(node for node in lines if isinstance(node, ast.If))
-    typed = {alias.asname: node.module or alias.name for node in block.body for alias in node.names}
-    assert typed == igl_spheremap._HOME
-    assert sorted(typed) == sorted(igl_spheremap.__all__) == dir(igl_spheremap)
-    for name in igl_spheremap.__all__:
-        assert getattr(igl_spheremap, name) is not None
+def test_each_public_name_is_listed_once_for_readers_type_checkers_and_the_front_door():
+    stub = ast.parse((ROOT / "__init__.pyi").read_text("utf-8")).body
+    imports = [node for node in stub if isinstance(node, ast.ImportFrom)]
+    assert all(node.level == len(node.names) == 1 and node.names[0].name == node.names[0].asname for node in imports)
+    names = [node.names[0].name for node in imports]
+    assert sorted(names) == sorted(set(names)) == igl_spheremap.__all__ == dir(igl_spheremap)
+    for node in imports:
+        public = getattr(igl_spheremap, node.names[0].name)
+        assert getattr(public, "__module__", f"{ROOT.name}.{node.module}") == f"{ROOT.name}.{node.module}"
     with pytest.raises(AttributeError, match="no_such_name"):
         igl_spheremap.no_such_name  # noqa: B018
 

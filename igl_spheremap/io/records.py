@@ -91,6 +91,9 @@ class LoadedMesh:
     metadata: Metadata = field(default_factory=dict)
     triangulated: int = 0
 
+    def __repr__(self) -> str:
+        return f"LoadedMesh({len(self.v)} vertices, {len(self.f)} faces)"
+
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 

@@ -64,6 +64,9 @@ class SphereMapper:
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 
+    def __repr__(self) -> str:
+        return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, {self.method})"
+
     @own_errstate
     def move(self, v: ArrayLike) -> None:
         """Replace the positions and keep the faces, as in a sequence, or in a population on one template.

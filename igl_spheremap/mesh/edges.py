@@ -25,14 +25,30 @@ class HalfEdges:
 
     Half-edge 3 i + k runs along the side of face i that is opposite corner k. On the diagonal `half` and `twin` are
     beyond the last half-edge.
+
+    Attributes
+    ----------
+    faces : (m, 3) int32 array
+        A copy of the faces.
+    indptr, indices : int32 arrays
+        The pattern, as of `scipy.sparse.csr_matrix`.
+    half : (6 n - 12 + n,) int32 array
+        Of each entry, the half-edge that runs from its row to its column.
+    twin : (6 n - 12 + n,) int32 array
+        The half-edge that runs back.
+    diagonal : (n,) int32 array
+        The entry on the diagonal of each row.
     """
 
-    faces: Indices  # (m, 3), a copy
+    faces: Indices
     indptr: Indices
     indices: Indices
-    half: Indices  # of each entry, the half-edge that runs from its row to its column
-    twin: Indices  # the one that runs back
-    diagonal: Indices  # entry on the diagonal of each row
+    half: Indices
+    twin: Indices
+    diagonal: Indices
+
+    def __repr__(self) -> str:
+        return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
 
 
 def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:

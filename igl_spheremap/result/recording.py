@@ -24,12 +24,27 @@ BUDGET = 400_000_000
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """An iterate that was kept, its place among all iterates of the run, and its folded faces, eight to a byte."""
+    """An iterate that a `Recording` kept.
+
+    Attributes
+    ----------
+    index : int
+        Its place among all iterates of the run.
+    iterate : Iterate
+        The iterate.
+    foldings : int
+        Number of its faces that are flipped or degenerate.
+    packed : uint8 array
+        These faces as bits, eight to a byte; ``folded`` has their indices.
+    """
 
     index: int
     iterate: Iterate
     foldings: int
     packed: NDArray[np.uint8]
+
+    def __repr__(self) -> str:
+        return f"Frame({self.index}: {self.iterate}, {self.foldings} foldings)"
 
     @property
     def folded(self) -> IntArray:
@@ -88,6 +103,9 @@ class Recording(History):
         with self._lock:
             self.steps.append(step)
             self._foldings.append(self._foldings[-1] if self._foldings else 0)
+
+    def __repr__(self) -> str:
+        return f"Recording({len(self._frames)} of {len(self.steps)} iterates)"
 
     @property
     def frames(self) -> tuple[Frame, ...]:

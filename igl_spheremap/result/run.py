@@ -64,6 +64,9 @@ class Iterate:
         if self.details is not None:
             object.__setattr__(self, "details", {key: _read_only(value) for key, value in self.details.items()})
 
+    def __repr__(self) -> str:
+        return f"Iterate({title_of(self)!r}, {len(self.x)} vertices, energy={self.energy:.6f})"
+
     @property
     def step(self) -> Step:
         """The iterate without its positions."""

@@ -88,6 +88,9 @@ class SphereLocator:
         low, high = _face_boxes(self.x, self.f)
         self._tree = BoxTree(low, high)
 
+    def __repr__(self) -> str:
+        return f"SphereLocator({len(self.x)} vertices, {len(self.f)} faces)"
+
     @own_errstate
     def locate(self, points: ArrayLike) -> Location:
         """Find the faces that hold points.

@@ -59,6 +59,9 @@ class Certificate:
     def __bool__(self) -> bool:
         return self.folding_free
 
+    def __repr__(self) -> str:
+        return f"Certificate(folding_free={self.folding_free}, {self.foldings} foldings, degree {self.degree})"
+
     def __str__(self) -> str:
         if self.folding_free:
             return "folding-free: every face is positively oriented and the sphere is covered once (exact)"

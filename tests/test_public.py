@@ -1,0 +1,61 @@
+"""What public functions return: public records that print in one line."""
+
+import inspect
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.result.sphere_map import SphereMap
+
+V, F = ism.samples.make("spheroid", n_vertices=300)
+CLASSES = [one for name in ism.__all__ if inspect.isclass(one := getattr(ism, name))]
+
+
+def own(hint):
+    """Classes of the package in a type hint."""
+    if inspect.isclass(hint) and hint.__module__.startswith("igl_spheremap"):
+        yield hint
+    for part in get_args(hint):
+        yield from own(part)
+
+
+def hints(name):
+    """The types of a function's result, or of all that an instance of a class holds and its methods return."""
+    public = getattr(ism, name)
+    if inspect.isfunction(public):
+        return [get_type_hints(public, localns={"SphereMap": SphereMap})["return"]]
+    if not inspect.isclass(public):
+        return []
+    members = [value.fget if isinstance(value, property) else value
+               for key, value in vars(public).items() if not key.startswith("_")]
+    results = [get_type_hints(member).get("return") for member in members if inspect.isfunction(member)]
+    return [*results, *get_type_hints(public).values()]
+
+
+@pytest.mark.parametrize("name", ism.__all__)
+def test_records_that_come_from_public_names_are_public(name):
+    assert {one for hint in hints(name) for one in own(hint)} <= set(CLASSES)
+
+
+def test_records_print_in_one_line(tmp_path):
+    iterates, recording = [], ism.Recording(F)
+    result = ism.spherical_conformal_map(V, F, listener=iterates.append)
+    ism.spherical_conformal_map(V, F, listener=recording)
+    registered, shape = ism.register(result, result, stages=("rotation",)), ism.spherical_harmonics(result, degree=2)
+    locator = ism.SphereLocator(result.sphere, F)
+    ism.write_mesh(tmp_path / "a.ply", V, F)
+    records = [
+        result, result.run, result.mesh, result.mesh.edges, result.certificate, iterates[0], iterates[0].step,
+        recording, recording.frames[0], registered, *registered.stages, *registered.candidates, shape, shape.source,
+        shape.align(), ism.weighted_eigen_projection(V, F, result.sphere), locator, locator.locate(np.eye(3)),
+        ism.texture_atlas(result.sphere, F), ism.resample(result, "ico:1"), ism.repair_mesh(V, F),
+        ism.write_map(tmp_path / "a.npz", result), ism.read_mesh(tmp_path / "a.ply"), ism.SphereMapper(V, F),
+        *(record() for record in (ism.Auto, ism.Lai2014, ism.GuYau, ism.Stereographic, ism.Effort)),
+    ]  # fmt: skip
+    for record in records:
+        line = repr(record)
+        assert line.startswith(f"{type(record).__name__}(")
+        assert "\n" not in line
+        assert len(line) < 250
