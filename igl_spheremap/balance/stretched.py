@@ -11,7 +11,7 @@ from ..untangle.blocks import VertexBlocks
 from ..untangle.deep_limbs import floors, shorten_limbs
 from ..untangle.layout import onto_sphere, unroll
 from ..untangle.local_repair import repair_locally
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 
 #: No image edge of such a start is shorter than exp(-this): half of float64's digits are left to move it.
 _FLOOR = floors(np.float32)[0]
@@ -25,4 +25,4 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     if laid_out is None:
         return x
     y = onto_sphere(laid_out, shorten_limbs(laid_out, corner_angles(mesh.v, mesh.f), _FLOOR).z)
-    return y if certify_checked(y, mesh.f).folding_free else repair_locally(mesh, y)
+    return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)

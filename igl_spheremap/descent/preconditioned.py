@@ -16,7 +16,7 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Status
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .energies.harmonic import HarmonicEnergy
 from .line_search import NonmonotoneSearch
@@ -146,5 +146,5 @@ def harmonic_map(
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:
     """True if the start beats the end in angles without adding foldings, or beats it by half."""
     before, after = (mean_angle_difference(mesh, x) for x in (start, end))
-    fewer = certify_checked(start, mesh.f).foldings <= certify_checked(end, mesh.f).foldings
+    fewer = Certificate.of(start, mesh.f).foldings <= Certificate.of(end, mesh.f).foldings
     return before < (after if fewer else _FAR_LESS * after)

@@ -20,7 +20,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Status, Step
 from ..result.sphere_map import SphereMap
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from .reading import check_expansion
 from .records import Format, Metadata, RawMesh, of_triangles
 
@@ -52,7 +52,7 @@ def read_map(path: Path) -> SphereMap:
 
     def stored(name: str) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)
-        return SphereMap(mesh, x, certify_checked(x, mesh.f), _unpack(runs[name]))
+        return SphereMap(mesh, x, Certificate.of(x, mesh.f), _unpack(runs[name]))
 
     return replace(stored("sphere"), conformal=stored("conformal") if "conformal" in arrays else None)
 

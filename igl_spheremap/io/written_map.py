@@ -22,7 +22,7 @@ from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
 from ..untangle.float32 import certified_float32
-from ..verify.certificate import UNIT_TOLERANCE, Certificate, certify_checked
+from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz
 from .files import format_of, read_sphere
 from .gifti import structure_of
@@ -142,7 +142,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     (True, 100.0)
     """
     x = check_rows(x)
-    certificate = certify_checked(x, check_faces(f, len(x)))
+    certificate = Certificate.of(x, check_faces(f, len(x)))
     distance = row_lengths(x)
     finite = distance[np.isfinite(distance)]
     radius = float(np.median(finite)) if len(finite) else np.nan

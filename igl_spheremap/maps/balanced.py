@@ -14,7 +14,7 @@ from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import turn_to_gauss_map
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from .options import Method
 from .spherical_conformal_map import spherical_conformal_map
 
@@ -145,9 +145,9 @@ def balance_map(family: Family, result: SphereMap, balance: float, listener: Lis
                          f"{status.value}")
         status = Status.SHORT
     x = turn_to_gauss_map(mesh, minimum.last.x)
-    certificate = certify_checked(x, mesh.f)
+    certificate = Certificate.of(x, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
-        x, certificate = minimum.last.x, certify_checked(minimum.last.x, mesh.f)
+        x, certificate = minimum.last.x, Certificate.of(minimum.last.x, mesh.f)
     own = history.complete(conformal.run, conformal.method, conformal.settings | {"balance": float(balance)})
     value = HarmonicEnergy.of(mesh).evaluate(x)[0]
     run = replace(own, status=status, energy=value, notes=notes, gauge="turned", rounds=conformal.rounds,

@@ -19,7 +19,7 @@ from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
 from ..untangle.polish import polish_map
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .methods import check_start
@@ -71,7 +71,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
 def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     """The map of a mesh that images of its vertices make; a FoldingsRemain if it folds."""
     y = check_start(x, len(mesh.v), "images")
-    certificate = certify_checked(y, mesh.f)
+    certificate = Certificate.of(y, mesh.f)
     if len(certificate.flipped) == len(mesh.f):
         raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
                         "or reverse the faces of a mesh that is inside out")
@@ -150,7 +150,7 @@ def repair_foldings(
         foldings = float(folded_faces(x, mesh.f).sum())
         history(Iterate(stage, 0, next(places), x.copy(), float("nan"), foldings))
 
-    before = certify_checked(y, mesh.f)
+    before = Certificate.of(y, mesh.f)
     record("map", y)
     if not before.folding_free:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
@@ -158,7 +158,7 @@ def repair_foldings(
     if polish is not None:
         y = polish_map(mesh, y)
         record("polished", y)
-    after = certify_checked(y, mesh.f)
+    after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                  Status.CONVERGED, time.perf_counter() - began)

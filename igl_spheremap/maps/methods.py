@@ -32,7 +32,7 @@ from ..untangle.algorithm_2 import remove_foldings
 from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..untangle.polish import polish_map
 from ..untangle.repair import repair
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from .options import Auto, Descent, GuYau, Lai2014, Method, Stereographic
 
 #: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
@@ -51,7 +51,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
                            listener=listener)
     x = fix_gauge(mesh, minimum.last.x)
     run = Run(minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes)
-    found = SphereMap(mesh, x, certify_checked(x, mesh.f), run)
+    found = SphereMap(mesh, x, Certificate.of(x, mesh.f), run)
     if found.status is Status.STOPPED:
         return found
     try:
@@ -62,7 +62,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
         x = polish_map(mesh, found.sphere, options.effort)
         x = x if found.gauge == "poles" else restore_gauge(mesh, x)
         run = replace(found.run, energy=HarmonicEnergy(operators.L).evaluate(x)[0])
-        found = replace(found, sphere=x, certificate=certify_checked(x, mesh.f), run=run)
+        found = replace(found, sphere=x, certificate=Certificate.of(x, mesh.f), run=run)
     return replace(found, run=replace(found.run, notes=(*found.notes, *_remarks(found))))
 
 
@@ -197,7 +197,7 @@ def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Des
     run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
     if problem.gauge:
         return in_gauge(mesh, y, run)
-    return SphereMap(mesh, y, certify_checked(y, mesh.f), replace(run, gauge="free"))
+    return SphereMap(mesh, y, Certificate.of(y, mesh.f), replace(run, gauge="free"))
 
 
 def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:
@@ -215,10 +215,10 @@ SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
 def in_gauge(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
     """The map in the gauge of the result, certified; what only the last rotation folds is repaired."""
     y = fix_gauge(mesh, x)
-    certificate = certify_checked(y, mesh.f)
-    if not certificate.folding_free and certify_checked(x, mesh.f).folding_free:
+    certificate = Certificate.of(y, mesh.f)
+    if not certificate.folding_free and Certificate.of(x, mesh.f).folding_free:
         y = repair_locally(mesh, y)
-        certificate = certify_checked(y, mesh.f)
+        certificate = Certificate.of(y, mesh.f)
         run = replace(run, notes=(*run.notes, "the rounding of the last rotation folded faces, which were repaired"))
     return SphereMap(mesh, y, certificate, run)
 

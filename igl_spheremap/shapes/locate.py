@@ -13,7 +13,7 @@ from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import Mesh, check_faces
 from ..sphere.rows import row_dets, row_dots, unit_rows
-from ..verify.certificate import UNIT_TOLERANCE, certify_checked
+from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
 
 _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
@@ -82,7 +82,7 @@ class SphereLocator:
     def __init__(self, x: ArrayLike, f: ArrayLike | Mesh) -> None:
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
-        certificate = certify_checked(self.x, self.f)
+        certificate = Certificate.of(self.x, self.f)
         if not certificate.folding_free:
             raise FoldingsRemain(f"points can't be located on a map that is {certificate}")
         low, high = _face_boxes(self.x, self.f)

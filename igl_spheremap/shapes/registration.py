@@ -19,7 +19,7 @@ from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..untangle.local_repair import repair_locally
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from . import STAGES
 from .elastic_fit import Elastic
 from .features import SurfacePair
@@ -167,7 +167,7 @@ def register(
             candidates = tuple(pair.rotations())
             with course.stage("rotation"):
                 turned = course.x @ candidates[0].rotation.T  # whose rounding may fold slivers
-                if not certify_checked(turned, moving.faces).folding_free:
+                if not Certificate.of(turned, moving.faces).folding_free:
                     turned = repair_locally(moving.mesh, turned)
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:

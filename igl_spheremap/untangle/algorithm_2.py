@@ -16,7 +16,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..start.star_map import project
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from .local_repair import has_few_foldings, repair_locally
 
 #: Projections within a round end when the energy of a star map differs from that of the last by less than this share:
@@ -79,7 +79,7 @@ def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round:
 
 def _repaired(mesh: Mesh, start: Iterate) -> Iterate:
     """A star map, repaired where few faces are folded: Algorithm 1 keeps a map free of foldings that starts so."""
-    few = start.round > 0 and has_few_foldings(certify_checked(start.x, mesh.f), mesh.f)
+    few = start.round > 0 and has_few_foldings(Certificate.of(start.x, mesh.f), mesh.f)
     return replace(start, x=repair_locally(mesh, start.x)) if few else start
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_dets, row_dots
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 from .kernel import Stars, stars_of
 
@@ -69,7 +69,7 @@ class Complex:
 
     def is_bijective(self) -> bool:
         """True if the present complex covers the sphere once and without folding."""
-        return certify_checked(self.x, self.f[self.alive]).folding_free
+        return Certificate.of(self.x, self.f[self.alive]).folding_free
 
     def faces(self) -> IntArray:
         """Indices of the faces that are alive."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import unit_rows
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
@@ -64,14 +64,14 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
 
     >>> import igl
     >>> v, f = igl.icosahedron()
-    >>> bool(certify_checked(progressive_embedding(np.ones((12, 3)), f), f))
+    >>> bool(Certificate.of(progressive_embedding(np.ones((12, 3)), f), f))
     True
     """
     x = unit_rows(x)
-    if certify_checked(x, f).folding_free:
+    if Certificate.of(x, f).folding_free:
         return x
     y = embed_locally(fix_orientation(x, f), f, listener=listener)
-    if certify_checked(y, f).folding_free:
+    if Certificate.of(y, f).folding_free:
         return y
     everywhere = np.ones(len(x), dtype=bool)
     with suppress(_TooCoarse):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas
 from ..sphere.rows import unit_rows
-from ..verify.certificate import Certificate, certify_checked
+from ..verify.certificate import Certificate
 from ..verify.signs import orientation_signs
 from .deep_limbs import floors, shorten_limbs
 from .embedding import embed_locally
@@ -81,4 +81,4 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
 def _certificate(x: FloatArray, f: IntArray) -> Certificate:
     """Certificate of directions, whatever the length of the rows."""
     signs = orientation_signs(x, f)
-    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), certify_checked(x, f).degree)
+    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), Certificate.of(x, f).degree)

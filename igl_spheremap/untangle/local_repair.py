@@ -14,7 +14,7 @@ from ..mesh.measure import surface_area
 from ..sphere.gauge import fix_gauge
 from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows, weighted_sum
 from ..start.punctured import is_coarse
-from ..verify.certificate import Certificate, certify_checked
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding
@@ -128,7 +128,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     the angles of huge faces.
     """
     y = fix_gauge(mesh, x)
-    free = certify_checked(y, mesh.f).folding_free
+    free = Certificate.of(y, mesh.f).folding_free
     if free and not is_coarse(surface_area(x, mesh.f)):
         return y
     if not free:
@@ -136,7 +136,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
             return x
         y = repair_locally(mesh, y)
     worth = mean_angle_difference(mesh, y) < WORSE * mean_angle_difference(mesh, x)
-    return y if worth and certify_checked(y, mesh.f).folding_free else x
+    return y if worth and Certificate.of(y, mesh.f).folding_free else x
 
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:

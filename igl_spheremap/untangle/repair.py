@@ -27,7 +27,7 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
-from ..verify.certificate import certify_checked
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
 from .blocks import VertexBlocks
 from .deep_limbs import floors, shorten_limbs
@@ -94,7 +94,7 @@ class _Steps:
 
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; take it if it is certified and its angle differences are the least so far."""
-        certificate, mean = certify_checked(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
+        certificate, mean = Certificate.of(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
@@ -160,5 +160,5 @@ class _Steps:
         if best is not self.first and best.gauge == "centred":
             x = restore_gauge(self.mesh, best.sphere)
             run = replace(best.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
-            best = replace(best, sphere=x, certificate=certify_checked(x, self.mesh.f), run=run)
+            best = replace(best, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
         return replace(best, run=replace(best.run, rounds=tuple(self.rounds) if len(self.rounds) > 1 else ()))

@@ -45,6 +45,31 @@ class Certificate:
     not_finite: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     off_sphere: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
+    @classmethod
+    @stage("certificate")
+    def of(cls, x: FloatArray, f: IntArray) -> Certificate:
+        """The certificate of float64 rows and the faces of a checked mesh; `certify` takes other arrays.
+
+        Parameters
+        ----------
+        x : (n, 3) float64 array
+            Images of the vertices.
+        f : (m, 3) int64 array
+            Faces, not checked again.
+
+        Returns
+        -------
+        Certificate
+            The foldings and the degree.
+        """
+        nothing = np.empty(0, dtype=np.int64)
+        if not np.isfinite(x).all():
+            return cls(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)))
+        signs = orientation_signs(x, f)
+        off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
+        degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
+        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere)
+
     @property
     def folding_free(self) -> bool:
         """True if the map is proved to be a homeomorphism onto the unit sphere."""
@@ -119,19 +144,7 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
     -1
     """
     x = check_rows(x)
-    return certify_checked(x, check_faces(f, len(x)))
-
-
-@stage("certificate")
-def certify_checked(x: FloatArray, f: IntArray) -> Certificate:
-    """`certify` for float64 rows and checked faces."""
-    nothing = np.empty(0, dtype=np.int64)
-    if not np.isfinite(x).all():
-        return Certificate(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)))
-    signs = orientation_signs(x, f)
-    off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
-    degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
-    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere)
+    return Certificate.of(x, check_faces(f, len(x)))
 
 
 def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:

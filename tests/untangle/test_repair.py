@@ -19,7 +19,7 @@ from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.repair import repair
-from igl_spheremap.verify.certificate import certify, certify_checked
+from igl_spheremap.verify.certificate import Certificate, certify
 from igl_spheremap.verify.distortion import angle_differences
 
 
@@ -30,7 +30,7 @@ def _mapped(name, **parameters):
 
 
 def _repaired(mesh, operators, x, listener=None, *, centred=False):
-    first = SphereMap(mesh, x, certify_checked(x, mesh.f), Run(Status.CONVERGED, np.nan))
+    first = SphereMap(mesh, x, Certificate.of(x, mesh.f), Run(Status.CONVERGED, np.nan))
     return repair(first, operators, listener, centred=centred)
 
 
@@ -139,7 +139,7 @@ def _rod():
 
 def test_long_arms_come_back_certified_and_conformal(long_arms):
     mesh, _, x, repaired, seen = long_arms
-    assert not certify_checked(x, mesh.f).folding_free
+    assert not Certificate.of(x, mesh.f).folding_free
     assert certify(repaired.sphere, mesh.f).folding_free
     assert repaired.stretch > 1
     assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in repaired.rounds]
