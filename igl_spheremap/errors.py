@@ -6,6 +6,7 @@ A message names calls and arguments of this library; the command line prints its
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -15,6 +16,8 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
+#: Control characters, ends of lines, and marks that turn the direction of writing.
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
 
 
@@ -98,6 +101,15 @@ def check_listener(listener: object) -> None:
         raise TypeError(f"listener is {listener!r}; give a function that takes one argument")
 
 
+def printable(text: str) -> str:
+    """A text with its control characters as escapes, so that a name from a file changes no line and no terminal.
+
+    >>> printable("sulc\\n\\x1b[31m")
+    'sulc\\\\n\\\\x1b[31m'
+    """
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
 def one_line(error: BaseException) -> str:
     """The message of an error in one line.
 
@@ -109,7 +121,7 @@ def one_line(error: BaseException) -> str:
         words = "out of memory; try a smaller mesh or more memory"
     elif isinstance(error, OSError) and error.strerror:
         words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return " ".join(str(words).split()) or type(error).__name__
+    return printable(" ".join(str(words).split())) or type(error).__name__
 
 
 def check_range(name: str, value: float, least: float, most: float = math.inf) -> None:

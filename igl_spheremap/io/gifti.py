@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError, import_optional
+from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_expansion, expansion_limit
 from .records import Format, Metadata, PathLike, RawMesh, of_triangles
@@ -48,7 +48,7 @@ def read(path: Path) -> RawMesh:
     metadata: dict[str, Any] = {}
     structure = dict(points[0].meta).get(_STRUCTURE) or dict(image.meta).get(_STRUCTURE)
     if structure:
-        metadata["structure"] = structure
+        metadata["structure"] = printable(structure)
     if points[0].coordsys is not None:
         metadata["coordinate_system"] = points[0].coordsys
     return RawMesh(points[0].data, of_triangles(triangles[0].data), metadata)

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..errors import MeshError
+from ..errors import MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Status, Step
@@ -103,9 +103,19 @@ def _plain(value: Any) -> Any:
     return value.name if isinstance(value, Status) else value.item() if isinstance(value, np.generic) else str(value)
 
 
+def _printable(value: Any) -> Any:
+    """What JSON holds, its texts without control characters: they are printed, and written into other files."""
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, list):
+        return [_printable(item) for item in value]
+    return {printable(key): _printable(item) for key, item in value.items()} if isinstance(value, dict) else value
+
+
 def _unpack(known: dict[str, Any]) -> Run:
     """The record that `_pack` took apart."""
     rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
+    known = _printable(known)
     return Run(**known | {"status": Status[known["status"]], "history": tuple(Step(*step) for step in known["history"]),
                           "rounds": rounds, "notes": tuple(known["notes"])})
 

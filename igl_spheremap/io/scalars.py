@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FileError, MeshError
+from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
 from . import freesurfer, gifti, npz, vtk, vtp
 from .files import format_of
@@ -47,7 +47,7 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     with reading(source):
         read, _ = _functions(source)
         arrays = read(source)
-        maps = {name: values.astype(np.float64) for name, values in arrays.items()
+        maps = {printable(name): values.astype(np.float64) for name, values in arrays.items()
                 if values.ndim == 1 and values.dtype.kind in "fiu"}
         if not maps:
             raise MeshError("the file holds no scalar map: no array has one number a vertex")

@@ -48,6 +48,7 @@ def make_mark(v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any
     positions, faces = np.asarray(v, dtype="<f8"), np.asarray(f, dtype="<i8")
     digest = _digest(b"%d " % len(positions) + positions.tobytes() + faces.tobytes())
     asked = ",".join(f"{key}={_text(value)}" for key, value in sorted(options.items())) or "-"
+    method = re.sub(r"[^!-~]", "?", method)  # it may come from a file
     line = f"igl_spheremap {__version__} {method} {asked} {digest}"
     if len(line) <= _LONGEST and re.fullmatch(r"[\w.,=+-]+", asked, re.ASCII):
         return line

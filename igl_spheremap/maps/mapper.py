@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 
@@ -23,6 +26,8 @@ from .options import Auto, method_of
 
 class SphereMapper:
     """The stateful twin of `spherical_conformal_map`, for repeated maps of one surface.
+
+    It serves one call at a time: give each thread a mapper of its own.
 
     Parameters
     ----------
@@ -48,6 +53,8 @@ class SphereMapper:
         If the backend is unknown or not installed.
     TypeError
         If `method` is no record of `Auto`.
+    RuntimeError
+        From `move`, `map` and `rebalance`: if another call is at work, of another thread or of a listener's.
 
     Examples
     --------
@@ -60,6 +67,7 @@ class SphereMapper:
     @own_errstate
     def __init__(self, v: ArrayLike, f: ArrayLike, method: Auto = Auto()) -> None:  # noqa: B008 - it is frozen
         method_of(method, Auto)
+        self._lock = threading.Lock()
         self.mesh = check_mesh(v, f)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
@@ -93,10 +101,22 @@ class SphereMapper:
         >>> bool((mapper.map().sphere == ism.spherical_conformal_map(v * [1, 1, 2], f).sphere).all())
         True
         """
-        mesh = move_mesh(self.mesh, v)
-        self.operators = build_operators(mesh, self.method.backend, reuse=self.operators)
-        self.mesh = mesh
-        self.__dict__.pop("_family", None)
+        with self._alone():
+            mesh = move_mesh(self.mesh, v)
+            self.operators = build_operators(mesh, self.method.backend, reuse=self.operators)
+            self.mesh = mesh
+            self.__dict__.pop("_family", None)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Refuse a call while another one uses the mesh and its operators, which belong together."""
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this mapper is at work for another thread, or for the run whose listener calls it; "
+                               "give each thread a mapper of its own")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     @cached_property
     def _family(self) -> Family:
@@ -136,12 +156,13 @@ class SphereMapper:
         MeshError
             If `start` has not one finite, nonzero row per vertex, or `vertex_weights` can't be balanced.
         """
-        history, n = History(listener), len(self.mesh.v)
-        x = None if start is None else check_start(start, n)
-        mesh = self.mesh if vertex_weights is None else replace(self.mesh, A=_shares(vertex_weights, n))
-        found = auto(mesh, self.method, history, self.operators, x)
-        run = history.complete(found.run, self.method.name, self.method.settings())
-        return replace(found, mesh=self.mesh, run=run)
+        with self._alone():
+            history, n = History(listener), len(self.mesh.v)
+            x = None if start is None else check_start(start, n)
+            mesh = self.mesh if vertex_weights is None else replace(self.mesh, A=_shares(vertex_weights, n))
+            found = auto(mesh, self.method, history, self.operators, x)
+            run = history.complete(found.run, self.method.name, self.method.settings())
+            return replace(found, mesh=self.mesh, run=run)
 
     @own_errstate
     def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
@@ -168,12 +189,13 @@ class SphereMapper:
         FoldingsRemain
             If the map has foldings.
         """
-        check_number(balance, "balance", most=1)
-        same = result.mesh is self.mesh or (np.array_equal(result.vertices, self.mesh.vertices)
-                                            and np.array_equal(result.faces, self.mesh.f))
-        if not same:
-            raise MeshError("the map is one of another surface than the mapper's; map this one first")
-        return balance_map(self._family, result, balance, listener)
+        with self._alone():
+            check_number(balance, "balance", most=1)
+            same = result.mesh is self.mesh or (np.array_equal(result.vertices, self.mesh.vertices)
+                                                and np.array_equal(result.faces, self.mesh.f))
+            if not same:
+                raise MeshError("the map is one of another surface than the mapper's; map this one first")
+            return balance_map(self._family, result, balance, listener)
 
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:

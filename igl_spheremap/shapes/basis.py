@@ -55,7 +55,8 @@ def rows_of(ell: int) -> slice:
 def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
     """Yield the part of each degree at unit rows: Y_l0 = P_l0, Y_lm = sqrt2 P_lm cos(m phi), Y_l,-m with sin(m phi)."""
     s = np.hypot(x[:, 0], x[:, 1])
-    turn = np.where(s > 0, x[:, 0] + 1j * x[:, 1], 1)
+    wide = np.where(s < np.finfo(float).tiny, 2.0**60, 1.0)  # a division by subnormal numbers overflows
+    turn = np.where(s > 0, wide * x[:, 0] + 1j * (wide * x[:, 1]), 1)
     turn = np.broadcast_to(turn / np.abs(turn), (degree_of(c), len(x)))
     waves = np.sqrt(2) * np.cumprod(turn, axis=0)  # exp(i m phi), m = 1, 2, ...
     for ell, P in enumerate(legendre(degree_of(c), x[:, 2], s)):

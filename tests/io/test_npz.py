@@ -13,6 +13,7 @@ from igl_spheremap import (
     Status,
     balanced_spherical_map,
     landmark_map,
+    rebalance,
     samples,
     spherical_conformal_map,
 )
@@ -128,3 +129,43 @@ def test_arrays_that_hold_no_rows_of_numbers_are_named(name, spoil, result, tmp_
     for reader in (read_map, read_sphere if name == "sphere" else read_mesh):
         with pytest.raises(MeshError, match=r"dtype|shape|whole|rows"):
             reader(tmp_path / "bad.npz")
+
+
+def forged(tmp_path, result, **changes):
+    """A file of a map, with other arrays."""
+    write_map(tmp_path / "map.npz", result)
+    with np.load(tmp_path / "map.npz") as archive:
+        arrays = dict(archive) | changes
+    np.savez(tmp_path / "map.npz", **arrays)
+    return tmp_path / "map.npz"
+
+
+def test_the_conformal_map_of_a_balanced_one_is_certified_on_its_own_numbers(tmp_path):
+    """Whatever the file says of it: it comes back from rebalance."""
+    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), 0.5)
+    folded = np.where(np.arange(len(balanced.vertices)) < 5, -1, 1)[:, None] * balanced.conformal.sphere
+    back = read_map(forged(tmp_path, balanced, conformal=folded))
+    assert back.certificate.folding_free
+    assert not back.conformal.certificate.folding_free
+    assert not rebalance(back, 0).certificate.folding_free
+
+
+@pytest.mark.parametrize("name", ["sphere", "conformal"])
+def test_spheres_of_other_shapes_are_refused(name, tmp_path):
+    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), 0.5)
+    with pytest.raises(MeshError, match=f"{name} .* rows|{name} has shape"):
+        read_map(forged(tmp_path, balanced, **{name: balanced.sphere[:-1]}))
+
+
+def test_texts_of_a_map_put_no_line_into_another_file(result, tmp_path, capsys):
+    run = dataclasses.replace(result.run, method="auto\nv 0 0 0", notes=("one\ntwo\x1b[31m",), gauge="a\u202eb",
+                              settings={"a\rb": "\x00"})
+    write_map(tmp_path / "map.npz", dataclasses.replace(result, run=run))
+    back = read_map(tmp_path / "map.npz")
+    assert (back.run.method, back.run.notes, back.run.gauge) == ("auto\\nv 0 0 0", ("one\\ntwo\\x1b[31m",), "a\\u202eb")
+    assert back.run.settings == {"a\\rb": "\\x00"}
+    for source in (back, dataclasses.replace(result, run=run)):  # of a file, and of a caller
+        write_map(tmp_path / "map.obj", source, force=True)
+        mark, *lines = (tmp_path / "map.obj").read_text().splitlines()
+        assert mark.startswith("# igl_spheremap ")
+        assert len(lines) == len(result.vertices) + len(result.faces)

@@ -1,5 +1,7 @@
 """The stateful twin: the same maps as the function's, one factorisation, any weights."""
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -119,3 +121,36 @@ def test_all_starts_lead_to_one_map():
 def test_bad_options_are_named(mapper, options, message):
     with pytest.raises(ValueError, match=message):
         mapper.map(**options)
+
+
+def test_calls_of_two_threads_give_right_maps_or_an_error():
+    shapes = [V * [1, 1, 1 + k / 8] for k in range(4)]
+    expected = [ism.spherical_conformal_map(v, F).sphere for v in shapes]
+    shared, wrong, refused = ism.SphereMapper(V, F), [], []
+
+    def work(own):
+        for k in range(24):
+            try:
+                shared.move(shapes[(own + k) % 4])
+                result = shared.map()
+            except RuntimeError as error:
+                refused.append(str(error))
+                continue
+            shape = next(i for i, v in enumerate(shapes) if np.array_equal(result.vertices, v))
+            if not np.array_equal(result.sphere, expected[shape]):
+                wrong.append(shape)
+
+    threads = [threading.Thread(target=work, args=(own,)) for own in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+    assert all("a mapper of its own" in message for message in refused)
+
+
+def test_a_listener_does_not_move_the_mapper_of_its_run():
+    own = ism.SphereMapper(V, F)
+    with pytest.raises(RuntimeError, match="whose listener calls it"):
+        own.map(listener=lambda iterate: own.move(V))
+    assert np.array_equal(own.map().sphere, ism.spherical_conformal_map(V, F).sphere)

@@ -96,6 +96,14 @@ def test_orders_that_underflow_do_no_harm():
     assert np.allclose(synthesis(c, x), np.sqrt(1201 / (4 * np.pi)), rtol=1e-10)
 
 
+@pytest.mark.parametrize("height", [1.0, -1.0])
+def test_points_next_to_a_pole_have_the_values_of_the_pole(height):
+    """At subnormal distances a division overflows."""
+    c, tiny = np.random.default_rng(0).normal(size=(49, 2)), np.finfo(float).smallest_subnormal
+    x = [[a, b, height] for a in (0, tiny, -7 * tiny, 1e-310) for b in (0, tiny, 1e-309, -1e-320)]
+    assert np.allclose(synthesis(c, np.array(x)), synthesis(c, np.array([[0, 0, height]])), rtol=1e-14, atol=1e-14)
+
+
 def test_power_counts_each_degree_once():
     c = np.random.default_rng(3).normal(size=(36, 2))
     assert degree_of(c) == 5

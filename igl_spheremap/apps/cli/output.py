@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...errors import FileError, import_optional
+from ...errors import FileError, import_optional, printable
 from ...io import Format, check_writable, format_of
 from ...io.replacing import replacing
 from ...result.findings import Finding
@@ -58,7 +58,7 @@ def _inputs(args: Namespace) -> list[str]:
     """The files that the command reads; of --data FILE:NAME and --feature NAME=MOVING,FIXED those within."""
     features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
-    return [*_paths(args, _INPUTS), *features, *named]
+    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "onto", None) or ())]
 
 
 def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
@@ -135,9 +135,9 @@ def paragraph(label: str, text: str) -> str:
     'energy       12.57'
     """
     return textwrap.fill(
-        text,
+        printable(" ".join(text.split())),
         _WIDTH,
-        initial_indent=label.ljust(_LABEL),
+        initial_indent=printable(label).ljust(_LABEL),
         subsequent_indent=" " * _LABEL,
         break_long_words=False,
         break_on_hyphens=False,

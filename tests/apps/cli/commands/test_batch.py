@@ -227,3 +227,16 @@ def test_a_name_without_an_encoding_spoils_no_summary(desk, capsys):
     assert main(["batch", source, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"]) == Exit.OK
     assert "1 of 1 files" in capsys.readouterr().out
     assert read_table("all.csv")[0].source == "bad\\udcff.ply"
+
+
+def test_names_from_files_change_no_line_and_no_terminal(desk, capsys):
+    os.rename("300.ply", name := "a\n\x1b[31mb.ply")
+    arguments = ["--out", "{stem}.obj", "--jobs", "1", "--summary", "all.jsonl"]
+    assert main(["batch", name, "open.ply", *arguments]) == Exit.NO_MESH
+    text = Path("all.jsonl").read_text().replace('"no mesh"', '"no\\u001b[31m"')
+    Path("bad.jsonl").write_text(text + "[" * 200_000 + "\n")
+    assert main(["summarise", "bad.jsonl"]) == Exit.OK
+    assert main(["info", "none\x1b[31m.ply"]) == Exit.FILE
+    out, err = capsys.readouterr()
+    assert "\x1b" not in out + err
+    assert "none\\x1b[31m.ply" in err
