@@ -20,7 +20,8 @@ from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_ro
 
 #: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
 _NEWTON_STEPS = 8
-#: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre.
+#: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre, where
+#: lengths in the chart are 3.25 times those on the sphere.
 _CHART_RADIUS = 1.5
 #: A point is in view of a chart if the cosine of its angle from the chart's centre is above this: the chart's point is
 #: then at most 10 from the centre, and rounding moves it by at most 100 eps.

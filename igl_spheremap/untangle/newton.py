@@ -21,7 +21,7 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .blocks import VertexBlocks
 from .embedding import dilate, embed_locally
-from .local_repair import FEW, RELAXED_RINGS, small_moves
+from .local_repair import FEW, RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
 #: Damping with which most steps succeed; on maps of deep limbs less of it folds hundreds of faces.
@@ -117,7 +117,7 @@ class AngleNewton:
     def _embedded(self, x: FloatArray, smoothing: float) -> FloatArray:
         """Undo the foldings of a step, and relax what that moved with its surroundings."""
         y = embed_locally(small_moves(x, self.blocks.f), self.blocks.f, persistent=False)
-        movable = dilate(self.blocks.f, (y != x).any(axis=1), RELAXED_RINGS)
+        movable = dilate(self.blocks.f, (y != x).any(axis=1), RINGS)
         around = movable[self.blocks.f].any(axis=1)
         return relax_angles(y, self.blocks.f[around], AngleLoss(self.source[:, around], smoothing), movable, sweeps=2)
 
