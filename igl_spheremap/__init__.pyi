@@ -4,8 +4,8 @@ from . import samples as samples
 from .apps.viewer.player import play as play
 from .apps.viewer.result_view import screenshot as screenshot
 from .apps.viewer.result_view import show as show
-from .descent.energies.harmonic import harmonic_energy as harmonic_energy
-from .descent.energies.p_harmonic import p_harmonic_energy as p_harmonic_energy
+from .descent.energies import harmonic_energy as harmonic_energy
+from .descent.energies import p_harmonic_energy as p_harmonic_energy
 from .errors import DisplayError as DisplayError
 from .errors import FactorisationFailed as FactorisationFailed
 from .errors import FileError as FileError

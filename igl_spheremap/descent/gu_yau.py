@@ -12,8 +12,7 @@ import scipy.sparse as sp
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
 from ..sphere.rows import unit_rows
-from .metrics import Diagonal
-from .problem import Problem, remove_boosts
+from .problem import Diagonal, Problem, remove_boosts
 
 #: The mass centre may be this far from the origin before a Moebius map brings it back.
 _OFF_CENTRE = 1e-4

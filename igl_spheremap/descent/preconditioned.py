@@ -18,11 +18,10 @@ from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_momen
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from .energies.harmonic import HarmonicEnergy
+from .energies import HarmonicEnergy
 from .line_search import NonmonotoneSearch
-from .metrics import SobolevH1
 from .minimize import Minimum, minimize
-from .problem import Problem
+from .problem import Problem, SobolevH1
 
 #: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
 TOLERANCE = 1e-3

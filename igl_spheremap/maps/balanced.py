@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..balance.family import Family
-from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, check_number, own_errstate
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status

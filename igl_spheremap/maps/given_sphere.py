@@ -9,7 +9,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh

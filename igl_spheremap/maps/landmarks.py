@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
-from ..descent.energies.harmonic import HarmonicEnergy
-from ..descent.energies.landmarks import LandmarkEnergy
-from ..descent.energies.sum import SumEnergy
-from ..descent.metrics import SobolevH2
-from ..descent.problem import Problem
+from ..descent.energies import HarmonicEnergy, LandmarkEnergy, SumEnergy
+from ..descent.problem import Problem, SobolevH2
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_rows, plain_array
 from ..mesh.check import check_mesh

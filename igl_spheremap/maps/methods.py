@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..descent.algorithm_1 import CayleyBB
-from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.energies import HarmonicEnergy
 from ..descent.gu_yau import ProjectedDescent, step_metric
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map

@@ -29,8 +29,10 @@ _CANCELLED = 4096 * np.finfo(float).eps
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
     """Apply `compute` to the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
     columns = np.ascontiguousarray(x.T)
-    blocks = (f[k : k + _BLOCK].T for k in range(0, max(1, len(f)), _BLOCK))
-    return np.concatenate([compute(columns.take(block, axis=1)) for block in blocks])
+    found = []
+    for k in range(0, max(1, len(f)), _BLOCK):
+        found.append(compute(columns.take(f[k : k + _BLOCK].T, axis=1)))
+    return np.concatenate(found)
 
 
 def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) -> FloatArray:

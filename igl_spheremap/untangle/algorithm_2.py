@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from scipy.sparse import csr_matrix
 
-from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.energies import HarmonicEnergy
 from ..descent.minimize import Minimum
 from ..descent.problem import Problem
 from ..errors import FactorisationFailed

@@ -105,7 +105,10 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     x = x.copy()
     classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
     for _ in range(sweeps):
-        before, after = np.sum([(0.0, 0.0), *(_step(x, *part) for part in classes)], axis=0)
+        before = after = 0.0
+        for part in classes:
+            old, new = _step(x, *part)
+            before, after = before + old, after + new
         if before - after <= tolerance * before:
             break
     return x

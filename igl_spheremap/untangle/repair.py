@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..descent.energies.harmonic import HarmonicEnergy
+from ..descent.energies import HarmonicEnergy
 from ..mesh.arrays import FloatArray
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage

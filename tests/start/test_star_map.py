@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.descent.energies.harmonic import HarmonicEnergy
+from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.sphere.moebius import moebius

@@ -10,7 +10,7 @@ from math import ceil, log, sqrt
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...descent.energies.harmonic import HarmonicEnergy
+from ...descent.energies import HarmonicEnergy
 from ...descent.problem import Problem
 from ...errors import FactorisationFailed
 from ...maps.options import Plane, Stereographic

@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import numpy as np
 
-from ....descent.energies.harmonic import harmonic_energy
+from ....descent.energies import harmonic_energy
 from ....io import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....result import findings

@@ -1,19 +1,84 @@
-"""The p-harmonic energy of Remark 1, eq. (8)."""
+"""Energies of maps to the sphere: harmonic, p-harmonic, of landmarks, and sums of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ...errors import own_errstate
-from ...mesh.arrays import FloatArray, check_rows
-from ...mesh.check import Mesh, check_mesh
-from ...operators.laplacian import is_usable, laplacian, mollified_edge_lengths
-from ...sphere.rows import row_dots
+from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.check import Mesh, check_mesh
+from ..operators.laplacian import Weights, apply, is_usable, laplacian, mollified_edge_lengths, usable_laplacian
+from ..sphere.rows import inner, row_dots
+
+
+class Energy(Protocol):
+    """A differentiable function of the map."""
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Value at `x` and the (n, 3) array of its derivatives by the coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicEnergy:
+    """The harmonic (Dirichlet) energy: half the sum of x_k . L x_k over the three coordinates."""
+
+    L: sp.csr_matrix
+
+    @classmethod
+    def of(cls, mesh: Mesh, weights: Weights = "cotangent") -> HarmonicEnergy:
+        """The energy of a mesh, with mollified weights where those are unusable."""
+        return cls(usable_laplacian(mesh, weights))
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Value and derivatives, L x."""
+        gradient = apply(self.L, x)
+        return 0.5 * inner(x, gradient), gradient  # eq. (6)
+
+
+@own_errstate
+def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
+    """Harmonic energy of a map, equation (6).
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Source positions; the energy does not depend on their scale.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    x : (n, 3) array_like
+        Images of the vertices.
+
+    Returns
+    -------
+    float
+        4 pi for a smooth conformal map; at least the flat area of the image, with equality face by face where
+        angles are kept.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+
+    References
+    ----------
+    Lai et al., eq. (6).
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    >>> f = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    >>> round(ism.harmonic_energy(x, f, x) - 4 * 3**0.5, 12)  # the area, for the identity
+    0.0
+    """
+    mesh = check_mesh(v, f)
+    return HarmonicEnergy.of(mesh).evaluate(check_rows(x, len(mesh.v), "images"))[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,3 +162,31 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
     """
     mesh = check_mesh(v, f)
     return PHarmonicEnergy.of(mesh, p).evaluate(check_rows(x, len(mesh.v), "images"))[0]
+
+
+@dataclass(frozen=True, eq=False)
+class LandmarkEnergy:
+    """Half the weighted sum of the squared chords between landmarks and their targets, which are unit rows."""
+
+    vertices: IntArray
+    targets: FloatArray
+    weights: FloatArray
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Value and derivatives, which are zero but at landmarks."""
+        off = x[self.vertices] - self.targets
+        gradient = np.zeros_like(x)
+        np.add.at(gradient, self.vertices, self.weights[:, None] * off)
+        return 0.5 * float(self.weights @ row_dots(off, off)), gradient
+
+
+@dataclass(frozen=True, eq=False)
+class SumEnergy:
+    """The sum of its terms, each with its own weight inside it."""
+
+    terms: tuple[Energy, ...]
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Sum of the values and of the derivatives."""
+        values, gradients = zip(*(term.evaluate(x) for term in self.terms), strict=True)
+        return float(sum(values)), np.sum(gradients, axis=0)
