@@ -262,8 +262,8 @@ def test_summaries_are_whole_sentences():
 
 
 IMAGES = DOCS / "images"
-#: What benchmarks measure, and write with their pages.
-MEASURED = {"benchmarks.png", "convergence.png"}
+#: What benchmarks measure, and write with their pages, and what `reproduce` draws of real surfaces.
+MEASURED = {"benchmarks.png", "convergence.png", "gradient.png", "eq24.png"}
 
 
 def test_every_picture_is_shown():

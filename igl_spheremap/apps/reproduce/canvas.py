@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...draw.palette import FOLDED, INK, SURFACE, diverging
-from ...draw.plot import shading, view_of
+from ...draw.plot import SMALL, raster, shading, view_of
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
@@ -15,6 +15,7 @@ from ..viewer.body import clusters, follow
 from .runs import Surface
 
 _NONE = np.empty(0, dtype=np.int64)
+_PIXELS = 500  # along a side of a picture
 
 
 def show_source(ax: Any, surface: Surface, x: FloatArray | None = None, *, title: str = "") -> None:
@@ -53,7 +54,7 @@ def show_function(ax: Any, surface: Surface, values: FloatArray, *, title: str =
     scale = ScalarMappable(Normalize(*ends), LinearSegmentedColormap.from_list("", ramp.stops))
     bar = ax.figure.colorbar(scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02)
     ticks = [ends[0], middle, ends[1]]
-    bar.set_ticks(ticks, labels=[f"{tick:.2g}" for tick in ticks])
+    bar.set_ticks(ticks, labels=[f"{tick:.2g}" if abs(tick) > 1e-9 * np.ptp(ends) else "0" for tick in ticks])
     bar.ax.tick_params(labelsize=8)
     bar.outline.set_visible(False)
 
@@ -68,25 +69,41 @@ def _show(
     front: IntArray = _NONE,
     ambient: float = 0.35,
 ) -> None:
-    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is."""
+    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is.
+
+    Faces whose indices are in `front` hide all others if they lie in the nearer half.
+    """
     own = view_of(surface.v)
-    light = shading(surface.v, surface.f, own, ambient)
-    _draw(ax, where, surface.f, colours * light[:, None], own if view is None else view, front=front)
-    ax.set_title(title, fontsize=8)
+    colours = colours * shading(surface.v, surface.f, own, ambient)[:, None]
+    y, f = where @ (own if view is None else view), surface.f
+    depth = y[f, 2].mean(axis=1)
+    front = front[depth[front] > depth.mean()]
+    raised = y[f[front]].reshape(-1, 3) + np.array([0, 0, np.ptp(depth)])
+    f = np.concatenate((f, len(y) + np.arange(len(raised)).reshape(-1, 3)))
+    ax.imshow(raster(np.concatenate((y, raised)), f, np.concatenate((colours, colours[front])), _PIXELS))
+    ax.axis("off")
+    ax.set_title(title, fontsize=SMALL)
 
 
 def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None:
     """A map around some of its faces, so close that folds of a millionth of the sphere are visible."""
+    from matplotlib.collections import PolyCollection
+
     corners = x[surface.f[faces]].reshape(-1, 3)
     middle = corners.mean(axis=0)
     middle /= np.linalg.norm(middle)
     reach = min(1.5 * max(float(np.linalg.norm(corners - middle, axis=1).max()), 1e-12), 1.0)
     across = np.linalg.svd(middle[None])[2][1:]
     near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
-    plane = np.column_stack(((x - middle) @ across.T, np.zeros(len(x)))) / reach
-    _draw(ax, plane, surface.f[near], _marked(surface, _folded(surface, x))[near], np.eye(3), lines=True)
-    ax.set(xlim=(-1, 1), ylim=(-1, 1))
-    ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=8)
+    plane = (x - middle) @ across.T / reach
+    order = np.argsort(folded_faces(x, surface.f)[near], kind="stable")  # folded faces in front
+    colours = _marked(surface, _folded(surface, x))[near][order]
+    corners = plane[surface.f[near][order]]
+    patch = PolyCollection(list(corners), facecolors=colours, edgecolors=INK, linewidths=0.2, rasterized=True)
+    ax.add_collection(patch)
+    ax.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal")
+    ax.axis("off")
+    ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=SMALL)
 
 
 def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
@@ -104,32 +121,3 @@ def _marked(surface: Surface, folded: IntArray) -> FloatArray:
     colours = np.tile(SURFACE, (len(surface.f), 1))
     colours[folded] = FOLDED
     return colours
-
-
-def _draw(
-    ax: Any,
-    v: FloatArray,
-    f: IntArray,
-    colours: FloatArray,
-    view: FloatArray,
-    lines: bool = False,
-    front: IntArray | None = None,
-) -> None:
-    """Draw a closed surface in face colours (m, 3) that are shaded already, with its edges or without.
-
-    Faces whose indices are in `front` hide all others if they lie in the nearer half.
-    """
-    from matplotlib.collections import PolyCollection
-
-    y = v @ view
-    depth = y[f, 2].mean(axis=1)
-    if front is not None:
-        depth[front[depth[front] > depth.mean()]] += np.ptp(depth)
-    order = np.argsort(depth, kind="stable")
-    corners = y[f[order], :2]
-    rgb = np.clip(colours[order], 0, 1)
-    edges = INK if lines else rgb
-    ax.add_collection(PolyCollection(list(corners), facecolors=rgb, edgecolors=edges, linewidths=0.2, rasterized=True))
-    middle, reach = (y.max(axis=0) + y.min(axis=0)) / 2, np.ptp(y[:, :2], axis=0).max() * 0.52
-    ax.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach), aspect="equal")
-    ax.axis("off")

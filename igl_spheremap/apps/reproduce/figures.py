@@ -1,4 +1,4 @@
-"""Figs. 3, 4, 5, 6, 9 and 10: surfaces, their maps, energies and angle differences."""
+"""The paper's figures, and two that it lacks: the gradient on its way to rounding, and the residual of eq. (24)."""
 
 from __future__ import annotations
 
@@ -8,20 +8,62 @@ from typing import Any
 import numpy as np
 
 from ... import samples
-from ...draw.palette import GUIDE, LINES
-from ...draw.plot import new_figure, plot_angles
+from ...draw.palette import FOLDED, GUIDE, INK, LINES
+from ...draw.plot import SMALL, new_figure, plot_angles
 from ...mesh.arrays import FloatArray
-from ...start.star_map import weighted_eigen_projection
+from ...mesh.check import Mesh, check_mesh
+from ...mesh.measure import angle_defects, corner_angles
+from ...operators.laplacian import build_operators
+from ...sphere.cayley import cayley_step
+from ...start.star_map import gauss_map, weighted_eigen_projection
 from ...verify.distortion import angle_differences, conformal_factor
 from ...verify.signs import folded_faces
 from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
 from .runs import Outcome, Runs, Surface
-from .tables import TABLE_1
+from .tables import TABLE_1, TABLE_2
 
+#: Surfaces on which Algorithm 1 runs until rounding ends it.
+_TO_THE_FLOOR = ("Hippocampus 1", "Maxplanck", "Brain")
 _FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 _REACH = 45.0  # degrees at the end of histograms that are compared
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
+
+
+def figure_1(runs: Runs) -> Any:
+    """A brain and its conformal map, in the brightness of the brain's faces."""
+    surface = runs.surface("Brain")
+    outcome = runs.get(surface, "fast")
+    figure, ((source, sphere),) = new_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", (4, 4.2))
+    show_source(source, surface, title=surface.source)
+    show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle(surface):.2f} degrees")
+    return figure
+
+
+def figure_2(runs: Runs) -> Any:
+    """The path of Theorem 1 beside the straight step, in the plane of F and A F at one vertex; needs no run."""
+    figure, ((ax,),) = new_figure(1, 1, "Fig. 2. The path of Theorem 1 and the straight step", (6, 5))
+    F, AF = np.array([[0.0, 1.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]])
+    turn = np.linspace(0, 2 * np.pi, 200)
+    ax.plot(np.cos(turn), np.sin(turn), color=GUIDE)
+    path = np.array([cayley_step(F, AF, tau)[0] for tau in np.linspace(0, 1.5, 60)])
+    ax.plot(path[:, 0], path[:, 1], color=LINES[0], linewidth=3)
+    ax.plot([0, 1.5], [1, 1], color=FOLDED, linewidth=2)
+    for tau in (0.5, 1.0, 1.5):
+        straight, curved = (F - tau * AF)[0], cayley_step(F, AF, tau)[0]
+        ax.plot([straight[0], curved[0]], [straight[1], curved[1]], color=GUIDE, linestyle=":")
+        ax.plot(*straight[:2], "o", color=FOLDED)
+        ax.plot(*curved[:2], "o", color=LINES[0])
+        ax.annotate(f"F - {tau:g} AF", straight[:2], (0, 8), textcoords="offset points", ha="center")
+        ax.annotate(f"Y[{tau:g}]", curved[:2], (-10, -14), textcoords="offset points", ha="right")
+    ax.plot(0, 1, "o", color=INK)
+    ax.annotate("F", (0, 1), (-4, 8), textcoords="offset points", ha="right")
+    ax.annotate("unit sphere, in the plane of F and AF", (-0.62, -0.3))
+    ax.annotate("off the sphere:\ninfeasible", (1.6, 0.85), color=FOLDED)
+    ax.annotate("on it, for every step", (0.1, 0.6), color=LINES[0])
+    ax.set(aspect="equal", xlim=(-1.15, 2.2), ylim=(-1.15, 1.35))
+    ax.axis("off")
+    return figure
 
 
 def figure_3(runs: Runs) -> Any:
@@ -30,7 +72,7 @@ def figure_3(runs: Runs) -> Any:
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         outcome = runs.get(surface, "Algorithm 1")
-        show_source(column[0], surface, title=f"{row.surface}: {surface.source}")
+        show_source(column[0], surface, title=_named(surface))
         show_map(column[1], surface, outcome.sphere, title=f"{outcome.foldings} foldings")
         show_function(column[2], surface, _u(surface, outcome.sphere), title="u")
     return figure
@@ -45,7 +87,7 @@ def figure_4(runs: Runs) -> Any:
         energy.loglog(1 + np.arange(len(outcome.energies)), outcome.energies, color=LINES[0])
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
         energy.set(xlabel="iteration + 1", ylabel="energy (dotted: 4π)")
-        energy.set_title(f"{row.surface}: {surface.source}", fontsize=8)
+        energy.set_title(_named(surface), fontsize=SMALL)
         _angles(angles, surface, outcome)
     return figure
 
@@ -80,6 +122,39 @@ def figure_6(runs: Runs) -> Any:
     return figure
 
 
+def figure_7(runs: Runs) -> Any:
+    """Algorithm 2 as a chart: each stage by its name in the records of runs, with its map of a dinosaur."""
+    surface = runs.surface("Dino", sample=True)
+    outcome = runs.get(surface, "Algorithm 2")
+    stages: list[tuple[str, FloatArray]] = []
+    for record, x in zip(outcome.rounds, outcome.maps, strict=True):
+        start = weighted_eigen_projection(surface.v, surface.f, stages[-1][1]).star_map if stages else None
+        stages.append((record["start"], gauss_map(surface.v, surface.f) if start is None else start))
+        stages.append(("Algorithm 1", x))
+    figure, (axes,) = new_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", (3.2, 4.4))
+    figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
+    figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.12)
+    show_source(axes[0], surface, title=surface.source)
+    for ax, (name, x) in zip(axes[1:], stages, strict=True):
+        show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum())} foldings")
+        _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
+        if name == "star map":
+            _arrow(ax, (1.6, 0.0), (0.5, 0.0), bend=-0.2)
+            ax.annotate("while faces are folded", (1.05, -0.22), xycoords="axes fraction", ha="center", va="center")
+    return figure
+
+
+def figure_8(runs: Runs) -> Any:
+    """The surfaces of Table 2."""
+    figure, axes = new_figure(2, 4, "Fig. 8. The surfaces of Table 2")
+    for ax in axes.ravel()[len(TABLE_2) :]:
+        ax.axis("off")
+    for ax, row in zip(axes.ravel(), TABLE_2, strict=False):
+        surface = runs.surface(row.surface)
+        show_source(ax, surface, title=f"{_named(surface)}\n{len(surface.v):,} vertices")
+    return figure
+
+
 def figure_9(runs: Runs) -> Any:
     """Folded faces, map, u, and surface of the weighted eigenfunctions before and after each folding removal."""
     dinosaurs = _dinosaurs(runs)
@@ -110,7 +185,7 @@ def figure_10(runs: Runs) -> Any:
     figure, axes = new_figure(len(_FIG_10), 5, "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 (vermilion: folded)")
     for line, name in zip(axes, _FIG_10, strict=True):
         surface = runs.surface(name)
-        show_source(line[0], surface, title=f"{name}: {surface.source}")
+        show_source(line[0], surface, title=_named(surface))
         for panel, method in ((1, "Gu-Yau"), (3, "Algorithm 2")):
             outcome = runs.get(surface, method)
             verdict = f"{method}: {outcome.foldings} foldings, mean {outcome.mean_angle(surface):.2f} degrees"
@@ -119,21 +194,77 @@ def figure_10(runs: Runs) -> Any:
     return figure
 
 
+def gradient(runs: Runs) -> Any:
+    """The norm of the gradient A F by iteration of Algorithm 1, until rounding ends its fall."""
+    figure, ((ax,),) = new_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", (6.5, 4))
+    for colour, name in zip(LINES, _TO_THE_FLOOR, strict=False):
+        surface = runs.surface(name)
+        norms = runs.get(surface, "Algorithm 1 without a stopping rule").residuals
+        ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
+        ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
+                  label=f"{name}: {surface.source}, least {norms.min():.1e}")
+    ax.axhline(1e-3, color=GUIDE, linestyle=":")
+    ax.annotate("tolerance of this package, 1e-3", (1, 1e-3), (0, 3), textcoords="offset points", fontsize=SMALL)
+    ax.set(xlabel="iteration + 1", ylabel="L2 norm of A F (bold: the least so far)")
+    ax.legend(fontsize=SMALL, loc="lower left")
+    return figure
+
+
+def equation_24(runs: Runs) -> Any:
+    """u of eq. (14), u that solves eq. (24) with its right-hand side, and the difference of the two."""
+    figure, axes = new_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference")
+    for column, row in zip(axes.T, TABLE_1, strict=True):
+        surface = runs.surface(row.surface)
+        mesh = check_mesh(surface.v, surface.f)
+        u = _u(surface, runs.get(surface, "fast").sphere)
+        error = curvature_error(mesh, u)
+        show_function(column[0], surface, u, title=f"{_named(surface)}\nu of (14)")
+        show_function(column[1], surface, u - error, title="u that solves (24)")
+        show_function(column[2], surface, error, title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
+    return figure
+
+
+def curvature_error(mesh: Mesh, u: FloatArray) -> FloatArray:
+    """u less the solution w of L w = A e^{2u} - K of the same mean: eq. (24) with K the angle defects."""
+    operators = build_operators(mesh, "auto")
+    K = angle_defects(corner_angles(mesh.v, mesh.f), mesh.f, len(mesh.v))
+    residual = operators.L @ u + K - mesh.A * np.exp(2 * u)  # eq. (24)
+    error = operators.factor.solve(residual - mesh.A * residual.sum())
+    return np.asarray(error - mesh.A @ error)
+
+
 #: The figures by the names of their files.
 FIGURES = {
+    "fig1": figure_1,
+    "fig2": figure_2,
     "fig3": figure_3,
     "fig4": figure_4,
     "fig5": figure_5,
     "fig6": figure_6,
+    "fig7": figure_7,
+    "fig8": figure_8,
     "fig9": figure_9,
     "fig10": figure_10,
+    "gradient": gradient,
+    "eq24": equation_24,
 }
+
+
+def _named(surface: Surface) -> str:
+    return f"{surface.name}\n{surface.source}"
+
+
+def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: float = 0.0) -> None:
+    """An arrow in fractions of the axes, which may lead out of them."""
+    style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.5, "connectionstyle": f"arc3,rad={bend}"}
+    ax.annotate("", end, start, xycoords="axes fraction", textcoords="axes fraction", annotation_clip=False,
+                arrowprops=style)
 
 
 def _angles(ax: Any, surface: Surface, outcome: Outcome) -> None:
     """Histogram of the angle differences of a run's result, on one scale in all figures."""
     if outcome.foldings < 0:
-        ax.set_title("no map", fontsize=8)
+        ax.set_title("no map", fontsize=SMALL)
     else:
         plot_angles(ax, angle_differences(surface.v, surface.f, outcome.sphere), _REACH)
 

@@ -10,7 +10,7 @@ from ...errors import FileError, import_optional
 
 #: Names of all tables and figures, and one for all of them.
 ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections",
-         "fig3", "fig4", "fig5", "fig6", "fig9", "fig10")
+         "fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "gradient", "eq24")
 ALL = "all"
 
 

@@ -128,6 +128,7 @@ METHODS: dict[str, Method] = {
     "Delaunay weights": Lai2014(edge_weights="delaunay"),
     "Gu-Yau": GuYau(tutte=False),
     "fast": Auto(),
+    "Algorithm 1 without a stopping rule": Lai2014(rounds=0, gradient_tolerance=0, plateau=0),
 }
 
 #: Share by which an energy may miss the common one and still count as having reached it.
@@ -145,8 +146,8 @@ class Outcome:
     """The outcome of a run.
 
     `rounds` holds the fields of each `Round`, its status by name; `seconds` is CPU time; `foldings` is -1 where
-    there is no map, and `status` then the error's message. `energies` and `clock`, CPU seconds, are (k,) over all
-    iterates of minimisations. `maps` (r, n, 3) are the rounds' last iterates.
+    there is no map, and `status` then the error's message. `energies`, `residuals` and `clock`, CPU seconds, are (k,)
+    over all iterates of minimisations. `maps` (r, n, 3) are the rounds' last iterates.
     """
 
     status: str
@@ -156,6 +157,7 @@ class Outcome:
     energy: float = float("nan")
     foldings: int = -1
     energies: FloatArray = field(default_factory=_nothing)
+    residuals: FloatArray = field(default_factory=_nothing)
     clock: FloatArray = field(default_factory=_nothing)
     maps: FloatArray = field(default_factory=_nothing)
     sphere: FloatArray = field(default_factory=_nothing)
@@ -199,7 +201,7 @@ class Runs:
         method = method or METHODS[name]
         if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
             method = replace(method, max_iterations=self._cap)
-        key = json.dumps([surface.digest, method.name, method.settings(), __version__], sort_keys=True)
+        key = json.dumps([surface.digest, method.name, method.settings(), __version__, _ARRAYS], sort_keys=True)
         path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
         if path.is_file():
             return _load(path)
@@ -254,13 +256,14 @@ def run(surface: Surface, method: Method, listener: Listener | None = None) -> O
         result.energy,
         result.certificate.foldings,
         np.array([record.history[k].energy for k in steps]),
+        np.array([record.history[k].residual for k in steps]),
         np.array(record.clock)[steps],
         np.array(list(maps.values())).reshape(-1, n, 3),
         result.sphere,
     )
 
 
-_ARRAYS = ("energies", "clock", "maps", "sphere")
+_ARRAYS = ("energies", "residuals", "clock", "maps", "sphere")
 
 
 def _save(path: Path, outcome: Outcome) -> None:
