@@ -29,7 +29,6 @@ _ONSET = 4.0
 _MARGINS = (1.0, 3.0)
 #: Nepers that one step of kappa gains in a bin: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
-_KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
@@ -183,6 +182,11 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int,
     return found + [(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
 
 
+def _kappas() -> FloatArray:
+    """The slopes to choose from: 1, .95, ... .05."""
+    return np.asarray(1 - _STEP * np.arange(round(1 / _STEP)))
+
+
 def _choose_kappas(limbs: list[DeepLimb], placed: Placed, source: FloatArray, floor: float) -> float:
     """Set the kappas of limbs, branches before what they branch off from.
 
@@ -215,7 +219,7 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
     count = np.bincount(at, minlength=bins) + _SPARE
     cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
-    steps = int((placed.depth.max() - floor) / _STEP) + len(_KAPPAS)
+    steps = int((placed.depth.max() - floor) / _STEP) + cost.shape[1]
     gained = _STEP * np.arange(steps)
     value = np.zeros(steps)
     limb.choice = np.zeros((bins, steps), dtype=np.int64)
@@ -224,8 +228,8 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
         for branch, where in limb.branches:
             if where == b:
                 value = value + branch.cost_to_go
-        later = np.append(value, np.full(len(_KAPPAS), value[-1]))
-        total = np.stack([cost[b, i] + later[i:i + steps] for i in range(len(_KAPPAS))])
+        later = np.append(value, np.full(cost.shape[1], value[-1]))
+        total = np.stack([cost[b, i] + later[i:i + steps] for i in range(cost.shape[1])])
         limb.choice[b] = total.argmin(axis=0)
         value = total.min(axis=0)
     limb.cost_to_go = value
@@ -233,11 +237,12 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
 
 def _follow(limb: DeepLimb, gained: int) -> None:
     """Read the kappas off the choices, given the steps that are gained outside the rim."""
+    kappas = _kappas()
     limb.kappa = np.empty(len(limb.choice))
     last = limb.choice.shape[1] - 1
     for b, choice in enumerate(limb.choice):
         step = choice[min(gained, last)]
-        limb.kappa[b] = _KAPPAS[step]
+        limb.kappa[b] = kappas[step]
         gained += int(step)
         for branch, where in limb.branches:
             if where == b:
@@ -255,8 +260,9 @@ def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> Fl
     log, unit = np.log(size), z / size
     middle = log.mean(axis=1, keepdims=True)
     at = np.clip((np.log(limb.radius) - middle[:, 0]).astype(np.int64), 0, bins - 1)
-    cost = np.empty((bins, len(_KAPPAS)))
-    for i, kappa in enumerate(_KAPPAS):
+    kappas = _kappas()
+    cost = np.empty((bins, len(kappas)))
+    for i, kappa in enumerate(kappas):
         angles = plane_angles(np.exp(kappa * (log - middle)) * unit)
         cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), bins)
     return cost - cost[:, :1]
@@ -267,4 +273,4 @@ def _equilateral_costs() -> FloatArray:
     """Mean angle difference, in degrees, of equilateral triangles of all directions squashed by each kappa."""
     turn = np.exp(1j * (np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None] + np.arange(3) * 2 * np.pi / 3))
     return np.array([np.degrees(np.abs(np.abs(plane_angles(k * turn.real + 1j * turn.imag)) - np.pi / 3).mean())
-                     for k in _KAPPAS])
+                     for k in _kappas()])

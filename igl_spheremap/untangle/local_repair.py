@@ -22,16 +22,14 @@ from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
 #: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
-#: of 1.1. Relaxing ends when a sweep gains less than this share, too.
+#: of 1.1. Other shares follow from it: relaxing ends when a sweep gains less than this; a map is worse than another
+#: if its angle differences are larger by five times this, and useless if 25 times as many faces are folded.
 FEW = 0.01
 #: Rings around foldings that small moves may move, and around what embedding moved that are relaxed with it. With 3
 #: for the first one of 231 maps gains .3 percent; with 3 for the second ten gain and seven lose, up to a tenth.
 RINGS = 2
 #: A map is centred, even where that folds faces, if its centroid is farther than this from the origin: .06 degrees.
 _OFF_CENTRE = 1e-3
-#: A map counts as worse than another if its mean angle difference is above this many times the other's. Centring
-#: always changes angles of flat faces a little, so that 1 would keep maps from their gauge.
-WORSE = 1.05
 #: Twice the area that small moves are to give a folded face, in units of its longest side squared.
 _THICKNESS = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor.
@@ -121,6 +119,11 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     return y
 
 
+def is_worse(mean: float, before: float) -> bool:
+    """True if a mean angle difference is 5 percent above another: centring always changes angles a little."""
+    return mean >= (1 + 5 * FEW) * before
+
+
 def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
@@ -135,8 +138,8 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
         if not is_off_centre(mesh, x):
             return x
         y = repair_locally(mesh, y)
-    worth = mean_angle_difference(mesh, y) < WORSE * mean_angle_difference(mesh, x)
-    return y if worth and Certificate.of(y, mesh.f).folding_free else x
+    worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))
+    return y if not worse and Certificate.of(y, mesh.f).folding_free else x
 
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:

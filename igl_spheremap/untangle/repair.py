@@ -33,7 +33,7 @@ from .blocks import VertexBlocks
 from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
-from .local_repair import WORSE, has_few_foldings, repair_locally, restore_gauge
+from .local_repair import has_few_foldings, is_worse, repair_locally, restore_gauge
 from .newton import DAMPED
 from .poles import at_poles
 from .polish import UNDAMPED, is_worth_steps, match_angles
@@ -121,7 +121,7 @@ class _Steps:
             if not self.accept("angles", y, stretch, gauge):
                 before = self.rounds[-1].mean_angle_difference
                 self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
-                if self.rounds[-1].mean_angle_difference > WORSE * before:
+                if is_worse(self.rounds[-1].mean_angle_difference, before):
                     continue
             return
 
