@@ -1,8 +1,8 @@
-"""The arguments that several commands share, each described once. Nothing here takes time to import, for the help."""
+"""The arguments that several commands share, each described once; nothing here takes time to import."""
 
 import math
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 from typing import Any, get_args
 
@@ -14,10 +14,16 @@ from .exits import UsageError
 #: What `ArgumentParser.add_argument` takes.
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 
-#: Written out, for the packages of samples and of formats import numpy.
-SAMPLES = ("bird", "brain", "dino", "dumbbell", "octopus", "pear", "sphere", "spheroid", "spring")
-READ = ("obj", "off", "ply", "stl", "glb", "gii", "pial", "npz")
 WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a terminal
+
+
+class Formats(Iterable[str]):
+    """The usual ending of each format that can be read. Their table takes time to import: it is asked last."""
+
+    def __iter__(self) -> Iterator[str]:
+        from ...io import FORMATS
+
+        return (entry.suffixes[0].lstrip(".") for entry in FORMATS)
 
 
 def number(words: str, allowed: Callable[[float], bool], kind: type[float] = float) -> Callable[[str], Any]:
@@ -115,8 +121,8 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     )
 
 
-FORMAT = argument("--format", "FMT", f"the format of '-' (stdin for a mesh, stdout for OUT): {', '.join(READ)}; of "
-                  f"OUT {' or '.join(WRITTEN)}; default: {READ[0]}", choices=READ, default=READ[0])
+FORMAT = argument("--format", "FMT", "the format of '-' (stdin for a mesh, stdout for OUT): %(choices)s; of OUT "
+                  f"{' or '.join(WRITTEN)}; default: %(default)s", choices=Formats(), default="obj")
 REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
            "surplus faces"),

@@ -1,7 +1,7 @@
 """The table of commands with their arguments, and the parser that is made from it.
 
-Nothing here takes time to import, so that help is at once. The work of a command is a function `run_...` of a module in
-`commands/`, whose docstring is the help: a sentence, and examples.
+Nothing here takes time to import: a wrong line is refused at once. The work of a command is a function `run_...`
+of a module in `commands/`, whose docstring is the help: a sentence, and examples.
 """
 
 import ast
@@ -218,14 +218,6 @@ COMMANDS = (
     Command("completion", "info", (choice("shell", ("bash", "zsh", "tcsh"), "which shell"),)),
 )
 
-_FILES = f"""\
-files:
-  .obj .off .ply .stl .glb .gltf .gii .npz and FreeSurfer's (lh.pial, lh.sphere.conformal);
-  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of
-  {', '.join(shared.SAMPLES)}
-"""
-
-
 class _Parser(ArgumentParser):
     """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
 
@@ -236,16 +228,32 @@ class _Parser(ArgumentParser):
         (file or sys.stderr).write(message)
 
 
+class _Program(_Parser):
+    """The parser of the whole command line. Its help lists formats and samples, whose tables take time to import."""
+
+    def format_help(self) -> str:
+        from ... import samples
+        from ...io import FORMATS
+
+        suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
+        self.epilog = (
+            f"{_examples(command.examples[0] for command in COMMANDS)}\nfiles:\n"
+            f"  {suffixes} and FreeSurfer's (lh.pial, lh.sphere.conformal);\n"
+            "  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of\n"
+            f"  {', '.join(samples.names())}\n\n{HELP}"
+        )
+        return super().format_help()
+
+
 def build_parser() -> ArgumentParser:
     """The parser of the command line."""
-    parser = _Parser(
+    parser = _Program(
         prog="igl-spheremap",
         description="Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings.",
-        epilog=f"{_examples(command.examples[0] for command in COMMANDS)}\n{_FILES}\n{HELP}",
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
     for command in COMMANDS:
         purpose = command.docstring.partition("\n")[0]
         subparser = subparsers.add_parser(

@@ -73,7 +73,7 @@ def run_landmarks(args: Namespace) -> Exit:
 
 
 def _variational(args: Namespace) -> dict[str, Any]:
-    return given(args, "gradient_tolerance", "max_iterations") | {"may_fold": args.may_fold}
+    return given(args, "gradient_tolerance", "max_iterations", "may_fold")
 
 
 def _misses(found: Findings, x: FloatArray, targets: FloatArray, vertices: IntArray) -> None:
