@@ -124,13 +124,6 @@ def one_line(error: BaseException) -> str:
     return printable(" ".join(str(words).split())) or type(error).__name__
 
 
-def check_range(name: str, value: float, least: float, most: float = math.inf) -> None:
-    """Raise ValueError, which names the limits, unless ``least <= value <= most``."""
-    if not (least <= value <= most and math.isfinite(value)):
-        limits = f"at least {least:g}" if most == math.inf else f"between {least:g} and {most:g}"
-        raise ValueError(f"{name} must be {limits}, not {value:g}")
-
-
 def import_optional(module: str, user: str, extra: str = "") -> Any:
     """Import a module that `user` needs; if it is not installed, raise a FileError that says how to install it."""
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import check_range, own_errstate
+from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import Limb, SmoothUnion, limb, mesh_implicit
 
@@ -116,7 +116,7 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("arm_length", arm_length, least=0.5, most=20)
+    check_number(arm_length, "arm_length", 0.5, 20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
     body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.11)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import check_range, own_errstate
+from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import SmoothUnion, limb, mesh_implicit
 
@@ -35,7 +35,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("depth", depth, least=0.0, most=0.17)
+    check_number(depth, "depth", 0.0, 0.17)
     stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])
     cerebellum = [limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)]
     lower = SmoothUnion((stem, *cerebellum), blend=0.04)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from ..errors import check_range, own_errstate
+from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 
 
@@ -23,7 +23,7 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("n_vertices", n_vertices, least=12)
+    check_number(n_vertices, "n_vertices", 12, 1e9)
     k = max(round(float(np.sqrt((n_vertices - 2) / 10.0))), 1)
     corners, sides = igl.icosahedron()
     weight, triangles = _lattice(k)

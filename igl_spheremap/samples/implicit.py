@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from ..errors import check_range
+from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
 
@@ -100,7 +100,7 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
     keep the triangles' shape.
     """
     v, f = _march(field, box, detail)
-    check_range("n_vertices", n_vertices, least=len(v) // 3)
+    check_number(n_vertices, "n_vertices", len(v) // 3, 1e9)
     levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
     scale = detail * np.sqrt(len(v))
     for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; the next one is unlikely to

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ..errors import check_range, own_errstate
+from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from .rings import loft
 
@@ -167,8 +167,8 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("n_vertices", n_vertices, least=100)
-    check_range("aspect", aspect, least=0.02, most=50)
+    check_number(n_vertices, "n_vertices", 100, 1e9)
+    check_number(aspect, "aspect", 0.02, 50)
     return SurfaceOfRevolution(half_length=aspect).mesh(n_vertices)
 
 
@@ -188,8 +188,8 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("n_vertices", n_vertices, least=300)
-    check_range("waist", waist, least=0.05, most=2)
+    check_number(n_vertices, "n_vertices", 300, 1e9)
+    check_number(waist, "waist", 0.05, 2)
     return SurfaceOfRevolution(half_length=2.5, radius=(waist, 0.0, 2.0)).mesh(n_vertices)
 
 
@@ -207,5 +207,5 @@ def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("n_vertices", n_vertices, least=100)
+    check_number(n_vertices, "n_vertices", 100, 1e9)
     return SurfaceOfRevolution(half_length=1.4, radius=(1.0, -0.4, 0.1, 0.2)).mesh(n_vertices)

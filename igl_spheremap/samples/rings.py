@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import check_range, own_errstate
+from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 
 TUBE = 0.22  # radius of the tube, where that of the coil is 1
@@ -32,8 +32,8 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_range("turns", turns, least=0.1, most=100)
-    check_range("n_vertices", n_vertices, least=100 + 60 * turns)
+    check_number(turns, "turns", 0.1, 100)
+    check_number(n_vertices, "n_vertices", 100 + 60 * turns, 1e9)
     length = turns * np.hypot(2.0 * np.pi, PITCH)
     quarter = 0.5 * np.pi * TUBE
 

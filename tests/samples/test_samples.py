@@ -124,9 +124,9 @@ def test_spring_is_a_tube_about_a_helix():
         ("dino:n_vertices", "key=value, not 'n_vertices'"),
         ("dino:n_vertices=many", "n_vertices takes a number, not 'many'"),
         ("dino:n_vertices=nan", "n_vertices takes a number, not 'nan'"),
-        ("dino:n_vertices=50", "n_vertices must be at least"),
-        ("sphere:n_vertices=3", "n_vertices must be at least 12, not 3"),
-        ("octopus:arm_length=-1", "arm_length must be between 0.5 and 20, not -1"),
+        ("dino:n_vertices=50", "n_vertices is 50; give a number from"),
+        ("sphere:n_vertices=3", "n_vertices is 3; give a number from 12"),
+        ("octopus:arm_length=-1", "arm_length is -1; give a number from 0.5 to 20"),
         ("", "no sample is called ''"),
     ],
 )
