@@ -36,7 +36,7 @@ _CAPTIONS = {
 
 
 def write_report(
-    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: str = "", up: str = "z"
+    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: str = "", up: str = "auto"
 ) -> Path:
     """Write `report.html` into a folder, made if it is missing, and return its path.
 
@@ -95,12 +95,14 @@ def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
 
 
 def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:
-    """The Gauss map, the last iterate with foldings, and the result in the colours of each subject."""
-    shots = [("Result", sphere, subject) for subject in SUBJECTS]
+    """The last iterate with foldings, and the result in the colours of each subject: what the scene does not show."""
+    in_scene = len(mesh.f) <= MOST_FACES
+    shots = [("Result", sphere, subject) for subject in SUBJECTS if not (in_scene and subject == SUBJECTS[0])]
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
-    shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
+    if not in_scene:
+        shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
     try:
         return [
             picture(_shot(mesh, x, title, subject, up), f"{title}. {_CAPTIONS[subject]}") for title, x, subject in shots

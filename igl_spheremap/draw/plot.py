@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from typing import Any
 
 import igl
@@ -70,29 +71,51 @@ def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, 
 
 #: Where the light comes from, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
-#: What counts as up in files: z or y.
-_UP = np.array([0.0, 1.0, 1.0])
-#: The body's second axis is taken for vertical, and turned upwards, if the sum of its y and z is larger than this.
-_LEAST_UP = 0.3
 _MARGIN = 1.06  # half the side of a picture, in half the body's longer side
 #: Angles from which a pose sees the broad side of a surface: from aside, and from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
+#: Share of the height that is the lowest part of a surface, on which it may stand.
+_LOWEST = 0.04
 #: Directions that may be up, by the names that users give.
 UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
 
 
-def pose(v: FloatArray, up: str = "z") -> FloatArray:
+def upright(v: FloatArray) -> str:
+    """The direction, "y" or "z", along which a surface stands more safely on its lowest part; "z" if in neither.
+
+    >>> upright(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1], [0.6, 9, 0.5]]))
+    'y'
+    """
+    safe = {up: _stability(v, axis) for up, axis in (("z", 2), ("y", 1))}
+    return max(safe, key=lambda up: safe[up]) if max(safe.values()) > 0 else "z"
+
+
+def _stability(v: FloatArray, axis: int) -> float:
+    """Distance from the middle to the border of the lowest part's hull, both seen from above; negative outside."""
+    from scipy.spatial import ConvexHull, QhullError  # takes long to import
+
+    level = [k for k in range(3) if k != axis]
+    height = v[:, axis] - v[:, axis].min()
+    try:
+        hull = ConvexHull(v[height <= _LOWEST * height.max()][:, level])
+    except (QhullError, ValueError):  # a line or a point
+        return -math.inf
+    return float(-(hull.equations[:, :2] @ v[:, level].mean(axis=0) + hull.equations[:, 2]).max())
+
+
+def pose(v: FloatArray, up: str = "auto") -> FloatArray:
     """Rotation whose rows are right, up and towards the viewer: the broad side in front, seen from above and aside.
 
-    `up` is one of `UPS`.
+    `up` is one of `UPS`, or "auto": what `upright` finds.
 
     >>> box = np.array([[0.0, 0, 0], [9, 0, 0], [9, 2, 0], [9, 2, 5]])
     >>> rotation = pose(box, "z")
     >>> bool(rotation[0] @ [1, 0, 0] > 0.8), bool(rotation[1] @ [0, 0, 1] > 0.9)
     (True, True)
     """
+    up = upright(v) if up == "auto" else up
     if up not in UPS:
-        raise ValueError(f"unknown direction {up!r}: choose one of {', '.join(UPS)}")
+        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join(UPS)}")
     vertical = np.array(UPS[up], dtype=np.float64)
     level = np.flatnonzero(vertical == 0)
     extent = np.ptp(v, axis=0)
@@ -111,20 +134,6 @@ def fit(v: FloatArray, rotation: FloatArray) -> FloatArray:
     w = v @ rotation.T
     w = w - (w.max(axis=0) + w.min(axis=0)) / 2
     return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), 1e-300))
-
-
-def view_of(v: FloatArray) -> FloatArray:
-    """Rotation (3, 3) whose columns are right, up and towards the viewer, so that the longest axis lies across."""
-    centred = v - v.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    # The sign of an axis is that of its third moment, so that the same body is always shown from the same side.
-    sign = ((centred @ axes.T) ** 3).sum(axis=0)
-    # But up in the picture is up in the file: along z or y, whichever the format has.
-    if abs(axes[1] @ _UP) > _LEAST_UP:
-        sign[1] = axes[1] @ _UP
-    axes *= np.where(sign < 0, -1.0, 1.0)[:, None]
-    axes[2] *= np.sign(np.linalg.det(axes))
-    return axes.T
 
 
 def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..draw.markup import page, table
 from ..draw.palette import FOLDED, diverging
-from ..draw.plot import raster, shading, view_of
+from ..draw.plot import pose, raster, shading
 from ..errors import FileError
 from ..io import read_mesh, read_sphere, write_picture
 from ..io.replacing import replacing
@@ -98,7 +98,7 @@ def draw_row(row: Row, path: str, options: Options) -> bool:
         repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
         v, f = repaired.v, repaired.f
     x, _ = read_sphere(target)
-    mesh, view = check_mesh(v, f), view_of(v)
+    mesh, view = check_mesh(v, f), pose(v).T
     colours = diverging("", REACH).colours(mesh_area_distortion(mesh, x))
     folded = folded_faces(x, mesh.f)
     tiles = []

@@ -20,6 +20,14 @@ from .run import History, Iterate, Step
 
 #: Bytes of positions that a recording holds by default.
 BUDGET = 400_000_000
+#: Stages that minimise another energy than the one before them.
+_OWN_ENERGY = ("opening", "balance")
+#: Energies that end so near to 4 pi are compared with it: the harmonic energy, with or without landmarks.
+_NEAR_4_PI = 1.0
+#: Values in a wider ratio than this need a logarithmic axis.
+_WIDE = 30.0
+#: Counts up to this have an axis of their own numbers.
+_FEW = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,19 +161,61 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     Without foldings that plot is left out. Lai et al., Figs. 4 and 10.
     """
     figure, ((energy, *middle, angles),) = new_figure(1, 2 if foldings is None else 3, title, (4, 3.2))
-    gap = np.abs(np.array([step.energy for step in history]) - 4 * math.pi)
-    energy.semilogy(np.maximum(gap, 1e-16), color=LINES[0], marker=_marker(gap))
-    energy.set(title="harmonic energy above 4π", xlabel="iterate")
+    at, values, name = objective(history)
+    energy.plot(at, values, color=LINES[0], marker=_marker(values))
+    linear = linear_below(values)
+    if np.isfinite(linear):
+        energy.set_yscale(*(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {}))
+    energy.set(title=name, xlabel="iterate")
     for ax in middle:
         counts = np.asarray(foldings)
         ax.plot(counts, color=FOLDED, marker=_marker(counts))
-        ax.set_yscale("symlog", linthresh=1)
-        ax.set_ylim(bottom=-0.2)
+        if counts.max(initial=0) > _FEW:
+            ax.set_yscale("symlog", linthresh=1)
+            ax.set_ylim(bottom=-0.2)
+        else:
+            ax.set(ylim=(-0.1, max(1, counts.max(initial=0)) + 0.1), yticks=range(counts.max(initial=0) + 1))
         ax.set(title="folded faces", xlabel="iterate")
     for ax in (energy, *middle):
         _mark_rounds(ax, history)
     plot_angles(angles, differences)
     return figure
+
+
+def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
+    """Places in the history, values and name of what was minimised last.
+
+    It is the harmonic energy minus 4 pi, its value for a smooth conformal map; or another energy minus its minimum.
+
+    >>> at, values, name = objective([Step("harmonic", 0, 0, 13.0, 0.0, 0.0), Step("balance", 0, 0, 5.0, 0.0, 0.0),
+    ...                               Step("balance", 0, 1, 3.0, 0.0, 0.0)])
+    >>> at.tolist(), values.tolist(), name
+    ([1, 2], [2.0, 0.0], 'energy of the balance above its minimum')
+    """
+    kinds = [step.stage if step.stage in _OWN_ENERGY else "" for step in history]
+    same = [k for k, kind in enumerate(kinds) if kind == kinds[-1] and math.isfinite(history[k].energy)]
+    at, energies = np.array(same, dtype=np.int64), np.array([history[k].energy for k in same])
+    if not same:
+        return at, energies, "energy"
+    least = float(energies.min())
+    if not kinds[-1] and abs(least - 4 * math.pi) < _NEAR_4_PI:
+        return at, energies - 4 * math.pi, "energy minus 4π"
+    return at, energies - least, f"energy{f' of the {kinds[-1]}' if kinds[-1] else ''} above its minimum"
+
+
+def linear_below(values: FloatArray) -> float:
+    """Size of values below which an axis that shows all of them is linear, and logarithmic beyond.
+
+    0 where a logarithmic axis serves; infinity where a linear one does.
+
+    >>> [linear_below(np.array(values)) for values in ([200.0, 1e-3], [2e-3, -1e-3], [9.0, -0.01])]
+    [0.0, inf, 0.01]
+    """
+    above, below = max(float(values.max(initial=0)), 0.0), max(-float(values.min(initial=0)), 0.0)
+    if below:
+        return below if above > _WIDE * below else math.inf
+    positive = values[values > 0]
+    return 0.0 if len(positive) > 1 and above > _WIDE * float(positive.min()) else math.inf
 
 
 def _marker(values: NDArray[Any]) -> str | None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.result.recording import Recording
+from igl_spheremap.result.recording import Recording, linear_below, objective, plot_run
 from igl_spheremap.result.run import Iterate
 
 
@@ -46,3 +46,35 @@ def test_the_latest_iterate_is_always_there():
     for k in range(300):
         recording(Iterate("stage", 0, k, x, float(k)))
         assert recording.frames[-1].index == k
+
+
+def step(stage, energy):
+    return ism.Step(stage, 0, 0, energy, 0.0, 0.0)
+
+
+def test_what_is_minimised_falls_in_its_curve():
+    """Below 4 pi, too, where a discrete energy may end; its absolute value would rise there."""
+    above = [12.5679, 12.5664, 12.5649]
+    at, values, name = objective([step("sobolev", energy) for energy in above])
+    assert at.tolist() == [0, 1, 2]
+    assert (np.diff(values) < 0).all()
+    assert values[0] > 0 > values[-1]
+    assert name == "energy minus 4π"
+    assert linear_below(values) == np.inf
+
+
+def test_the_curve_of_another_energy_begins_where_it_is_minimised_first():
+    history = [step("sobolev", 12.57), step("opening", 247.0), step("balance", 3.3), step("balance", 3.0)]
+    at, values, name = objective(history)
+    assert (at.tolist(), values.min(), name) == ([2, 3], 0, "energy of the balance above its minimum")
+
+
+def test_a_plot_shows_no_logarithms_of_what_is_about_zero():
+    v, f = ism.samples.make("spheroid", n_vertices=500)
+    recording = Recording(f)
+    result = ism.spherical_conformal_map(v, f, listener=recording)
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences())
+    energy, foldings, _ = figure.axes
+    assert energy.get_yscale() == foldings.get_yscale() == "linear"
+    shown = energy.get_lines()[0].get_ydata()
+    assert np.argmin(shown) == np.argmin([one.energy for one in recording.history])

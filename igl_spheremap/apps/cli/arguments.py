@@ -108,7 +108,7 @@ def method(default: str, help: str) -> Argument:
 def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     """What all programs with a picture share; the size in pixels is the default one."""
     return (
-        choice("--up", UPS, "which way is up; default: z, but y for .obj, .glb, .gltf"),
+        UP,
         SCREENSHOT,
         argument("--frame", "K", "which frame --screenshot shows, from 0; -1 is the last", type=int),
         argument("--video", "OUT", "write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; "
@@ -152,6 +152,8 @@ TOLERANCES = (
 BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
+UP = choice("--up", UPS, "which way is up in pictures; default: by the file's format, or auto: the way in which the "
+            "surface stands")
 #: What all commands take that map a mesh and write the map.
 MAPPING = (
     *source(),
@@ -162,6 +164,7 @@ MAPPING = (
              type=POSITIVE),
     switch("--with-surface", help="write the surface with the sphere beside it: x y z px py pz of a .ply file"),
     argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"),
+    UP,
     argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
     switch("--timings", help="print the time of each stage"),
     *OUTPUT,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...draw.palette import FOLDED, INK, SURFACE, diverging
-from ...draw.plot import SMALL, raster, shading, view_of
+from ...draw.plot import SMALL, pose, raster, shading
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
@@ -73,7 +73,7 @@ def _show(
 
     Faces whose indices are in `front` hide all others if they lie in the nearer half.
     """
-    own = view_of(surface.v)
+    own = pose(surface.v).T
     colours = colours * shading(surface.v, surface.f, own, ambient)[:, None]
     y, f = where @ (own if view is None else view), surface.f
     depth = y[f, 2].mean(axis=1)

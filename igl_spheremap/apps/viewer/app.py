@@ -129,6 +129,7 @@ def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
 def show_app(app: App) -> None:
     """Run the window until it is closed; what an app wants done between two pictures is done then."""
     while True:
+        ps.set_hide_window_after_show(True)
         window.show(lambda: _live(app))
         if app.pending is None:
             return
@@ -145,6 +146,7 @@ def _live(app: App) -> None:
     app.stage.mouse()
     draw_app(app)
     if app.pending is not None:
+        ps.set_hide_window_after_show(False)
         ps.unshow()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 #: Width and height in pixels of a window, of the player's, of a registration's and of a comparison's.
 SIZE = (1000, 600)
-PLAYER_SIZE = (1400, 560)
+PLAYER_SIZE = (1400, 640)
 REGISTRATION_SIZE = (1200, 440)
 COMPARISON_SIZE = (1400, 780)
 #: Different pictures of a video at the most.
@@ -12,8 +12,9 @@ LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.
 RATE = 20
 #: Directions that may be up.
-UPS = ("x", "-x", "y", "-y", "z", "-z")
-_Y_UP = (".obj", ".glb", ".gltf")
+UPS = ("auto", "x", "-x", "y", "-y", "z", "-z")
+_Y_UP = (".glb", ".gltf")
+_NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "your mesh")
 #: What colours can show, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.
@@ -21,9 +22,11 @@ SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJ
 
 
 def guess_up(name: str) -> str:
-    """The direction that is up by the custom of a file's format: y for Wavefront OBJ and glTF, else z.
+    """The direction that is up by the custom of a file's format; "auto", the shape's, where there is none.
 
-    >>> guess_up("bunny.obj"), guess_up("lh.pial"), guess_up("sample:dino")
-    ('y', 'z', 'z')
+    >>> guess_up("lh.pial"), guess_up("scene.glb"), guess_up("bunny.obj"), guess_up("sample:dino")
+    ('z', 'y', 'auto', 'z')
     """
-    return "y" if name.lower().endswith(_Y_UP) else "z"
+    if name.lower().endswith(_Y_UP):
+        return "y"
+    return "auto" if name.lower().endswith(_NO_CUSTOM) else "z"

@@ -95,8 +95,7 @@ def colouring(
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
         values = mesh_area_distortion(mesh, x)
-        finite = np.abs(values[np.isfinite(values)])
-        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(np.percentile(finite, 95))))
+        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(values[np.isfinite(values)].max())))
     else:
         values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
         ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values, 95))))

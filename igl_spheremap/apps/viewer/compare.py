@@ -124,7 +124,7 @@ class Comparison(App):
     The frames are the `SUBJECTS` of the colours.
     """
 
-    def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "z") -> None:
+    def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
         self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
         self.differences = {name: mesh_angle_differences(mesh, x) for name, x in maps.items()}
@@ -199,7 +199,7 @@ class Comparison(App):
 
 
 def compare(
-    mesh: Mesh, maps: Mapping[str, FloatArray], target: str | os.PathLike[str] | None = None, *, up: str = "z",
+    mesh: Mesh, maps: Mapping[str, FloatArray], target: str | os.PathLike[str] | None = None, *, up: str = "auto",
     size: tuple[int, int] = COMPARISON_SIZE,
 ) -> None:  # fmt: skip
     """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -22,8 +21,8 @@ from ...maps.options import METHODS, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
-from ...result.recording import Frame
-from ...result.run import Listener
+from ...result.recording import Frame, linear_below, objective
+from ...result.run import Listener, Step
 from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
@@ -51,7 +50,7 @@ class Player(App):
         name: str,
         method: Method,
         *,
-        up: str = "z",
+        up: str = "auto",
         size: tuple[int, int] = PLAYER_SIZE,
         panel: int = 0,
         live: bool = False,
@@ -233,7 +232,7 @@ class PlayerWindow(Player):
         room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
         frames = self.run.frames
         steps = np.array([frame.index for frame in frames])
-        energy_plot(steps, np.array([frame.iterate.energy for frame in frames]), at, room)
+        energy_plot(self.run.history, at, room)
         folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
 
     def _run_widgets(self) -> None:
@@ -315,37 +314,55 @@ def _enter_number(label: str, value: float) -> tuple[bool, float]:
 
 #: Points of a curve that are drawn at the most.
 _POINTS = 500
-_TICKS = np.array([0.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6])
 
 
-def energy_plot(at: IntArray, energies: FloatArray, shown: int, height: float) -> None:
-    """Plot how far energies are above that of a conformal map, over the iterates `at`."""
-    gap = np.maximum(np.abs(energies - 4 * math.pi), 1e-12)
-    known = np.isfinite(gap)
-    _curve("energy above 4 pi", at[known], gap[known], shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
+def energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
+    """Plot what is minimised over the iterates, with its sign."""
+    at, values, name = objective(history)
+    linear = linear_below(values)
+    if linear == 0:
+        values = np.where(values > 0, values, np.nan)
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
+    elif np.isfinite(linear):
+        powers = 10.0 ** np.arange(0, 9, 3)
+        ticks = np.concatenate((-powers[::-1], [0.0], powers))
+        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
+    else:
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
 
 
 def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
     """Plot the number of folded faces over the iterates `at`."""
-    _curve("folded faces", at, foldings.astype(np.float64), shown, height, implot.ImPlotScale_SymLog, palette.FOLDED)
+    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
+    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
+    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
 
 
 def _curve(
-    title: str, x: IntArray, y: FloatArray, shown: int, height: float, scale: int, colour: palette.Colour
+    title: str,
+    x: IntArray,
+    y: FloatArray,
+    shown: int,
+    height: float,
+    scale: int,
+    colour: palette.Colour,
+    ticks: FloatArray | None = None,
+    unit: float = 1.0,
 ) -> None:
+    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
     flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
     fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
-    if not implot.BeginPlot(title, (-1, height), flags):
+    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
         return
     implot.SetupAxes("iterate", title, fit, fit)
     implot.SetupAxisScale(implot.ImAxis_Y1, scale)
-    if scale == implot.ImPlotScale_SymLog:  # it has no ticks of its own
-        implot.SetupAxisTicks(implot.ImAxis_Y1, _TICKS, [f"{tick:g}" for tick in _TICKS])
+    if ticks is not None:
+        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
     if len(y):
         chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
         implot.SetNextLineStyle((*colour, 1.0), 1.5)
         implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
-        if scale == implot.ImPlotScale_SymLog:  # so that 0 is always in sight
+        if ticks is not None:  # so that 0 is always in sight
             implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
             implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
         implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
@@ -359,7 +376,7 @@ def play(
     method: str | Method = "lai2014",
     target: str | os.PathLike[str] | None = None,
     *,
-    up: str = "z",
+    up: str = "auto",
     size: tuple[int, int] = PLAYER_SIZE,
 ) -> list[dict[str, Any]]:
     """Show a map coming about: before and after each iteration, with its folded faces in red.
@@ -380,7 +397,7 @@ def play(
         Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
         pictures), in place of opening a window; needs no display.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z".
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     size : (int, int)
         Width and height in pixels.
 
@@ -398,6 +415,12 @@ def play(
         If the picture or the video can't be written.
     MeshError
         If the mesh is no closed surface of genus 0.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.play(*ism.samples.make("dino"))                             # doctest: +SKIP
+    >>> ism.play(*ism.samples.make("dino"), "lai2014", "foldings.gif")  # doctest: +SKIP
     """
     mesh = check_mesh(v, f)
     method = method if isinstance(method, Method) else METHODS[method]()

@@ -57,7 +57,7 @@ class ResultView(App):
         x: FloatArray,
         caption: str = "map",
         *,
-        up: str = "z",
+        up: str = "auto",
         subject: str = SUBJECTS[0],
         panel: bool = True,
         lens: Lens | None = None,
@@ -311,7 +311,7 @@ def count_foldings(count: int) -> str:
     return f"{count:,} folded face{'s' * (count != 1)}"
 
 
-def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> None:
+def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
     """Open a window with the source beside its sphere; returns when it is closed.
 
     Parameters
@@ -319,7 +319,7 @@ def show(result: SphereMap, *, up: str = "z", subject: str = SUBJECTS[0]) -> Non
     result : SphereMap
         A map.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z".
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     subject : str
         What the colours show at first: "foldings", "conformal factor", "angle differences", "area distortion"
         or "checkerboard".
@@ -338,7 +338,7 @@ def screenshot(
     result: SphereMap,
     path: str | os.PathLike[str],
     *,
-    up: str = "z",
+    up: str = "auto",
     subject: str = SUBJECTS[0],
     size: tuple[int, int] = SIZE,
 ) -> None:
@@ -351,7 +351,7 @@ def screenshot(
     path : path
         Ends in .png or .jpg; an existing file is replaced.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z".
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     subject : str
         What the colours show: "foldings", "conformal factor", "angle differences", "area distortion"
         or "checkerboard".
@@ -376,7 +376,7 @@ def picture_of(
     path: str | os.PathLike[str],
     *,
     caption: str,
-    up: str = "z",
+    up: str = "auto",
     subject: str = SUBJECTS[0],
     size: tuple[int, int] = SIZE,
     lens: Lens | None = None,

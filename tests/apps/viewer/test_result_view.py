@@ -23,7 +23,7 @@ def dino():
 
 
 def test_the_help_lists_the_directions_that_there_are():
-    assert tuple(UPS) == choices.UPS
+    assert ("auto", *UPS) == choices.UPS
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -32,6 +32,14 @@ def test_a_pose_is_a_rotation_with_up_upwards(dino, up):
     assert rotation @ rotation.T == pytest.approx(np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1)
     assert rotation[1] @ UPS[up] > 0.9
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize("name", ["dino", "octopus"])
+def test_what_stands_is_shown_standing_whatever_its_file_calls_up(name, up):
+    v, _ = ism.samples.make(name, n_vertices=1500)
+    turned = v if up == "z" else v[:, [1, 2, 0]]  # z becomes y
+    assert pose(turned) == pytest.approx(pose(turned, up))
 
 
 def test_fitting_moves_no_shape(dino):
@@ -104,7 +112,7 @@ def test_unknown_subjects_and_directions_are_refused():
     mesh = ism.check_mesh(*ism.samples.sphere(42))
     with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, conformal factor"):
         colouring(mesh, mesh.v, "factor")
-    with pytest.raises(ValueError, match="unknown direction 'up': choose one of x, -x"):
+    with pytest.raises(ValueError, match="unknown direction 'up': choose one of auto, x, -x"):
         pose(mesh.v, "up")
 
 

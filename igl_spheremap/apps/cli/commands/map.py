@@ -165,9 +165,8 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
-        write_report(
-            Path(args.report), result, recording, source=source.name, command=command, up=guess_up(source.name)
-        )
+        up = args.up or guess_up(source.name)
+        write_report(Path(args.report), result, recording, source=source.name, command=command, up=up)
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
