@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count, islice
 from math import ceil, log, sqrt
@@ -22,7 +22,7 @@ from ...start.star_map import project, stiffness
 from ...verify.distortion import angle_differences, mean_angle_difference
 from ...verify.signs import folded_faces
 from .runs import Outcome, Runs, Surface, all_surfaces
-from .tables import TABLE_1, TABLE_3
+from .tables import TABLE_1, TABLE_3, markdown
 
 _TABLE_4 = """\
 # Table 4. The comparison with stereographic methods
@@ -47,16 +47,18 @@ def table_4(runs: Runs) -> str:
         for name, plane in _PLANES:
             tried = [runs.get(surface, f"{name}, face {k}", Stereographic(plane, int(k))) for k in punctures]
             mapped = sorted((one for one in tried if one.foldings >= 0), key=lambda one: one.mean_angle(surface))
-            failed = f", {len(tried) - len(mapped)} give no map" if len(mapped) < len(tried) else ""
+            failed = f", no map for {len(tried) - len(mapped)}" if len(mapped) < len(tried) else ""
             rows += [_compared(surface, f"{name}, {which} of {len(tried)}{failed}", one)
                      for which, one in zip(("best", "worst"), mapped[:: max(len(mapped) - 1, 1)], strict=False)]
         rows += [_compared(surface, name, runs.get(surface, name)) for name in ("Algorithm 1", "Algorithm 2", "fast")]
     head = ("surface", "method", "energy", "mean angle", "99 percent below", "foldings", "seconds")
-    return f"{_TABLE_4}\n{_markdown(head, rows)}"
+    return f"{_TABLE_4}\n{markdown(head, rows)}"
 
 
 def _compared(surface: Surface, name: str, outcome: Outcome) -> list[str]:
     """A row of Table 4."""
+    if outcome.foldings < 0:
+        return [f"{surface.name}: {surface.source}", name, outcome.status, *["-"] * 4]
     size = np.abs(angle_differences(surface.v, surface.f, outcome.sphere))
     return [f"{surface.name}: {surface.source}", name, f"{outcome.energy:.5f}", f"{size.mean():.2f}",
             f"{np.percentile(size, 99):.1f}", f"{outcome.foldings}", f"{outcome.seconds:.2g}"]
@@ -82,7 +84,7 @@ def eigenfunctions(runs: Runs) -> str:
         cells = [surface.name, f"{len(x):,}", *(_star(mesh, A, x, weight) for weight in (np.ones(len(x)), None))]
         rows.append([*cells, f"{_foldings(mesh, x)}"])
     head = ("surface", "vertices", "standard eigenfunctions", "weighted eigenfunctions", "map")
-    return f"{_EIGENFUNCTIONS}\n{_markdown(head, rows)}"
+    return f"{_EIGENFUNCTIONS}\n{markdown(head, rows)}"
 
 
 def _star(mesh: Mesh, A: csr_matrix, x: FloatArray, weight: FloatArray | None) -> str:
@@ -167,7 +169,7 @@ def projections(runs: Runs) -> str:
             rows.append([f"{surface.name}: {surface.source}", name, *_counts(mesh, x)])
     head = ("surface", "start", "foldings", "nearly conformal after", "predicted", "counted", "corrected",
             "foldings left: counted, corrected", "mean angle: counted, corrected")
-    return f"{_PROJECTIONS}\n{_markdown(head, rows)}"
+    return f"{_PROJECTIONS}\n{markdown(head, rows)}"
 
 
 def _counts(mesh: Mesh, x: FloatArray) -> list[str]:
@@ -196,11 +198,6 @@ def _distance(x: FloatArray, y: FloatArray, areas: FloatArray) -> float:
 
 def _foldings(mesh: Mesh, x: FloatArray) -> int:
     return int(folded_faces(x, mesh.f).sum())
-
-
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table."""
-    return "\n".join(f"| {' | '.join(each)} |" for each in [head, ["---"] * len(head), *rows]) + "\n"
 
 
 #: The tables as Markdown pages, by their names.

@@ -32,12 +32,13 @@ from ...verify.distortion import angle_differences
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for a surface of the paper: a file of the folder, simplified to so many vertices, or a sample."""
+    """What stands for a surface of the paper: a file of the folder, or a sample."""
 
     file: str
     relation: str
     sample: str
     sample_relation: str
+    #: Number of vertices to which the file is simplified; as it is if empty.
     simplify_to: str = ""
 
 

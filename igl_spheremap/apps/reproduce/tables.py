@@ -144,9 +144,12 @@ class Table:
         columns = (*_SURFACE, *self.columns, *_FAST)
         lines = [Line(row, runs.surface(row.surface), runs) for row in self.rows]
         cells = [[cell(line) for _, cell in columns] for line in lines]
-        head = [name for name, _ in columns]
-        table = "\n".join(f"| {' | '.join(each)} |" for each in [head, ["---"] * len(head), *cells])
-        return f"# {self.title}\n\n{_NOTE}\n{table}\n"
+        return f"# {self.title}\n\n{_NOTE}\n{markdown([name for name, _ in columns], cells)}"
+
+
+def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table."""
+    return "\n".join(f"| {' | '.join(each)} |" for each in [head, ["---"] * len(head), *rows]) + "\n"
 
 
 _TABLES = {

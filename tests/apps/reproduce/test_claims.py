@@ -52,7 +52,7 @@ def test_a_puncture_without_a_map_is_counted(small, tmp_path, monkeypatch):
 
     monkeypatch.setattr(runs, "spherical_conformal_map", fails)
     monkeypatch.setattr(claims, "_PUNCTURES", 3)
-    assert rows(tmp_path, "table4")[0]["method"] == "[11], best of 3, 1 give no map"
+    assert rows(tmp_path, "table4")[0]["method"] == "[11], best of 3, no map for 1"
 
 
 def test_long_bodies_need_the_weights(small, tmp_path, monkeypatch):
