@@ -16,6 +16,7 @@ from .records import Format, Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_RGB = ("red", "green", "blue")
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
@@ -56,9 +57,14 @@ def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write one mesh in float32, with the mark as the generator; the suffix decides which of the two kinds."""
+    """Write one mesh in float32, with the mark as the generator; the suffix decides which of the two kinds.
+
+    Colours ``red``, ``green`` and ``blue`` of the metadata's ``vertex_properties`` become vertex colours.
+    """
     trimesh = import_optional("trimesh", "glTF", "io")
-    scene = trimesh.Scene(trimesh.Trimesh(v, f, process=False, validate=False))
+    properties = metadata.get("vertex_properties", {})
+    rgb = np.column_stack([properties[name] for name in _RGB]) if set(_RGB) <= set(properties) else None
+    scene = trimesh.Scene(trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb))
 
     def sign(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])

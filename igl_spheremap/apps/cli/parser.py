@@ -111,11 +111,12 @@ COMMANDS = (
     )),
     Command("export", "transfer", (
         *shared.pair(),
-        *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply (colours), .gii, .npz, "
+        *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), .gii, .npz, "
                        "lh.NAME"),
-        choice("--show", ("equirectangular", "octahedral", "factor", "angles"), "a texture by one of two "
-               "projections or a scalar map: factor (u of the conformal factor e^2u, on the scale of equal areas) "
-               "or angles (mean angle difference at each vertex, degrees)", required=True),
+        choice("--show", ("equirectangular", "octahedral", "factor", "angles", "checkerboard"), "a texture by "
+               "one of two projections, a scalar map: factor (u of the conformal factor e^2u, on the scale of equal "
+               "areas) or angles (mean angle difference at each vertex, degrees); or a checkerboard of the sphere as "
+               "vertex colours", required=True),
         argument("--image", "FILE", "the picture of a texture; default: a checkerboard"),
         *shared.OUTPUT,
     )),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
@@ -115,6 +116,15 @@ def checkerboard(
     return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, legend, corners)
 
 
+def square_colours(mesh: Mesh, x: FloatArray, squares: int = SQUARES) -> dict[str, NDArray[np.uint8]]:
+    """Colours of a checkerboard at the vertices, as mesh files name them: that of the square in which a vertex lies."""
+    corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x))
+    odd = np.empty(len(x), dtype=np.int64)
+    odd[mesh.f.ravel()] = np.floor(corners).astype(np.int64).sum(axis=1) % 2
+    rgb = np.rint(255 * np.array(palette.CHECKS)[odd]).astype(np.uint8)
+    return dict(zip(("red", "green", "blue"), rgb.T, strict=True))
+
+
 def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Images (2, 3) of the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
 
@@ -134,6 +144,7 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     beyond it: there is no jump inside a face. A vertex at a pole has the latitude of the one next to it.
 
     >>> import numpy as np
+from numpy.typing import NDArray
     >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
     >>> poles = np.array([[0.0, 0, 1], [0, 0, -1]])
     >>> turns = mercator_corners(y, np.array([[0, 1, 2]]), poles)

@@ -12,12 +12,14 @@ from ....errors import FileError, import_optional
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray
+from ....mesh.check import check_mesh
 from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.locate import SphereLocator
 from ....shapes.texture import checker_image, texture_atlas
 from ....shapes.transfer import interpolate
 from ....verify.distortion import vertex_maps
+from ...viewer.colouring import square_colours
 from ..exits import UsageError
 from ..inputs import load_pair, read_data, read_maps, read_target_sphere
 from ..output import Findings, check_outputs, target_format, write_target
@@ -157,6 +159,7 @@ def run_export(args: Namespace) -> None:
     igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
     igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
     igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny_squares.glb --show checkerboard
     igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
     igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
     """
@@ -164,8 +167,12 @@ def run_export(args: Namespace) -> None:
     if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
         raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
     name = Path(target).name.lower()
-    if args.show not in _TEXTURES and not (name.endswith((".ply", ".gii", ".npz")) or name.startswith(("lh.", "rh."))):
-        raise FileError(f"{target}: --show {args.show} writes .ply, .gii and .npz files, and lh.NAME or rh.NAME")
+    coloured = name.endswith((".ply", ".glb"))
+    if args.show == "checkerboard" and not coloured:
+        raise FileError(f"{target}: --show checkerboard writes vertex colours, to .ply and .glb files")
+    scalars = name.endswith((".gii", ".npz")) or name.startswith(("lh.", "rh."))
+    if args.show not in _TEXTURES and not (coloured or scalars):
+        raise FileError(f"{target}: --show {args.show} writes .ply, .glb, .gii and .npz files, and lh.NAME or rh.NAME")
     if args.image is not None and args.show not in _TEXTURES:
         raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
     if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
@@ -187,9 +194,13 @@ def run_export(args: Namespace) -> None:
         kind = "cut along the seam" if cut else "the mesh as it is"
         found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
         outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
+    elif args.show == "checkerboard":
+        properties = square_colours(check_mesh(source.v, source.f), pair.unit)
+        io.write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
+        outcome = "vertex colours"
     else:
         values = vertex_maps(source.v, source.f, pair.unit)[args.show]
-        if target.lower().endswith(".ply"):
+        if coloured:
             metadata = {"vertex_properties": {**colours(values), "quality": values}}
             io.write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:

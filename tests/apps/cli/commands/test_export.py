@@ -9,6 +9,7 @@ import pytest
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
+from igl_spheremap.draw.palette import CHECKS
 from igl_spheremap.io import read_mesh, write_mesh, write_sphere
 from igl_spheremap.mesh.check import check_faces
 
@@ -24,7 +25,7 @@ def files(tmp_path):
 @pytest.mark.parametrize(
     ("name", "show"),
     [("a.glb", "octahedral"), ("a.obj", "equirectangular"), ("a.ply", "angles"), ("a.shape.gii", "factor"),
-     ("lh.factor", "factor"), ("a.npz", "angles")],
+     ("lh.factor", "factor"), ("a.npz", "angles"), ("b.glb", "angles"), ("b.ply", "checkerboard")],
 )  # fmt: skip
 def test_export(name, show, files, tmp_path, capsys):
     for module in ("trimesh", "PIL", "nibabel"):
@@ -38,10 +39,20 @@ def test_export(name, show, files, tmp_path, capsys):
 
 def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
-    assert main(["export", *files, str(tmp_path / "a.glb"), "--show", "angles"]) == 74
+    assert main(["export", *files, str(tmp_path / "a.obj"), "--show", "angles"]) == 74
+    assert main(["export", *files, str(tmp_path / "a.gii"), "--show", "checkerboard"]) == 74
     err = capsys.readouterr().err
-    assert err.count("\n") == 2
-    assert ".ply, .gii and .npz files, and lh.NAME" in err
+    assert err.count("\n") == 3
+    assert ".ply, .glb, .gii and .npz files, and lh.NAME" in err
+
+
+def test_a_checkerboard_is_two_colours_of_the_vertices(files, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    assert main(["export", *files, str(tmp_path / "a.glb"), "--show", "checkerboard"]) == 0
+    written = trimesh.load(tmp_path / "a.glb", process=False, force="mesh")
+    found, count = np.unique(written.visual.vertex_colors[:, :3], axis=0, return_counts=True)
+    assert (found == np.rint(255 * np.array(CHECKS))).all()
+    assert count.min() > 0.3 * len(written.vertices)
 
 
 @pytest.mark.parametrize("name", ["a.glb", "a.obj"])
