@@ -46,8 +46,10 @@ class Method(ABC):
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
         values = ((option.name, getattr(self, option.name), option.default) for option in fields(self))
-        return {name: asdict(value) if isinstance(value, Effort) else value for name, value, default in values
-                if value != default}
+        changed = {name: value for name, value, default in values if value != default}
+        if isinstance(effort := changed.get("effort"), Effort):
+            changed["effort"] = {name: n for name, n in asdict(effort).items() if n != getattr(Effort, name)}
+        return changed
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Auto(Method):
         Lower the angle differences themselves when the map is done: the mean falls by 10 percent and more on meshes
         with limbs. Nothing by default.
     effort : Effort
-        What steps may cost that lower the angle differences after a repair: systems, sweeps, least gain. A dict of
+        What steps may cost that lower the angle differences after a repair: systems, sweeps, least gains. A dict of
         them will do.
 
     Raises

@@ -22,14 +22,16 @@ class Effort:
         Sweeps over all vertices after these steps, at the most.
     least_gain : float
         Steps and sweeps end when all further steps together, or a sweep, would lower the mean angle difference by less
-        than this share. A polish goes on to 0.004.
+        than this share.
+    polish_gain : float
+        The same for a polish.
 
     Raises
     ------
     TypeError
         If a number is none.
     ValueError
-        If a number is negative, or `least_gain` not below 1.
+        If a number is negative, or a gain not below 1.
 
     Examples
     --------
@@ -43,6 +45,7 @@ class Effort:
     systems: int = 20
     sweeps: int = 10
     least_gain: float = 0.025
+    polish_gain: float = 0.004
 
     def __post_init__(self) -> None:
         """Refuse what is no count and no share."""
@@ -51,7 +54,8 @@ class Effort:
                 raise TypeError(f"effort: {name} is {value!r}; give a whole number")
             if value < 0:
                 raise ValueError(f"effort: {name} is {value}; give 0 or more")
-        if not isinstance(self.least_gain, Real) or isinstance(self.least_gain, bool):
-            raise TypeError(f"effort: least_gain is {self.least_gain!r}; give a number")
-        if not 0 <= self.least_gain < 1:
-            raise ValueError(f"effort: least_gain is {self.least_gain:g}; give 0 or more, below 1")
+        for name, gain in (("least_gain", self.least_gain), ("polish_gain", self.polish_gain)):
+            if not isinstance(gain, Real) or isinstance(gain, bool):
+                raise TypeError(f"effort: {name} is {gain!r}; give a number")
+            if not 0 <= gain < 1:
+                raise ValueError(f"effort: {name} is {gain:g}; give 0 or more, below 1")

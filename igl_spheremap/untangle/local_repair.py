@@ -17,7 +17,7 @@ from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
-from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding
+from .embedding import RINGS, PositionsListener, dilate, fix_orientation, progressive_embedding
 from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
@@ -25,9 +25,6 @@ from .relax import AngleLoss, relax_angles
 #: of 1.1. Other shares follow from it: relaxing ends when a sweep gains less than this; a map is worse than another
 #: if its angle differences are larger by five times this, and useless if 25 times as many faces are folded.
 FEW = 0.01
-#: Rings around foldings that small moves may move, and around what embedding moved that are relaxed with it. With 3
-#: for the first one of 231 maps gains .3 percent; with 3 for the second ten gain and seven lose, up to a tenth.
-RINGS = 2
 #: A map is centred, even where that folds faces, if its centroid is farther than this from the origin: .06 degrees.
 _OFF_CENTRE = 1e-3
 #: Twice the area that small moves are to give a folded face, in units of its longest side squared.

@@ -17,8 +17,6 @@ from .effort import Effort
 from .newton import AngleNewton
 from .relax import AngleLoss, relax_angles
 
-#: Least gain of a polish, see `Effort`: at what is left then a step lowers no digit that figures show.
-_POLISHED = 0.004
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: Damping of the first step where most angles of the map fit already: almost none.
@@ -39,7 +37,7 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
     The mean falls by 10 to 20 percent on many meshes; that is partly fitting the measure.
     """
-    effort = replace(effort, least_gain=min(_POLISHED, effort.least_gain))
+    effort = replace(effort, least_gain=min(effort.polish_gain, effort.least_gain))
     return match_angles(mesh, x, weighted_sum(mesh.A, x), VertexBlocks(mesh.f), effort, damping=UNDAMPED)
 
 

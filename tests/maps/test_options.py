@@ -65,7 +65,7 @@ def test_less_effort_costs_angles_and_no_certificate_and_settings_say_so():
                    for effort in (ism.Effort(systems=0, sweeps=0), ism.Effort()))
     assert least.certificate.folding_free
     assert np.abs(least.angle_differences()).mean() > 1.02 * np.abs(most.angle_differences()).mean()
-    assert least.settings == {"effort": {"systems": 0, "sweeps": 0, "least_gain": 0.025}}
+    assert least.settings == {"effort": {"systems": 0, "sweeps": 0}}
     assert METHODS["auto"](**least.settings) == ism.Auto(effort=ism.Effort(systems=0, sweeps=0))
 
 

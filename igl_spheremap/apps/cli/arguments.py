@@ -56,11 +56,11 @@ def effort(text: str) -> Effort:
     """A type of arguments for argparse: what a repair may cost.
 
     >>> effort("systems=5,sweeps=0")
-    Effort(systems=5, sweeps=0, least_gain=0.025)
+    Effort(systems=5, sweeps=0, least_gain=0.025, polish_gain=0.004)
     """
     try:
         words = dict(part.split("=") for part in text.split(","))
-        numbers: dict[str, Any] = {name: float(n) if name == "least_gain" else int(n) for name, n in words.items()}
+        numbers: dict[str, Any] = {name: float(n) if name.endswith("gain") else int(n) for name, n in words.items()}
         return Effort(**numbers)
     except (TypeError, ValueError):
         raise ArgumentTypeError(f"{text!r}: give numbers from 0 such as systems=5,sweeps=0,least_gain=0.05") from None
@@ -177,7 +177,7 @@ OPTIONS = (
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
-             "systems, sweeps, least_gain; default: systems=20,sweeps=10,least_gain=0.025", type=effort),
+             "systems=20, sweeps=10, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )
