@@ -23,11 +23,11 @@ from ...mesh.check import Mesh, check_mesh
 from ...result.recording import Frame
 from ...result.run import Listener
 from .app import App, SaveWidgets, energy_plot, folding_plot, panel, paragraph, present, subject_combo, zoom_slider
+from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
 from .result_view import count_foldings, edge_width
-from .run import Run, Source
 from .stage import PANEL, Inset, Stage
 from .window import imgui
 
@@ -67,13 +67,14 @@ class Player(App):
         self.name, self.mesh = name, None
         self.before = self.after = 0
         self._shown: object = None
-        self.run = Run(partial(self._load, name), partial(spherical_conformal_map, method=method), live=self._live)
+        solve = partial(spherical_conformal_map, method=method)
+        self.run = BackgroundRun(partial(self._load, name), solve, live=self._live)
 
     mesh: Mesh | None
-    run: Run
+    run: BackgroundRun
 
     def prepare(self, listener: Listener | None = None) -> None:
-        def notify(run: Run) -> None:
+        def notify(run: BackgroundRun) -> None:
             if listener is not None and run.frames:
                 listener(run.frames[-1].iterate)
 
