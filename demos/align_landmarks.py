@@ -16,7 +16,7 @@ from igl_spheremap.apps.viewer.compare import landmark_part, show_parts
 from igl_spheremap.draw.plot import fit, pose
 
 v, f = ism.samples.make("brain", n_vertices=4000)
-mesh, turn = ism.check_mesh(v, f), pose(v)
+mesh, turn = ism.check_mesh(v, f), pose(v, "z")
 landmarks = np.linspace(0, len(v) - 1, 40).astype(int)
 places = ism.spherical_conformal_map(v, f).sphere[landmarks]
 targets = places + 0.2 * np.random.default_rng(1).normal(size=places.shape)

@@ -16,7 +16,7 @@ from igl_spheremap.apps.viewer.compare import Part, show_parts
 from igl_spheremap.draw.plot import fit, pose
 
 v, f = ism.samples.make("octopus", n_vertices=8000)
-mesh, turn, poles = ism.check_mesh(v, f), pose(v), np.array([[0, 0, 1.0], [0, 0, -1.0]])
+mesh, turn, poles = ism.check_mesh(v, f), pose(v, "z"), np.array([[0, 0, 1.0], [0, 0, -1.0]])
 bodies, spheres = [], []
 for balance in (0, 0.5, 1):
     result = ism.balanced_spherical_map(v, f, balance)

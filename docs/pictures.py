@@ -223,7 +223,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
 
 def _sample(name: str, **parameters: int) -> tuple[ism.Mesh, np.ndarray]:
     mesh = ism.check_mesh(*ism.samples.make(name, **parameters))
-    return mesh, pose(mesh.v)
+    return mesh, pose(mesh.v, "z")
 
 
 def _draw(rows: Sequence[Sequence[Part]], path: Path, size: tuple[int, int]) -> list[str]:
