@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -10,12 +11,16 @@ import numpy as np
 from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..result.run import Listener, Status
-from .energy import Energy, log_areas
-from .newton import newton
-from .newton_system import NewtonSystem
-from .source import Source, lay_flat
-from .stretched import stretched
+from ..mesh.measure import FLOAT64_LIMIT, corner_angles, log_edges
+from ..newton.faces import FaceProblem
+from ..newton.loop import LineSearch, newton
+from ..newton.system import VertexSystem
+from ..result.run import Iterate, Listener, Status
+from ..untangle.deep_limbs import floors, shorten_limbs
+from ..untangle.layout import onto_sphere, unroll
+from ..untangle.local_repair import repair_locally
+from ..verify.certificate import Certificate
+from .energy import BalancedEnergy, FlatFaces, log_areas
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 _MOST_WEIGHT = 0.97
@@ -30,6 +35,12 @@ _OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.05
 TOLERANCE = 0.005
 #: Steps of each stage: what converges took at most 32.
 _STEPS = 40
+#: Where steps are shortened, the gains of this many of them must be small before the run has converged.
+_PATIENCE = 3
+#: Bound on the ratio of the last two gains: their geometric series must converge.
+_LARGEST_RATIO = 0.9
+#: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
+_STRETCHED = floors(np.float32)[0]
 #: Averages over neighbours that take the noise of single faces out of the conformal factor.
 _SMOOTHINGS = 2
 
@@ -41,38 +52,71 @@ class Family:
         self._mesh = mesh
 
     @cached_property
-    def source(self) -> Source:
-        """The mesh's triangles."""
-        return lay_flat(self._mesh.v, self._mesh.f)
+    def source(self) -> FlatFaces:
+        """The mesh's faces."""
+        return FlatFaces.of(self._mesh.v, self._mesh.f)
 
     @cached_property
-    def system(self) -> NewtonSystem:
+    def system(self) -> VertexSystem:
         """Newton's equations on the mesh, analysed."""
-        return NewtonSystem(self.source.f, self.source.n)
+        return VertexSystem(self.source.f, self.source.n)
 
-    def energy(self, conformal: FloatArray, balance: float) -> Energy:
+    def energy(self, conformal: FloatArray, balance: float) -> BalancedEnergy:
         """The energy of a balance, docs/balance.md (3) and (10), for a conformal map without foldings."""
         area, factor = self.source.area, log_factor(self.source, conformal)
         target = (1 - balance) * factor
         target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
-        return Energy(self.source, min(balance, _MOST_WEIGHT), POWER, target)
+        return BalancedEnergy(self.source, min(balance, _MOST_WEIGHT), POWER, target)
 
-    def minimize(self, energy: Energy, x: FloatArray, listener: Listener | None = None) -> Minimum:
+    def minimize(self, energy: BalancedEnergy, x: FloatArray, listener: Listener | None = None) -> Minimum:
         """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first."""
         x = stretched(self._mesh, x)
-        squares = replace(energy, power=0)
+        search, squares = LineSearch(self.system), replace(energy, power=0)
         if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
             opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
-            opened = minimize(newton(opening, self.system, x, "opening"), tolerance=_OPENING_TOLERANCE,
+            search.tolerance = _OPENING_TOLERANCE
+            opened = minimize(balanced_iterates(opening, search, x, "opening"), tolerance=_OPENING_TOLERANCE,
                               max_iterations=_STEPS, listener=listener)
             if opened.status is Status.STOPPED:
                 return opened
             x = opened.last.x
-        return minimize(newton(energy, self.system, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
+        search.tolerance = TOLERANCE
+        return minimize(balanced_iterates(energy, search, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
                         listener=listener)
 
 
-def log_factor(source: Source, x: FloatArray) -> FloatArray:
+def balanced_iterates(energy: BalancedEnergy, search: LineSearch, x: FloatArray, stage: str) -> Iterator[Iterate]:
+    """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
+
+    After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,
+    and after one with an old factor what it was predicted to gain.
+    """
+    problem = FaceProblem(energy, turns=False)
+    value, gains = problem.value(x), [1.0] * _PATIENCE
+    at_zero = value < np.finfo(float).eps * energy.area.sum()
+    yield Iterate(stage, 0, 0, x, value, 0.0 if at_zero else np.inf)
+    for k, trial in enumerate(newton(problem, search, x), 1):
+        gains.append((value - trial.value) / trial.value)
+        value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
+        residual = gains[-1] * ratio / (1 - ratio) if search.length == 1 else max(gains[-_PATIENCE:])
+        yield Iterate(stage, 0, k, trial.x, value, min(residual, search.ahead), search.length)
+
+
+def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """A map without foldings itself, or, if its shortest edges are rounding, one laid out anew with room for limbs.
+
+    Newton steps can't move faces whose images are as small as rounding.
+    """
+    if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
+        return x
+    laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), limbs=True))
+    if laid_out is None:
+        return x
+    y = onto_sphere(laid_out, shorten_limbs(laid_out, corner_angles(mesh.v, mesh.f), _STRETCHED).z)
+    return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)
+
+
+def log_factor(source: FlatFaces, x: FloatArray) -> FloatArray:
     """Logarithm of image area over source area by face, averaged over neighbours, docs/balance.md (9)."""
     value = log_areas(source, x)
     corners, share = source.f.ravel(), np.repeat(source.area, 3)

@@ -18,7 +18,7 @@ from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
-from ..untangle.polish import polish_map
+from ..untangle.match_angles import polish_map
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces

@@ -21,9 +21,8 @@ from ..result.sphere_map import SphereMap
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from . import STAGES
-from .elastic_fit import Elastic
 from .features import SurfacePair
-from .moebius_fit import fit_moebius
+from .fits import ElasticFit, fit_moebius
 from .rotation import RotationCandidate
 
 _FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
@@ -176,7 +175,7 @@ def register(
         if "elastic" in stages:
             last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
             with course.stage("elastic", course.x):
-                elastic = Elastic(course.x, moving.faces)
+                elastic = ElasticFit(course.x, moving.faces)
                 for level, least in enumerate(_LEVELS.values(), 1):
                     stiff = max(least, last)
                     elastic.fit(course.x, pair.weights, pair.features[level], pair.picture(level), stiff, course)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
-from .blocks import VertexBlocks
+from ..newton.system import VertexSystem, gram_blocks
 
 #: Steps towards the given angles; those after them only close the conditions, and converge quadratically.
 _AIMING = 2
@@ -49,9 +49,9 @@ def proper_angles(angles: FloatArray) -> FloatArray:
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 
-def close_angles(blocks: VertexBlocks, target: FloatArray, hole: int) -> ClosedAngles:
+def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> ClosedAngles:
     """The angles nearest to the target, relative to their size, that close up in the plane but for one face."""
-    wheels = _Wheels(blocks, hole)
+    wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
     residual = np.inf
     for step in range(_STEPS):
@@ -73,18 +73,17 @@ def close_angles(blocks: VertexBlocks, target: FloatArray, hole: int) -> ClosedA
 class _Wheels:
     """The conditions at the vertices that are not corners of the hole."""
 
-    def __init__(self, blocks: VertexBlocks, hole: int) -> None:
-        self.blocks, self.n = blocks, blocks.n
-        self.free = np.ones(self.n, dtype=bool)
-        self.free[blocks.f[hole]] = False
-        self.inner = self.free[blocks.f.T]  # corner, face
+    def __init__(self, system: VertexSystem, hole: int) -> None:
+        self.system, self.corners = system, system.f.T
+        self.free = np.ones(system.n, dtype=bool)
+        self.free[system.f[hole]] = False
+        self.inner = self.free[self.corners]  # corner, face
 
     def missing(self, a: FloatArray) -> FloatArray:
-        """What the sums and the logarithms of the products lack, (n, 2)."""
+        """What the sums and the logarithms of the products lack, (2, n)."""
         sines = np.log(np.sin(a))
-        rows = np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]]), axis=1)
-        sums = self.blocks.load(rows.reshape(6, -1))
-        return np.where(self.free[:, None], [2 * np.pi, 0] - sums, 0)
+        sums = self.system.gathered(np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]])))
+        return np.where(self.free, np.array([[2 * np.pi], [0.0]]) - sums, 0.0)
 
     def step(self, a: FloatArray, wanted: FloatArray, compliance: FloatArray, missing: FloatArray) -> FloatArray:
         """The change nearest to the wanted one that closes all conditions to first order.
@@ -92,18 +91,16 @@ class _Wheels:
         The square of each angle's deviation is weighted by one over its compliance.
         """
         cotangent, m = 1 / np.tan(a), a.shape[1]
-        J = np.zeros((3, 6, m))  # angle; condition of a corner: sum, then product; face
+        J = np.zeros((3, 3, 2, m))  # angle; corner; its sum, then its product; face
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            J[i, 2 * i] = self.inner[i]
-            J[j, 2 * i + 1], J[k, 2 * i + 1] = cotangent[j] * self.inner[i], -cotangent[k] * self.inner[i]
+            J[i, i, 0] = self.inner[i]
+            J[j, i, 1], J[k, i, 1] = cotangent[j] * self.inner[i], -cotangent[k] * self.inner[i]
         share = compliance / compliance.sum(axis=0)
         # Moves within a face keep its sum: the compliance, less what all three angles share of it.
-        PJ = compliance[:, None] * (J - np.einsum("am,aim->im", share, J))
+        PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
-        lack = missing - self.blocks.load((J * wanted[:, None]).sum(axis=0))
-        H = self.blocks.gram(PJ, J)
-        fixed = np.repeat(np.where(self.free, 0.0, 1.0), 2)
-        multipliers = self.blocks.factorize(H, _DAMPING, fixed).solve(lack.ravel()).reshape(self.n, 2)
-        at = multipliers[self.blocks.f]  # face, corner, condition
-        return wanted + np.einsum("aim,mi->am", PJ, at.reshape(m, 6))
+        lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))
+        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), _DAMPING, np.where(self.free, 0.0, 1.0))
+        multipliers = self.system.solve(self.system.factorise(values, within_memory=True), lack)
+        return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

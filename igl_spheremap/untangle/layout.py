@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
+from ..newton.system import VertexSystem
 from ..operators.flips import twins
 from ..sphere.gauge import best_rotation, orientation_target
 from ..sphere.moebius import conformal_barycentre
@@ -29,7 +30,6 @@ from ..sphere.rows import tangent_axes, to_chart, unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import CLOSED, close_angles, proper_angles
-from .blocks import VertexBlocks
 from .local_repair import FEW
 
 LongComplex = NDArray[np.clongdouble]
@@ -60,7 +60,7 @@ class Placed:
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
 
 
-def unroll(mesh: Mesh, x: FloatArray, blocks: VertexBlocks) -> Placed | None:
+def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     """The body laid out in the plane by angles that close, a face of its middle at infinity; None if none are found.
 
     `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
@@ -70,7 +70,7 @@ def unroll(mesh: Mesh, x: FloatArray, blocks: VertexBlocks) -> Placed | None:
     # dumbbell, of which 30 percent are folded, close in 9 steps without its map, and not in 26 with it.
     lost = bool(folded_faces(x, mesh.f).mean() > 25 * FEW)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
-    closed = close_angles(blocks, source if lost else _targets(mesh.f, source, x, hole), hole)
+    closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
     if closed.residual > CLOSED:
         return None
     layout = Layout(mesh.f, closed.angles, hole)

@@ -23,20 +23,20 @@ from ..descent.energies import HarmonicEnergy
 from ..mesh.arrays import FloatArray
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
+from ..newton.loop import DAMPED
+from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
-from .blocks import VertexBlocks
 from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
 from .local_repair import has_few_foldings, is_worse, repair_locally, restore_gauge
-from .newton import DAMPED
+from .match_angles import UNDAMPED, is_worth_steps, match_angles
 from .poles import at_poles
-from .polish import UNDAMPED, is_worth_steps, match_angles
 
 #: Vertices up to which most of the time of a step is the overhead of calls. Steps are run several times up to here,
 #: each run from the end of the last; and the map itself is embedded, too, since angles are poor at the hole.
@@ -83,9 +83,9 @@ class _Steps:
         self._began, self._least = time.perf_counter(), np.inf
 
     @cached_property
-    def _blocks(self) -> VertexBlocks:
+    def _system(self) -> VertexSystem:
         """Assembly of the systems with two unknowns a vertex."""
-        return VertexBlocks(self.mesh.f)
+        return VertexSystem(self.mesh.f, len(self.mesh.v), limbs=True)
 
     @cached_property
     def _source(self) -> FloatArray:
@@ -114,7 +114,7 @@ class _Steps:
 
     def angles(self, centred: bool) -> None:
         """Angles that close, and their layout, its limbs as deep as float64 holds."""
-        self.laid_out = unroll(self.mesh, self.first.sphere, self._blocks)
+        self.laid_out = unroll(self.mesh, self.first.sphere, self._system)
         if self.laid_out is None:
             return
         for y, stretch, gauge in self._placements(self.laid_out, centred):
@@ -149,7 +149,7 @@ class _Steps:
             quick = n > (_SEVERAL + 1) * _SMALL
             effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * _SMALL // n))
         centroid = weighted_sum(self.mesh.A, x) if run.gauge == "poles" else np.zeros(3)
-        x = match_angles(self.mesh, x, centroid, self._blocks, effort,
+        x = match_angles(self.mesh, x, centroid, self._system, effort,
                          damping=UNDAMPED if self.laid_out is None else DAMPED, quick=quick)
         self.accept("newton", x, run.stretch, run.gauge)
 

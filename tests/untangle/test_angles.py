@@ -10,9 +10,9 @@ from triangulations import icosphere
 from igl_spheremap import spherical_conformal_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
+from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.sphere.rows import from_chart, to_chart
 from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
-from igl_spheremap.untangle.blocks import VertexBlocks
 from igl_spheremap.untangle.deep_limbs import shorten_limbs, tips_beyond
 from igl_spheremap.untangle.layout import (
     Inverted,
@@ -27,12 +27,16 @@ from igl_spheremap.untangle.poles import at_poles
 from igl_spheremap.verify.certificate import Certificate
 
 
+def system(mesh):
+    return VertexSystem(mesh.f, len(mesh.v), limbs=True)
+
+
 @pytest.fixture(scope="module")
 def body():
     """A body with limbs beyond float64, and its closed angles, a face of the ball cut out."""
     mesh = check_mesh(*random_body(2, depth=60))
     source = proper_angles(corner_angles(mesh.v, mesh.f))
-    return mesh, source, close_angles(VertexBlocks(mesh.f), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
+    return mesh, source, close_angles(system(mesh), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
 
 
 def _centred(body):
@@ -58,7 +62,7 @@ def test_closed_angles_stay_near_the_meshs_own_and_angles_that_close_stay(body):
     mesh, source, closed = body
     kept = np.arange(len(mesh.f)) != closed.hole
     assert np.degrees(np.abs(closed.angles - source)[kept].mean()) < 8
-    again = close_angles(VertexBlocks(mesh.f), closed.angles, closed.hole)
+    again = close_angles(system(mesh), closed.angles, closed.hole)
     assert np.abs(again.angles - closed.angles)[kept].max() < 1e-7
 
 
@@ -112,7 +116,7 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         area = mesh.A
         source = proper_angles(corner_angles(mesh.v, mesh.f))
         hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
-        placed = centred(mesh, Layout(mesh.f, close_angles(VertexBlocks(mesh.f), source, hole).angles, hole))
+        placed = centred(mesh, Layout(mesh.f, close_angles(system(mesh), source, hole).angles, hole))
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
         assert np.abs(area @ to_ball(placed.z)).max() < 1e-6 * max(1, depth)
 
@@ -136,7 +140,7 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
 def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     rng = np.random.default_rng(limbs)
     mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
-    closed = close_angles(VertexBlocks(mesh.f), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
+    closed = close_angles(system(mesh), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
     placed = centred(mesh, Layout(mesh.f, closed.angles, 0))
     floor = 5.0
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]

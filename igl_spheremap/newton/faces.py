@@ -1,0 +1,135 @@
+"""Problems that sum an energy over faces: every step keeps the exact sign of each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray, IntArray
+from ..sphere.rows import row_crosses, tangent_axes, unit_rows, weighted_moment
+from ..verify.signs import folded_faces
+from .loop import Model, Trial
+
+#: A face is refused if its energy exceeds this many times its old one plus this many times the mean of equal area.
+_GROWTH, _OF_MEAN = 3.0, 10.0
+#: Vertices of refused faces halve their moves this often at most; if faces are refused still, the step is too long.
+_HALVINGS = 8
+
+
+class FaceEnergy(Protocol):
+    """An energy of maps of a mesh to the sphere that is a sum over its faces, infinite where one is folded."""
+
+    @property
+    def f(self) -> IntArray:
+        """Faces."""
+
+    @property
+    def area(self) -> FloatArray:
+        """What the energy of each face is compared with: the bound on its growth is in proportion."""
+
+    def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
+        """Energies of the given faces."""
+
+    def derivatives(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
+
+
+class VertexTerm(Protocol):
+    """A term that is a sum over vertices, each of which it looks at alone."""
+
+    def value(self, x: FloatArray) -> float:
+        """Its value."""
+
+    def derivatives(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and positive semidefinite blocks (2, 2, n) along the vertices' axes."""
+
+
+class FaceProblem:
+    """Lower ``scale * energy + terms`` over maps to the sphere.
+
+    Parameters
+    ----------
+    energy : FaceEnergy
+        What keeps faces from folding.
+    terms : sequence of VertexTerm
+        What is added to it.
+    scale : float
+        Factor of the energy.
+    slack : (m,) float64 array, optional
+        Added to each face's energy in the bound on its growth.
+    turns : bool
+        Whether the rotation nearest to a step is left in it. An energy that rotations do not change gains nothing by
+        it, but vertices move along straight lines, which strain what turns.
+    """
+
+    def __init__(self, energy: FaceEnergy, terms: Sequence[VertexTerm] = (), *, scale: float = 1.0,
+                 slack: FloatArray | float = 0.0, turns: bool = True) -> None:
+        self.energy, self._terms, self._scale, self._slack, self._turns = energy, terms, scale, slack, turns
+        self._known: list[tuple[FloatArray, FloatArray]] = []  # the last two maps and their energies by face
+
+    def value(self, x: FloatArray) -> float:
+        """What is minimised."""
+        return self._scale * float(self._by_face(x).sum()) + sum(term.value(x) for term in self._terms)
+
+    def model(self, x: FloatArray) -> Model:
+        """Value, gradient and Hessian at a map."""
+        axes = np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1))
+        gradient, blocks = self.energy.derivatives(x, axes)
+        at_vertices = None
+        if self._scale != 1:
+            gradient, blocks = self._scale * gradient, self._scale * blocks
+        for term in self._terms:
+            slope, curvature = term.derivatives(x, axes)
+            gradient = gradient + slope
+            at_vertices = curvature if at_vertices is None else at_vertices + curvature
+        return Model(self.value(x), axes, gradient, blocks, at_vertices)
+
+    def move(self, x: FloatArray, model: Model, step: FloatArray) -> FloatArray:
+        """Displacements of a step along the axes."""
+        move = np.einsum("an,ain->ni", step, model.axes)
+        return move if self._turns else _without_rotation(x, move)
+
+    def accept(self, x: FloatArray, move: FloatArray) -> Trial:
+        """The map x + move, in which vertices of faces that fold or grow too much shorten their own moves.
+
+        So single faces do not shorten the whole step.
+        """
+        f, area, before = self.energy.f, self.energy.area, self._by_face(x)
+        bound = before + self._slack
+        limit = _GROWTH * bound + _OF_MEAN * area * (bound.sum() / area.sum())
+        y = unit_rows(x + move)
+        after = self.energy.by_face(y)
+        folded = folded_faces(y, f)
+        refused = folded | ~(after < limit)
+        share = np.ones(len(x))
+        for _ in range(_HALVINGS):
+            if not refused.any():
+                break
+            moved = np.zeros(len(x), dtype=bool)
+            moved[f[refused]] = True
+            share[moved] /= 2
+            y[moved] = unit_rows(x[moved] + share[moved, None] * move[moved])
+            near = np.flatnonzero(moved[f].any(axis=1))
+            after[near] = self.energy.by_face(y, near)
+            refused[near] = folded_faces(y, f[near]) | ~(after[near] < limit[near])
+        if refused.any():
+            return Trial(x, np.inf, folded)
+        self._known = [(x, before), (y, after)]
+        return Trial(y, self.value(y), folded)
+
+    def _by_face(self, x: FloatArray) -> FloatArray:
+        """Energies of a map's faces; those of the last two maps are known."""
+        for y, energies in self._known:
+            if y is x:
+                return energies
+        self._known = [(x, self.energy.by_face(x))]
+        return self._known[0][1]
+
+
+def _without_rotation(x: FloatArray, move: FloatArray) -> FloatArray:
+    """The move less the rotation nearest to it."""
+    inertia = len(x) * np.eye(3) - weighted_moment(np.ones(len(x)), x, x)
+    turn = np.linalg.solve(inertia, row_crosses(x, move).sum(axis=0))
+    return np.asarray(move - row_crosses(np.broadcast_to(turn, x.shape), x))

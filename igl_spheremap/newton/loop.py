@@ -1,0 +1,248 @@
+"""One damped loop of Newton steps over maps; what is minimised is a problem, how steps are shortened is a damping."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ..errors import FactorisationFailed
+from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from ..operators.factor.factor import Factor
+from .system import VertexSystem
+
+#: Share of the predicted decrease that a step of a line search must bring (Armijo).
+_DECREASE = 1e-4
+#: A line search gives up where steps must be shortened to less than this share of Newton's.
+_SHORTEST = 1e-3
+#: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
+_FAITHFUL = 0.15
+#: Shares of such a step that are tried.
+_LAST_LENGTHS = (1.0, 0.5)
+#: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
+DAMPED = 3e-4
+#: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
+#: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
+_AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
+#: Added to the diagonal: vertices of faces without any weight hold no position.
+_ADDED = 1e-12
+#: Residual at which conjugate gradients stop, after some 10 iterations: a step gains .9 to 1 of what an exact one does.
+_ACCURACY = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A quadratic model of a problem at a map.
+
+    Attributes
+    ----------
+    value : float
+        What is minimised.
+    axes : (2, d, n) float64 array
+        The two directions in which each vertex moves; unknowns are steps along them.
+    gradient : (2, n) float64 array
+        First derivatives.
+    blocks : (6, 2, 2, m) float64 array
+        Faces' parts of a positive semidefinite Hessian, for the corner pairs of `newton.system.PAIRS`.
+    at_vertices : (2, 2, n) float64 array, optional
+        Vertices' parts of it.
+    border : ((k, 2, n), (k,)) float64 arrays, optional
+        Linear conditions C s = c on the step s.
+    """
+
+    value: float
+    axes: FloatArray
+    gradient: FloatArray
+    blocks: FloatArray
+    at_vertices: FloatArray | None = None
+    border: tuple[FloatArray, FloatArray] | None = None
+
+
+class Trial(NamedTuple):
+    """What became of a step: a map without new foldings, its value, and the faces that the step itself would fold.
+
+    The value is infinite where there is no such map.
+    """
+
+    x: FloatArray
+    value: float
+    folded: BoolArray
+
+
+class Problem(Protocol):
+    """What is minimised over maps."""
+
+    def model(self, x: FloatArray) -> Model:
+        """Value, gradient and Hessian at a map."""
+
+    def move(self, x: FloatArray, model: Model, step: FloatArray) -> FloatArray:
+        """Displacements (n, d) of a step (2, n) along the model's axes."""
+
+    def accept(self, x: FloatArray, move: FloatArray) -> Trial:
+        """The map that a move leads to; its signs are exact."""
+
+
+class Damping(Protocol):
+    """How a step is found that lowers a problem's value."""
+
+    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+        """The next map; None if none is found."""
+
+
+def newton(problem: Problem, damping: Damping, x: FloatArray) -> Iterator[Trial]:
+    """Steps from a map without foldings, each of lower value; they end where no step lowers it."""
+    while (trial := damping.step(problem, x, problem.model(x))) is not None:
+        x = trial.x
+        yield trial
+
+
+class LineSearch:
+    """Newton steps, halved until they lower the value; the next one is tried at twice the length of the last.
+
+    A step that is predicted to lower the value by less than the share `tolerance` is taken with the factor of the one
+    before, if that predicted its own gain well.
+
+    Attributes
+    ----------
+    length : float
+        Share of Newton's step that the last one took.
+    ahead : float
+        Where the last step was taken with an old factor, the share of the value that it was predicted to gain; else
+        infinite.
+    """
+
+    #: Share of the diagonal that is added to it: rotations of the sphere cost nothing.
+    damping = 1e-8
+
+    def __init__(self, system: VertexSystem, tolerance: float = 0.0) -> None:
+        self.system, self.tolerance, self.length, self.ahead = system, tolerance, 1.0, np.inf
+        self._kept: tuple[Factor, FloatArray, Model] | None = None
+
+    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+        """The first of ever shorter steps that lowers the value enough."""
+        if (trial := self._last_step(problem, x, model)) is not None:
+            return trial
+        values = self.system.assemble(model.blocks, model.at_vertices)
+        try:
+            factor = self.system.factorise(self.system.damped(values, self.damping))
+        except FactorisationFailed:
+            return None
+        step = bordered_step(self.system, factor, model)
+        slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
+        self.length = min(1.0, 2 * self.length)
+        while self.length >= _SHORTEST:
+            trial = problem.accept(x, self.length * move)
+            gain = model.value - trial.value
+            if gain > -self.length * _DECREASE * slope:
+                faithful = self.length == 1 and abs(gain + slope / 2) < _FAITHFUL * abs(slope / 2)
+                self._kept = (factor, x, model) if faithful else None
+                return trial
+            self.length /= 2
+        return None
+
+    def _last_step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+        """A step with the factor of the last one, if it is short enough; around each vertex the map has turned since,
+        and grown, by a complex factor c: step = c H^-1 (conj(c) g)."""
+        self.ahead = np.inf
+        if self._kept is None or self.tolerance == 0:
+            return None
+        factor, before, old = self._kept
+        c = _turned(self.system.f, before, old.axes, x, model.axes)
+        load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])
+        solved = self.system.solve(factor, np.stack((load.real, load.imag)))
+        turned = -c * (solved[0] + 1j * solved[1])
+        step = np.stack((turned.real, turned.imag))
+        predicted = -float((model.gradient * step).sum()) / 2
+        if not predicted < self.tolerance * model.value:
+            return None
+        move = problem.move(x, model, step)
+        for length in _LAST_LENGTHS:
+            trial = problem.accept(x, length * move)
+            if trial.value < model.value:
+                self.ahead = predicted / model.value
+                return trial
+        return None
+
+
+def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:
+    """By what the surroundings of each vertex are turned and stretched from x to y, seen along axes at either."""
+    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()  # each edge once from either side, but at a rim
+    p, q = (np.einsum("aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T)
+            for z, at in ((x, axes), (y, other)))
+    n = len(x)
+    weight = np.bincount(start, p[0] * p[0] + p[1] * p[1], n)
+    real, imag = (np.bincount(start, part, n) for part in (p[0] * q[0] + p[1] * q[1], p[0] * q[1] - p[1] * q[0]))
+    return np.asarray((real + 1j * imag) / np.where(weight > 0, weight, 1.0))
+
+
+class Levenberg:
+    """Damped Gauss-Newton steps with a damping of each vertex, which grows around what a step folds.
+
+    Attributes
+    ----------
+    damping : (n,) float64 array
+        Share of the Hessian's diagonal that is added at each vertex.
+    systems : int
+        How many more may be solved.
+    exact : bool
+        Whether they are factorised, as limbs require, which move as wholes; else conjugate gradients stop early.
+    at_once : bool
+        Whether the last step was taken with the damping that it began with, so that its gain predicts the next.
+    """
+
+    def __init__(self, system: VertexSystem, damping: FloatArray, systems: int, exact: bool = True) -> None:
+        self.system, self.damping, self.systems, self.exact, self.at_once = system, damping, systems, exact, True
+
+    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+        """The first of ever more damped steps that lowers the value."""
+        values, self.at_once = self.system.assemble(model.blocks, model.at_vertices), True
+        while self.systems > 0:
+            self.systems -= 1
+            try:
+                factor = self._factor(values)
+            except FactorisationFailed:
+                return None
+            trial = problem.accept(x, problem.move(x, model, bordered_step(self.system, factor, model)))
+            self._grow(trial.folded)
+            if trial.value < model.value:
+                self.damping *= _FALLS if self.at_once else 1
+                return trial
+            if self.damping.min() >= _LARGEST:
+                return None
+            self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
+        return None
+
+    def _factor(self, values: FloatArray) -> Factor:
+        damped = self.system.damped(values, self.damping, _ADDED)
+        return self.system.factorise(damped, within_memory=True) if self.exact else self.system.approximate(damped)
+
+    def _grow(self, folded: BoolArray) -> None:
+        """Damp the vertices around folded faces, and their neighbours."""
+        f = self.system.f
+        around = np.zeros(self.system.n, dtype=bool)
+        around[f[folded]] = True
+        around[f[around[f].any(axis=1)]] = True
+        self.damping = np.minimum(_LARGEST, np.where(around, _AROUND, 1) * self.damping)
+
+
+def bordered_step(system: VertexSystem, factor: Factor, model: Model) -> FloatArray:
+    """Newton's step (2, n) under the model's conditions.
+
+    ::
+
+        [H  C^T] [s]   [-g]        s = -H^-1 (g + C^T m)
+        [C   0 ] [m] = [ c]        C H^-1 C^T m = -(c + C H^-1 g)
+    """
+    if model.border is None:
+        return -system.solve(factor, model.gradient, _ACCURACY)
+    C, c = model.border
+    # The conditions are met by any inverse in the columns of C^T, so that one that is not exact will do.
+    if factor.exact:
+        free, *columns = system.solve(factor, np.concatenate((model.gradient[None], C)))
+        HC = np.stack(columns)
+    else:
+        free, HC = system.solve(factor, model.gradient, _ACCURACY), system.precondition(factor, C)
+    m = np.linalg.lstsq(np.einsum("ian,jan->ij", C, HC), -(c + np.einsum("ian,an->i", C, free)), rcond=None)[0]
+    return np.asarray(-free - np.einsum("i,ian->an", m, HC))

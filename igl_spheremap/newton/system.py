@@ -1,0 +1,146 @@
+"""Linear systems with two unknowns a vertex that only meet within faces: assembled, factorised, solved.
+
+The same pattern serves all steps of a mesh. Only one triangle of a matrix is kept, as a list of its entries.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..errors import FactorisationFailed
+from ..mesh.arrays import FloatArray, IntArray
+from ..operators.factor.conjugate_gradients import block_jacobi
+from ..operators.factor.factor import Analysis, Entries, Factor
+from ..operators.factor.factorize import analyse, fits_memory, refactorize
+
+#: Corner pairs of a face whose 2 x 2 blocks are kept; the others are their transposes.
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+class VertexSystem:
+    """Symmetric matrices of 2 x 2 blocks, one for each vertex and each edge of a triangle mesh, which may have a rim.
+
+    Unknown a of vertex i is number 2 i + a. `limbs` says that the mesh may have narrow limbs, for the choice of an
+    elimination order.
+    """
+
+    def __init__(self, f: IntArray, n: int, backend: str = "auto", *, limbs: bool = False) -> None:
+        self.f, self.n, self._backend, self._limbs = f, n, backend, limbs
+
+    def assemble(self, blocks: FloatArray, at_vertices: FloatArray | None = None) -> FloatArray:
+        """Entries of the sum of faces' blocks (6, 2, 2, m) for the corner pairs `PAIRS`, and vertices' (2, 2, n)."""
+        values = np.asarray(np.bincount(self._numbers, blocks.ravel(), len(self._layout[0]) + 1)[:-1], dtype=np.float64)
+        if at_vertices is not None:
+            for (a, b), numbers in zip(((0, 0), (1, 0), (1, 1)), self._at_vertices, strict=True):
+                values[numbers] += at_vertices[a, b]
+        return values
+
+    def damped(self, values: FloatArray, share: float | FloatArray, added: float | FloatArray = 0.0) -> FloatArray:
+        """Entries with the diagonal raised by a share of itself and by `added`, each one number or one a vertex."""
+        values = values.copy()
+        for numbers in self._at_vertices[::2]:
+            values[numbers] = (1 + share) * values[numbers] + added
+        return values
+
+    def factorise(self, values: FloatArray, within_memory: bool = False) -> Factor:
+        """Exact factor of a matrix; the one before is lost. FactorisationFailed where it can't be.
+
+        If `within_memory`, it takes at most half of the machine's.
+        """
+        if within_memory and not fits_memory(2 * self.n):
+            raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
+        return refactorize(self._analysis, values)
+
+    def approximate(self, values: FloatArray) -> Factor:
+        """Factor that solves by conjugate gradients, preconditioned by the vertices' blocks."""
+        A, place = self._full
+        A.data = values.take(place)
+        return block_jacobi(A)
+
+    def solve(self, factor: Factor, load: FloatArray, accuracy: float = 1e-8) -> FloatArray:
+        """Solutions of systems with the right-hand sides (..., 2, n)."""
+        return self._by_vertices(factor.solve(self._columns(load), accuracy), load)
+
+    def precondition(self, factor: Factor, load: FloatArray) -> FloatArray:
+        """Approximate solutions in one application of what preconditions a factor."""
+        return self._by_vertices(factor.apply(self._columns(load)), load)
+
+    def _columns(self, load: FloatArray) -> FloatArray:
+        columns = np.ascontiguousarray(load.reshape(-1, 2, self.n).transpose(2, 1, 0)).reshape(2 * self.n, -1)
+        return columns if load.ndim > 2 else columns[:, 0]
+
+    def _by_vertices(self, columns: FloatArray, load: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(columns.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(load.shape)
+
+    def gathered(self, parts: FloatArray) -> FloatArray:
+        """Sums (2, n) at the vertices of what faces add to their corners, (2, 3, m)."""
+        corners = self.f.T.ravel()
+        return np.stack([np.bincount(corners, part.ravel(), self.n) for part in parts])
+
+    @cached_property
+    def _edges(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Larger and smaller vertex of each edge, and the edge between the corners of each off-diagonal pair."""
+        first, second = (np.concatenate([self.f[:, pair[k]] for pair in PAIRS if pair[0] != pair[1]]) for k in (0, 1))
+        keys, edge = np.unique(np.maximum(first, second) * self.n + np.minimum(first, second), return_inverse=True)
+        return keys // self.n, keys % self.n, edge.reshape(3, -1)
+
+    @cached_property
+    def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Rows and columns of the entries, and the number of entry (a, b) of each vertex's, then each edge's block.
+
+        Entry (0, 1) of a vertex's block is the mirror image of (1, 0): its number is one past the last.
+        """
+        n, (larger, smaller, _) = self.n, self._edges
+        loops = np.arange(n)
+        rows, columns = np.concatenate((loops, larger)), np.concatenate((loops, smaller))
+        kept = np.ones((2, 2, len(rows)), dtype=bool)
+        kept[0, 1, :n] = False
+        numbers = np.where(kept, np.cumsum(kept).reshape(kept.shape) - 1, kept.sum())
+        unknown = np.arange(2)
+        return ((2 * rows + unknown[:, None, None] + 0 * unknown[:, None])[kept],
+                (2 * columns + unknown[:, None] + 0 * unknown[:, None, None])[kept], numbers)
+
+    @cached_property
+    def _at_vertices(self) -> FloatArray:
+        """Numbers of the entries (0, 0), (1, 0) and (1, 1) of each vertex's block."""
+        numbers = self._layout[2]
+        return np.stack((numbers[0, 0, :self.n], numbers[1, 0, :self.n], numbers[1, 1, :self.n]))
+
+    @cached_property
+    def _numbers(self) -> IntArray:
+        """The entry to which each entry of the faces' blocks is added, in their order."""
+        numbers, edge = self._layout[2], iter(self._edges[2])
+        found = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
+        for k, (i, j) in enumerate(PAIRS):
+            if i == j:
+                found[k] = numbers[:, :, self.f[:, i]]
+            else:
+                block = numbers[:, :, self.n + next(edge)]
+                found[k] = np.where(self.f[:, i] < self.f[:, j], block.transpose(1, 0, 2), block)
+        return found.ravel()
+
+    @cached_property
+    def _entries(self) -> Entries:
+        rows, columns, _ = self._layout
+        loops, (larger, smaller, _) = np.arange(self.n), self._edges
+        ends = np.concatenate((loops, larger, smaller)), np.concatenate((loops, smaller, larger))
+        graph = sp.csr_matrix((np.ones(len(ends[0])), ends), shape=(self.n, self.n))
+        return Entries(graph, rows, columns, unknowns=2, repeated=True, limbs=self._limbs)
+
+    @cached_property
+    def _analysis(self) -> Analysis:
+        return analyse(self._entries, self._backend)
+
+    @cached_property
+    def _full(self) -> tuple[sp.csr_matrix, IntArray]:
+        """Both triangles of a matrix, and the entry at each place."""
+        A, place = self._entries.full(np.arange(2 * self.n))
+        return A.T, place
+
+
+def gram_blocks(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Faces' blocks of the sum over rows of left^T right, both (rows, 3, 2, m), whose product is symmetric."""
+    return np.stack([np.einsum("ram,rbm->abm", left[:, i], right[:, j]) for i, j in PAIRS])

@@ -1,0 +1,123 @@
+"""Fits of one surface's features to another's: by a Moebius map, and by an elastic deformation of the sphere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from ..balance.energy import BalancedEnergy, FlatFaces
+from ..mesh.arrays import FloatArray, IntArray
+from ..newton.faces import FaceProblem
+from ..newton.loop import LineSearch, newton
+from ..newton.system import VertexSystem
+from ..sphere.moebius import moebius
+from ..verify.signs import folded_faces
+from .features import Picture
+
+#: Takes each iterate and its cost.
+Report = Callable[[FloatArray, float], None]
+
+#: Penalty on the square of the boost, beside features of unit variance: boosts that these leave open stay short.
+_RIDGE = 1e-3
+#: A fit by Moebius maps ends at a gain of this share, and after so many steps: those of unlike surfaces creep.
+_SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
+#: Step of the differences of a boosted map: the square root of rounding.
+_DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
+#: Elastic steps at each width at the most, and the share of the energy below which a gain ends them.
+_STEPS, _SMALLEST_GAIN = 20, 1e-3
+
+
+def fit_moebius(
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Picture, report: Report
+) -> None:
+    """Lower the weighted square of features - fixed(m(x)) over Moebius maps m.
+
+    The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
+    vertices, not edges, and slivers can flip.
+    """
+    root = np.sqrt(weights)[:, None]
+    last: tuple[FloatArray, FloatArray, FloatArray]
+
+    def residuals(t: FloatArray) -> FloatArray:
+        nonlocal last
+        y = _moved(x, t)
+        values, gradients = fixed(y)
+        last = y, root * (features - values), gradients
+        if folded_faces(y, f).any():
+            return np.full(features.size + 3, np.inf)
+        return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
+
+    def jacobian(t: FloatArray) -> FloatArray:
+        """Derivatives at a map that was accepted, which is reported."""
+        y, off, gradients = last  # of the map that was accepted, the last one tried
+        if t.any():
+            report(y, float((off * off).sum()))
+        J = np.zeros((features.size + 3, 6))
+        for k, h in enumerate(_DIFFERENCE * np.eye(6)):
+            J[:-3, k] = -(root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / _DIFFERENCE)).ravel()
+        J[-3:, 3:] = np.sqrt(_RIDGE) * np.eye(3)
+        return J
+
+    least_squares(residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1)
+
+
+def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
+    """x boosted by the last three entries, then rotated by the first three."""
+    length = float(np.linalg.norm(t[3:]))
+    centre = -t[3:] * (np.tanh(length / 2) / length if length else 0.5)
+    return moebius(x, centre) @ Rotation.from_rotvec(t[:3]).as_matrix().T
+
+
+class FeatureMisfit:
+    """Half the weighted sum of squares of features - fixed(x), with the Hessian of Gauss and Newton."""
+
+    def __init__(self, weights: FloatArray, features: FloatArray, fixed: Picture) -> None:
+        self._weights, self._features, self._fixed = weights, features, fixed
+        self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def value(self, x: FloatArray) -> float:
+        """Half the weighted sum of squares."""
+        off = self._off(x)[0]
+        return float(np.einsum("n,nk,nk->", self._weights, off, off)) / 2
+
+    def derivatives(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and vertices' blocks (2, 2, n) along the axes."""
+        off, gradients = self._off(x)
+        slopes = np.einsum("nkd,adn->akn", gradients, axes)
+        return (-np.einsum("n,akn,nk->an", self._weights, slopes, off),
+                np.einsum("n,akn,bkn->abn", self._weights, slopes, slopes))
+
+    def _off(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Differences (n, k) and gradients (n, k, 3) at a map, kept for the next call."""
+        if self._last is None or self._last[0] is not x:
+            values, gradients = self._fixed(x)
+            self._last = x, self._features - values, gradients
+        return self._last[1:]
+
+
+class ElasticFit:
+    """Deformations of a map of the sphere that are strained against the map x0, by angles and areas alike."""
+
+    def __init__(self, x0: FloatArray, f: IntArray) -> None:
+        self.energy = BalancedEnergy(FlatFaces.of(x0, f), weight=0.5, power=1, target=np.zeros(len(f)))
+        self._system = VertexSystem(f, len(x0))
+
+    def fit(
+        self, x: FloatArray, weights: FloatArray, features: FloatArray, fixed: Picture, stiffness: float, report: Report
+    ) -> None:
+        """Lower sum w |features - fixed(x)|^2 / 2 + stiffness * strain by projected Newton steps, through bijections.
+
+        The features (n, k) have unit variance, the weights sum 1.
+        """
+        misfit = FeatureMisfit(4 * np.pi * weights, features, fixed)  # as the areas of the energy
+        # x0 has no energy: let every face grow as if it were strained by a neper.
+        problem = FaceProblem(self.energy, (misfit,), scale=stiffness, slack=self.energy.area)
+        value = problem.value(x)
+        for k, trial in enumerate(newton(problem, LineSearch(self._system), x), 1):
+            report(trial.x, trial.value)
+            gain, value = value - trial.value, trial.value
+            if k == _STEPS or gain < _SMALLEST_GAIN * (value + gain):
+                break
