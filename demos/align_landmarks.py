@@ -27,5 +27,5 @@ for name, weight, injective in (("best Moebius map", 0, True), ("may fold", 100,
     result = ism.landmark_map(v, f, landmarks, targets, weight, may_fold=not injective, max_iterations=steps)
     miss = np.degrees(np.linalg.norm(result.sphere[landmarks] - targets, axis=1)).mean()
     caption = f"{name}:\n{miss:.1f} degrees off, {result.certificate.foldings} folded faces"
-    row.append(landmark_part(caption, mesh, result.sphere @ turn.T, landmarks, targets @ turn.T))
+    row.append(landmark_part(caption, mesh, result.sphere, landmarks, targets, turn))
 show_parts([row], *sys.argv[1:2], size=(1400, 460))

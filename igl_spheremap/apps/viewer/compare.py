@@ -103,18 +103,20 @@ def registration_view(
 
 
 def landmark_part(
-    caption: str, mesh: Mesh, x: FloatArray, landmarks: IntArray, targets: FloatArray | None = None
-) -> Part:
-    """A surface or a map with its landmarks, their targets, and dotted lines from one to the other."""
+    caption: str, mesh: Mesh, x: FloatArray, landmarks: IntArray, targets: FloatArray | None = None,
+    turn: FloatArray | None = None,
+) -> Part:  # fmt: skip
+    """A surface, or a map before a turn, with its landmarks, their targets, and lines from one to the other."""
+    folded = None if targets is None else np.flatnonzero(folded_faces(x, mesh.f))  # a turn rounds, and may fold
+    if turn is not None:
+        x, targets = x @ turn.T, None if targets is None else targets @ turn.T
     grey = np.array(SURFACE) * relief(mesh)[:, None]
     dots = {"landmarks": (x[landmarks], LINES[0], 0.02)}
-    folded = None
     if targets is not None:
         steps = np.linspace(0, 1, _STEPS)[:, None, None]
         line = unit_rows(((1 - steps) * x[landmarks] + steps * targets).reshape(-1, 3))
         dots |= {"targets": (targets, LINES[5], 0.032), "way": (line, INK, 0.007),
                  "landmarks": (1.02 * x[landmarks], LINES[0], 0.02)}
-        folded = np.flatnonzero(folded_faces(x, mesh.f))
     return Part(caption, x, mesh.f, grey, folded, dots=dots)
 
 
