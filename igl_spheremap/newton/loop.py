@@ -71,7 +71,7 @@ class Trial(NamedTuple):
     folded: BoolArray
 
 
-class Problem(Protocol):
+class NewtonProblem(Protocol):
     """What is minimised over maps."""
 
     def model(self, x: FloatArray) -> Model:
@@ -87,11 +87,11 @@ class Problem(Protocol):
 class Damping(Protocol):
     """How a step is found that lowers a problem's value."""
 
-    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+    def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The next map; None if none is found."""
 
 
-def newton(problem: Problem, damping: Damping, x: FloatArray) -> Iterator[Trial]:
+def newton(problem: NewtonProblem, damping: Damping, x: FloatArray) -> Iterator[Trial]:
     """Steps from a map without foldings, each of lower value; they end where no step lowers it."""
     while (trial := damping.step(problem, x, problem.model(x))) is not None:
         x = trial.x
@@ -120,7 +120,7 @@ class LineSearch:
         self.system, self.tolerance, self.length, self.ahead = system, tolerance, 1.0, np.inf
         self._kept: tuple[Factor, FloatArray, Model] | None = None
 
-    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+    def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough."""
         if (trial := self._last_step(problem, x, model)) is not None:
             return trial
@@ -142,7 +142,7 @@ class LineSearch:
             self.length /= 2
         return None
 
-    def _last_step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+    def _last_step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """A step with the factor of the last one, if it is short enough; around each vertex the map has turned since,
         and grown, by a complex factor c: step = c H^-1 (conj(c) g)."""
         self.ahead = np.inf
@@ -195,7 +195,7 @@ class Levenberg:
     def __init__(self, system: VertexSystem, damping: FloatArray, systems: int, exact: bool = True) -> None:
         self.system, self.damping, self.systems, self.exact, self.at_once = system, damping, systems, exact, True
 
-    def step(self, problem: Problem, x: FloatArray, model: Model) -> Trial | None:
+    def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever more damped steps that lowers the value."""
         values, self.at_once = self.system.assemble(model.blocks, model.at_vertices), True
         while self.systems > 0:

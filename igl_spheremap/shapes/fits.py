@@ -22,7 +22,7 @@ Report = Callable[[FloatArray, float], None]
 
 #: Penalty on the square of the boost, beside features of unit variance: boosts that these leave open stay short.
 _RIDGE = 1e-3
-#: A fit by Moebius maps ends at a gain of this share, and after so many steps: those of unlike surfaces creep.
+#: A fit by Moebius maps ends at a gain of this share, or after this number of steps: unlike surfaces gain little each.
 _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 #: Step of the differences of a boosted map: the square root of rounding.
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))

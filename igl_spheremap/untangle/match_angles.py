@@ -35,7 +35,7 @@ _EXACT = 1e-6
 #: sweep times (median / mean of the differences)^2, or times the third if that is larger, is below the second. Steps
 #: lower differences that are alike everywhere (median near the mean), which sweeps do not.
 _GOOD, _WORTH_STEPS, _ALIKE = 1.2, 0.006, 0.3
-#: That is measured on a sample: the mean on so many faces, what a sweep gains on the stars of so many vertices.
+#: Size of the samples that decide on it: faces for the mean, stars of vertices for the gain of a sweep.
 _FACES, _STARS = 999, 500
 
 
@@ -90,7 +90,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
-    """The loss for a map whose mean difference is so many degrees."""
+    """The loss for a map whose mean difference is given, in degrees."""
     return replace(loss, smoothing=_SMOOTHING * np.radians(max(mean, _EXACT)))
 
 

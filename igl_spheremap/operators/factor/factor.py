@@ -22,8 +22,7 @@ from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
-#: From so many unknowns on CHOLMOD dissects: that takes no longer than minimum degree, and on folded surfaces it fills
-#: less.
+#: Unknowns from which on CHOLMOD dissects: that takes no longer than minimum degree, and fills less on folded surfaces.
 _CHOLMOD_DISSECTS_FROM = 100_000
 #: SuperLU's minimum degree fills less and costs less than a dissection below; far above, it takes longer than factors.
 _SUPERLU_DISSECTS_FROM = 40_000

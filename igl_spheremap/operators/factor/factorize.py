@@ -76,7 +76,7 @@ def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
 
 
 def fits_memory(n: int) -> bool:
-    """Whether an exact factor for so many unknowns takes at most half of the machine's memory."""
+    """Whether an exact factor for this number of unknowns takes at most half of the machine's memory."""
     return n * _BYTES_PER_UNKNOWN <= _memory() / 2
 
 
