@@ -133,7 +133,7 @@ def fit(v: FloatArray, rotation: FloatArray) -> FloatArray:
     """Rotate a surface, and scale it about the middle of its bounding box to the unit ball."""
     w = v @ rotation.T
     w = w - (w.max(axis=0) + w.min(axis=0)) / 2
-    return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), 1e-300))
+    return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), np.finfo(float).tiny))
 
 
 def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> FloatArray:
@@ -150,7 +150,7 @@ def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArra
     [255, 0, 0]
     """
     low, high = y.min(axis=0), y.max(axis=0)
-    radius = max(float((high - low)[:2].max()) / 2, 1e-300) * _MARGIN
+    radius = max(float((high - low)[:2].max()) / 2, np.finfo(float).tiny) * _MARGIN
     pixels = (y - (low + high) / 2) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
     place, depth, owner = _samples(pixels, f, size)
     levels = np.ptp(depth) / np.iinfo(np.uint16).max or 1.0  # integers of 16 bits are sorted in a tenth of the time

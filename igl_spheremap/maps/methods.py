@@ -33,7 +33,7 @@ from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..untangle.match_angles import polish_map
 from ..untangle.repair import repair
 from ..verify.certificate import Certificate
-from .options import Auto, Descent, GuYau, Lai2014, Method, Stereographic
+from .options import Auto, GuYau, Lai2014, Method, Stereographic
 
 #: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
 _PROJECTIONS = 40
@@ -183,28 +183,6 @@ def _lifted(z: ComplexArray, A: FloatArray) -> FloatArray:
     x = np.tile([0.0, 0.0, -1.0], (len(z), 1))
     x[near] = to_sphere(z[near], A[near])
     return center(x, A)
-
-
-def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Descent, listener: Listener) -> SphereMap:
-    """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
-    began = time.perf_counter()
-    solver = CayleyBB(may_fold=options.may_fold)
-    minimum = minimize(solver.iterates(problem, x), tolerance=options.gradient_tolerance,
-                       max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
-    y = minimum.last.x
-    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
-    rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
-    run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
-    if problem.gauge:
-        return in_gauge(mesh, y, run)
-    return SphereMap(mesh, y, Certificate.of(y, mesh.f), replace(run, gauge="free"))
-
-
-def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:
-    """Name and map to start from: the given one, or the conformal map."""
-    if start is None:
-        return "conformal map", auto(mesh, Auto()).sphere
-    return "given map", check_start(start, len(mesh.v))
 
 
 #: What maps a mesh, by the record of its options.

@@ -5,35 +5,32 @@ from __future__ import annotations
 import math
 import os
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...draw.palette import FOLDED
-from ...errors import DisplayError, FileError, import_optional
-from ...io.replacing import check_writable, replacing
-from ...result.run import Iterate
+from ...draw import palette
+from ...errors import DisplayError, FileError
+from ...mesh.arrays import FloatArray, IntArray
+from ...result.recording import linear_below, objective
+from ...result.run import Iterate, Step
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
 from .window import imgui, implot, ps
 
-Picture = NDArray[np.uint8]
-#: Takes a picture and how often it is shown.
-Write = Callable[[Picture, int], None]
-#: Files that hold a video; any other name is that of a folder.
-_VIDEOS = (".gif", ".mp4")
+#: Points of a curve that are drawn at the most.
+_POINTS = 500
 #: The least and the greatest of the slider for the lens, which magnifies by so many times more than by itself.
 _ZOOM = 30.0
 
 
 class App:
-    """A picture that has frames and a panel; `drawing` is False while a picture without the panel is taken."""
+    """A picture that has frames and a panel; the panel is drawn where the stage leaves room for it."""
 
     stage: Stage
     #: What is done between two pictures of a window, such as writing a file, and what came of it.
@@ -78,7 +75,7 @@ def open_for(args: Namespace, title: str) -> None:
     if args.screenshot:
         window.check_picture(args.screenshot)
     if args.video:
-        check_video(Path(args.video))
+        window.check_video(Path(args.video))
     try:
         window.open_window(title, tuple(args.size), offscreen)
     except DisplayError as error:
@@ -169,7 +166,7 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
     film = app.film(length)
     advance = None if progress is None else progress.steps(f"drawing {path.name}", len(film))
     shown = []
-    with open_video(path, rate) as write:
+    with window.open_video(path, rate) as write:
         for show, held in film:
             show()
             write(window.grab(), rate if held else 1)
@@ -253,92 +250,62 @@ class SaveWidgets:
 
     def _video(self) -> str:
         path = Path(self.name)
-        path = path if path.suffix.lower() in _VIDEOS else path.with_suffix(".gif")
-        check_video(path)
+        path = path if path.suffix.lower() in window.VIDEOS else path.with_suffix(".gif")
+        window.check_video(path)
         with self._app.stage.bare():
             shown = write_video(self._app, path, LENGTH, RATE)
         return f"wrote {path}, {len(shown)} pictures"
 
 
-def check_video(path: Path) -> None:
-    """Raise a FileError before the work starts if a video can't be written."""
-    if path.suffix.lower() in _VIDEOS:
-        check_writable(path, force=True)
-    elif path.exists() and not path.is_dir():
-        raise FileError(f"{path}: a video is a .gif or .mp4 file, or a folder")
-    if path.suffix.lower() == ".mp4":
-        import_optional("imageio_ffmpeg", "an MP4 video", "video")
+def energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
+    """Plot what is minimised over the iterates, with its sign."""
+    at, values, name = objective(history)
+    linear = linear_below(values)
+    if linear == 0:
+        values = np.where(values > 0, values, np.nan)
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
+    elif np.isfinite(linear):
+        powers = 10.0 ** np.arange(0, 9, 3)
+        ticks = np.concatenate((-powers[::-1], [0.0], powers))
+        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
     else:
-        import_optional("PIL.Image", "a video", "io")
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
 
 
-@contextmanager
-def open_video(path: Path, rate: int) -> Iterator[Write]:
-    """A function that adds pictures to a file, at `rate` a second; the ending of `path` chooses the format."""
-    formats = {".gif": _gif, ".mp4": _mp4}
-    kind = formats.get(path.suffix.lower())
-    if kind is None:
-        with _folder(path) as write:
-            yield write
-    else:
-        with replacing(path, force=True) as partial, kind(partial, rate) as write:
-            yield write
+def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
+    """Plot the number of folded faces over the iterates `at`."""
+    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
+    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
+    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
 
 
-@contextmanager
-def _gif(path: Path, rate: int) -> Iterator[Write]:
-    images = import_optional("PIL.Image", "a video", "io")
-    frames: list[Any] = []
-    durations: list[int] = []
-
-    def write(picture: Picture, times: int) -> None:
-        frames.append(_reduced(images, picture))
-        durations.append(times * 1000 // rate)
-
-    yield write
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0, disposal=1)
-
-
-def _reduced(images: Any, picture: Picture) -> Any:
-    """A picture in 255 colours and that of folded faces, which a palette chosen by area would lose."""
-    image = images.fromarray(picture)
-    chosen = image.quantize(255, method=images.Quantize.FASTOCTREE, dither=images.Dither.NONE).getpalette()
-    palette = images.new("P", (1, 1))
-    palette.putpalette([*chosen[: 3 * 255], *(round(255 * c) for c in FOLDED)])
-    return image.quantize(palette=palette, dither=images.Dither.NONE)
-
-
-@contextmanager
-def _mp4(path: Path, rate: int) -> Iterator[Write]:
-    ffmpeg = import_optional("imageio_ffmpeg", "an MP4 video", "video")
-    stream: Any = None
-
-    def write(picture: Picture, times: int) -> None:
-        nonlocal stream
-        even = np.ascontiguousarray(picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2])
-        if stream is None:
-            stream = ffmpeg.write_frames(str(path), even.shape[1::-1], fps=rate, macro_block_size=2)
-            stream.send(None)
-        for _ in range(times):
-            stream.send(even)
-
-    yield write
-    if stream is not None:
-        stream.close()
-
-
-@contextmanager
-def _folder(path: Path) -> Iterator[Write]:
-    images = import_optional("PIL.Image", "a video", "io")
-    path.mkdir(parents=True, exist_ok=True)
-    count = 0
-
-    def write(picture: Picture, times: int) -> None:
-        nonlocal count
-        images.fromarray(picture).save(path / f"{count:05d}.png")
-        count += 1
-
-    yield write
-    for left in path.glob("[0-9][0-9][0-9][0-9][0-9].png"):
-        if int(left.stem) >= count:  # of a longer video that was here
-            left.unlink()
+def _curve(
+    title: str,
+    x: IntArray,
+    y: FloatArray,
+    shown: int,
+    height: float,
+    scale: int,
+    colour: palette.Colour,
+    ticks: FloatArray | None = None,
+    unit: float = 1.0,
+) -> None:
+    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
+    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
+    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
+        return
+    implot.SetupAxes("iterate", title, fit, fit)
+    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
+    if ticks is not None:
+        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
+    if len(y):
+        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
+        implot.SetNextLineStyle((*colour, 1.0), 1.5)
+        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
+        if ticks is not None:  # so that 0 is always in sight
+            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
+            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
+        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
+        implot.PlotInfLines("shown", np.array([float(shown)]))
+    implot.EndPlot()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -14,26 +14,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import samples
-from ...draw import palette
 from ...draw.plot import fit, pose
 from ...io import read_mesh, write_map
 from ...maps.options import METHODS, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
-from ...result.recording import Frame, linear_below, objective
-from ...result.run import Listener, Step
-from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
+from ...result.recording import Frame
+from ...result.run import Listener
+from .app import App, SaveWidgets, energy_plot, folding_plot, panel, paragraph, present, subject_combo, zoom_slider
+from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
 from .result_view import count_foldings, edge_width
-from .run import Run, Source
 from .stage import PANEL, Inset, Stage
-from .window import imgui, implot
+from .window import imgui
 
 #: Seconds of each frame that a window spends on new iterates at the most.
 _POLL = 0.02
+#: The name of a surface that is given as arrays.
+_GIVEN = "your mesh"
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
 
@@ -66,13 +67,14 @@ class Player(App):
         self.name, self.mesh = name, None
         self.before = self.after = 0
         self._shown: object = None
-        self.run = Run(partial(self._load, name), partial(spherical_conformal_map, method=method), live=self._live)
+        solve = partial(spherical_conformal_map, method=method)
+        self.run = BackgroundRun(partial(self._load, name), solve, live=self._live)
 
     mesh: Mesh | None
-    run: Run
+    run: BackgroundRun
 
     def prepare(self, listener: Listener | None = None) -> None:
-        def notify(run: Run) -> None:
+        def notify(run: BackgroundRun) -> None:
             if listener is not None and run.frames:
                 listener(run.frames[-1].iterate)
 
@@ -312,64 +314,6 @@ def _enter_number(label: str, value: float) -> tuple[bool, float]:
     return bool(changed), float(value)
 
 
-#: Points of a curve that are drawn at the most.
-_POINTS = 500
-
-
-def energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
-    """Plot what is minimised over the iterates, with its sign."""
-    at, values, name = objective(history)
-    linear = linear_below(values)
-    if linear == 0:
-        values = np.where(values > 0, values, np.nan)
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
-    elif np.isfinite(linear):
-        powers = 10.0 ** np.arange(0, 9, 3)
-        ticks = np.concatenate((-powers[::-1], [0.0], powers))
-        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
-    else:
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
-
-
-def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
-    """Plot the number of folded faces over the iterates `at`."""
-    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
-    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
-    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
-
-
-def _curve(
-    title: str,
-    x: IntArray,
-    y: FloatArray,
-    shown: int,
-    height: float,
-    scale: int,
-    colour: palette.Colour,
-    ticks: FloatArray | None = None,
-    unit: float = 1.0,
-) -> None:
-    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
-    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
-    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
-    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
-        return
-    implot.SetupAxes("iterate", title, fit, fit)
-    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
-    if ticks is not None:
-        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
-    if len(y):
-        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
-        implot.SetNextLineStyle((*colour, 1.0), 1.5)
-        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
-        if ticks is not None:  # so that 0 is always in sight
-            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
-            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
-        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
-        implot.PlotInfLines("shown", np.array([float(shown)]))
-    implot.EndPlot()
-
-
 def play(
     v: ArrayLike,
     f: ArrayLike,
@@ -427,10 +371,6 @@ def play(
     kind = PlayerWindow if target is None else Player
     load = partial(_load, mesh.vertices, mesh.f)
     return present(lambda: kind(load, _GIVEN, method, up=up, size=size), target, size=size)
-
-
-#: The name of a surface that is given as arrays.
-_GIVEN = "your mesh"
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

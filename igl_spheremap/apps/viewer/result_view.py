@@ -24,10 +24,10 @@ from ...verify.distortion import mesh_angle_differences
 from ...verify.signs import folded_faces
 from . import window
 from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
+from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import SIZE, SUBJECTS
 from .colouring import SQUARES, checkerboard, colouring, deepest_tips
-from .run import Run, Source
 from .stage import PANEL, Inset, Stage, packed
 from .window import imgui, ps
 
@@ -67,7 +67,7 @@ class ResultView(App):
         self.result = result
         self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
-        self._run: Run | None = None
+        self._run: BackgroundRun | None = None
         self._held, self._moebius = False, False
         self._clicked = np.zeros(2)
         self._save = SaveWidgets(self, "map", self._write_map)
@@ -150,7 +150,7 @@ class ResultView(App):
         self.close()
         self._balance = balance
         load, solve = partial(_given, self.mesh.vertices, self.mesh.f), partial(_rebalanced, self.result, balance)
-        self._run = Run(load, solve, live=True)
+        self._run = BackgroundRun(load, solve, live=True)
 
     def prepare(self, listener: Listener | None = None) -> None:
         if self._run is not None:

@@ -9,7 +9,7 @@ import pytest
 from drawing import drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.run import Run
+from igl_spheremap.apps.viewer.background_run import BackgroundRun
 from igl_spheremap.draw import palette
 from igl_spheremap.result.recording import Recording
 
@@ -39,7 +39,7 @@ def play(code):
 
 @pytest.fixture(scope="module")
 def dino_run():
-    run = Run(partial(ism.samples.make, "dino", n_vertices=1500), LAI2014)
+    run = BackgroundRun(partial(ism.samples.make, "dino", n_vertices=1500), LAI2014)
     run.wait()
     return run
 
@@ -77,7 +77,7 @@ def test_stops_are_before_and_after_each_star_map_and_at_both_ends(dino_run):
 
 def test_a_bounded_run_forgets_frames_but_not_its_stops(dino_run):
     load = partial(ism.samples.make, "dino", n_vertices=1500)
-    bounded = Run(load, LAI2014, budget=40 * dino_run.frames[0].iterate.x.nbytes)
+    bounded = BackgroundRun(load, LAI2014, budget=40 * dino_run.frames[0].iterate.x.nbytes)
     bounded.wait()
     assert len(bounded.frames) <= 45
     assert [name for name, _ in bounded.stops()] == [name for name, _ in dino_run.stops()]
@@ -87,7 +87,7 @@ def test_a_bounded_run_forgets_frames_but_not_its_stops(dino_run):
 
 
 def test_what_ends_a_run_in_its_process_is_known_here():
-    run = Run(partial(np.zeros, 3), ism.spherical_conformal_map)
+    run = BackgroundRun(partial(np.zeros, 3), ism.spherical_conformal_map)
     run.wait()
     assert isinstance(run.error, TypeError | ValueError)
     assert not run.running

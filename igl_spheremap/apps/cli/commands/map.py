@@ -14,8 +14,7 @@ from ....errors import import_optional
 from ....io import SphereCheck, write_map
 from ....io.replacing import replacing
 from ....maps.balanced import balanced_spherical_map
-from ....maps.landmarks import landmark_map
-from ....maps.p_harmonic import p_harmonic_map
+from ....maps.variational import landmark_map, p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.timings import stage
 from ....result.findings import certificate_numbers

@@ -1,26 +1,101 @@
-"""Harmonic maps with landmarks: a quadratic penalty on where chosen vertices go."""
+"""Algorithm 1 on further energies: p-harmonic maps, Remark 1 and eq. (8), and landmarks, a penalty on where they go."""
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
+from ..descent.algorithm_1 import CayleyBB
 from ..descent.energies import HarmonicEnergy, LandmarkEnergy, SumEnergy
-from ..descent.problem import Problem, SobolevH2
+from ..descent.minimize import minimize
+from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_rows, plain_array
-from ..mesh.check import check_mesh
+from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import timed
-from ..result.run import History, Listener
+from ..result.run import History, Iterate, Listener, Run
 from ..result.sphere_map import SphereMap
 from ..sphere.gauge import best_rotation
 from ..sphere.moebius import moebius
 from ..sphere.rows import unit_rows
-from .methods import descend, start_of
-from .options import Landmarks
+from ..verify.certificate import Certificate
+from .methods import auto, check_start, in_gauge
+from .options import Auto, Descent, Landmarks, PHarmonic
+
+
+@own_errstate
+@timed()
+def p_harmonic_map(
+    v: ArrayLike,
+    f: ArrayLike,
+    p: float,
+    start: ArrayLike | None = None,
+    *,
+    may_fold: bool = False,
+    gradient_tolerance: float = 1e-3,
+    max_iterations: int = 5000,
+    plateau: float = 5e-7,
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Minimise the p-harmonic energy of equation (8) by Algorithm 1.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    p : float
+        Exponent above 1. At 2 the map is the harmonic one. Larger exponents punish stretching where it is
+        largest: limbs gain room, and angles are lost. Up to 2 the Moebius gauge is fixed as for harmonic
+        maps; above, the energy itself keeps the map spread out.
+    start : (n, 3) array_like, optional
+        Start; rows are scaled to unit length. The conformal map by default.
+    may_fold : bool
+        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+    gradient_tolerance : float
+        L2 norm of the tangential gradient at which the run ends, the source having unit area.
+    max_iterations : int
+        Maximum number of iterations.
+    plateau : float
+        The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
+    listener : callable, optional
+        Called with every `Iterate`, whose energy is the p-harmonic one.
+
+    Returns
+    -------
+    SphereMap
+        Its ``energy`` is the harmonic one; ``history`` has the p-harmonic energies; ``rounds`` has the
+        foldings before and after.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
+    ValueError
+        If p is not above 1.
+
+    References
+    ----------
+    Lai et al., Remark 1 and eq. (8).
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+    >>> result = ism.p_harmonic_map(v, f, 4)
+    >>> bool(result.conformal_factor().std() < ism.spherical_conformal_map(v, f).conformal_factor().std())
+    True
+    """
+    options = PHarmonic(may_fold, gradient_tolerance, max_iterations, plateau, p)
+    history = History(listener)
+    mesh = check_mesh(v, f)
+    found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, start), options, history)
+    return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
 @own_errstate
@@ -169,3 +244,25 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
     boost = least_squares(misses, np.zeros(3)).x
     y = moved(x, boost)
     return unit_rows(y @ best_rotation(y[landmarks.vertices], landmarks.targets, w))
+
+
+def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Descent, listener: Listener) -> SphereMap:
+    """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
+    began = time.perf_counter()
+    solver = CayleyBB(may_fold=options.may_fold)
+    minimum = minimize(solver.iterates(problem, x), tolerance=options.gradient_tolerance,
+                       max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
+    y = minimum.last.x
+    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
+    rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
+    run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
+    if problem.gauge:
+        return in_gauge(mesh, y, run)
+    return SphereMap(mesh, y, Certificate.of(y, mesh.f), replace(run, gauge="free"))
+
+
+def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:
+    """Name and map to start from: the given one, or the conformal map."""
+    if start is None:
+        return "conformal map", auto(mesh, Auto()).sphere
+    return "given map", check_start(start, len(mesh.v))

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from igl_spheremap.apps.viewer.app import check_video, open_video
+from igl_spheremap.apps.viewer.window import check_video, open_video
 from igl_spheremap.draw.palette import BACKGROUND, FOLDED
 from igl_spheremap.errors import FileError
 

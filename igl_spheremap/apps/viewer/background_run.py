@@ -35,12 +35,12 @@ class Solve(Protocol):
     def __call__(self, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap: ...
 
 
-class Run:
+class BackgroundRun:
     """Load a mesh and map it; `poll` takes over what has come of it so far, into a `Recording`.
 
     >>> from functools import partial
     >>> import igl_spheremap as ism
-    >>> run = Run(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
+    >>> run = BackgroundRun(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
     >>> run.wait()
     >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
     (True, 'Gauss map', 'Result: certified folding-free')
@@ -85,7 +85,7 @@ class Run:
         self._process.kill()
         self._process.join()
 
-    def wait(self, progress: Callable[[Run], None] = lambda run: None) -> None:
+    def wait(self, progress: Callable[[BackgroundRun], None] = lambda run: None) -> None:
         """Until it is done; `progress` is called with the run several times a second."""
         while self.running:
             self.poll(seconds=0.3, wait=0.1)
