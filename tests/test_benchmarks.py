@@ -38,7 +38,7 @@ def test_every_benchmark_with_options_explains_them(name):
     assert f"python -m benchmarks {name}" in benchmark(name, "--help")
 
 
-@pytest.mark.parametrize("name", ["angles_or_areas", "population", "throughput"])
+@pytest.mark.parametrize("name", ["population", "throughput"])
 def test_the_others_find_what_they_import(name):
     assert name in names()
     code = f"import sys; sys.path.insert(0, 'tests'); import benchmarks.{name}"

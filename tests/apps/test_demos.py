@@ -49,7 +49,7 @@ def test_a_demo_draws_its_picture_without_a_display(demo, tmp_path):
 def test_the_demo_of_foldings_takes_a_surface_and_writes_a_video(tmp_path):
     import igl_spheremap as ism
 
-    ism.write_mesh(tmp_path / "body.obj", *ism.samples.make("dino", n_vertices=600))
+    ism.write_mesh(tmp_path / "body.obj", *ism.samples.make("bird", n_vertices=900))
     words = [sys.executable, str(ROOT / "demos" / "folding_removal.py"), str(tmp_path / "body.obj")]
     done = run([*words, str(tmp_path / "run")])
     assert done.returncode == 0, done.stderr

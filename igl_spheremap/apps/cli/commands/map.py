@@ -27,7 +27,7 @@ from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import LISTED, Findings, check_outputs, paragraph, target_format, write_target
+from ..output import LISTED, Findings, check_outputs, target_format, write_target
 from ..progress import measures
 
 _LISTENING = "listening"
@@ -193,7 +193,7 @@ def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: Sp
 def _timings(result: SphereMap) -> list[str]:
     """Seconds and share of each stage, and of what belongs to none."""
     stages = result.timings | {"other": result.seconds - sum(result.timings.values())}
-    return [paragraph("time" if k == 0 else "", f"{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}")
+    return [f"{'' if k else 'time':13}{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}"
             for k, (name, seconds) in enumerate(stages.items())]
 
 
