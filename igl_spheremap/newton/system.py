@@ -27,6 +27,8 @@ class VertexSystem:
     elimination order.
     """
 
+    _analysis: Analysis | None = None
+
     def __init__(self, f: IntArray, n: int, backend: str = "auto", *, limbs: bool = False) -> None:
         self.f, self.n, self._backend, self._limbs = f, n, backend, limbs
 
@@ -52,6 +54,8 @@ class VertexSystem:
         """
         if within_memory and not fits_memory(2 * self.n):
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
+        if self._analysis is None:
+            self._analysis = analyse(self._entries, self._backend)
         return refactorize(self._analysis, values)
 
     def approximate(self, values: FloatArray) -> Factor:
@@ -129,10 +133,6 @@ class VertexSystem:
         ends = np.concatenate((loops, larger, smaller)), np.concatenate((loops, smaller, larger))
         graph = sp.csr_matrix((np.ones(len(ends[0])), ends), shape=(self.n, self.n))
         return Entries(graph, rows, columns, unknowns=2, repeated=True, limbs=self._limbs)
-
-    @cached_property
-    def _analysis(self) -> Analysis:
-        return analyse(self._entries, self._backend)
 
     @cached_property
     def _full(self) -> tuple[sp.csr_matrix, IntArray]:

@@ -144,7 +144,6 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     beyond it: there is no jump inside a face. A vertex at a pole has the latitude of the one next to it.
 
     >>> import numpy as np
-from numpy.typing import NDArray
     >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
     >>> poles = np.array([[0.0, 0, 1], [0, 0, -1]])
     >>> turns = mercator_corners(y, np.array([[0, 1, 2]]), poles)

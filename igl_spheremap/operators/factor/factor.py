@@ -240,13 +240,11 @@ class SuperLU:
         self._splu, self._entries = splu, entries
         small = entries.n < _SUPERLU_DISSECTS_FROM
         if small and (entries.limbs or not entries.repeated):
-            self._arrange(entries.expanded(bandwidth_order(entries.graph)), "MMD_AT_PLUS_A")
+            vertices, self._rule = bandwidth_order(entries.graph), "MMD_AT_PLUS_A"
         else:
-            self._arrange(entries.expanded(nested_dissection(entries.graph).order), "NATURAL")
-
-    def _arrange(self, order: np.ndarray, rule: str) -> None:
-        self._order, self._rule = order, rule
-        self._A, self._place = self._entries.full(order)
+            vertices, self._rule = nested_dissection(entries.graph).order, "NATURAL"
+        self._order = entries.expanded(vertices)
+        self._A, self._place = entries.full(self._order)
 
     def factorise(self, values: np.ndarray) -> Factor:
         """Factor of a matrix with these entries."""
@@ -258,7 +256,8 @@ class SuperLU:
             raise FactorisationFailed(f"SuperLU: {error}") from error
         factor = Factor(self.backend, len(self._order), reordered(self._order, lu.solve), nnz=lu.nnz)
         if self._entries.repeated and self._rule != "NATURAL":  # minimum degree would be searched every time
-            self._arrange(self._order[np.argsort(lu.perm_c)], "NATURAL")
+            self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
+            self._A, self._place = self._entries.full(self._order)
         return factor
 
 

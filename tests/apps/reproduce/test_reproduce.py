@@ -13,7 +13,7 @@ from igl_spheremap.apps.reproduce.figures import FIGURES, curvature_error
 from igl_spheremap.apps.reproduce.items import reproduce
 from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, Surface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3
-from igl_spheremap.draw.plot import shading, view_of
+from igl_spheremap.draw.plot import pose, shading
 
 
 @pytest.fixture
@@ -173,12 +173,12 @@ def test_a_map_that_counts_foldings_shows_them_however_small():
 
 def test_views_are_rotations_and_show_the_long_side():
     v, f = ism.samples.make("spheroid", n_vertices=300, aspect=3)
-    view = view_of(v @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0])
+    view = pose(v @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0])
     assert np.allclose(view.T @ view, np.eye(3))
     assert np.isclose(np.linalg.det(view), 1)
-    spread = np.ptp(v @ view_of(v), axis=0)
-    assert spread[0] > 1.3 * spread[1]
-    light = shading(v, f, view_of(v), 0.35)
+    spread = np.ptp(v @ pose(v).T, axis=0)
+    assert spread.max() > 1.3 * spread.min()
+    light = shading(v, f, pose(v), 0.35)
     assert 0.35 <= light.min() < light.max() <= 1
 
 
