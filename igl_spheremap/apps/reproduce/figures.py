@@ -60,7 +60,7 @@ def figure_2(runs: Runs) -> Any:
     ax.annotate("F", (0, 1), (-4, 8), textcoords="offset points", ha="right")
     ax.annotate("unit sphere, in the plane of F and AF", (-0.62, -0.3))
     ax.annotate("off the sphere:\ninfeasible", (1.6, 0.85), color=FOLDED)
-    ax.annotate("on it, for every step", (0.1, 0.6), color=LINES[0])
+    ax.annotate("on it, for every step", (-0.28, 0.6), color=LINES[0])
     ax.set(aspect="equal", xlim=(-1.15, 2.2), ylim=(-1.15, 1.35))
     ax.axis("off")
     return figure
