@@ -14,6 +14,9 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
+#: Half of float64's digits, 1.5e-8: what is smaller is rounding once it was squared, or divided by a difference.
+HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
+
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
     """`values` as an array, or MeshError where rows differ in length or entries are masked."""

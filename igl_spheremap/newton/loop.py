@@ -26,8 +26,8 @@ DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
 #: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
-#: Added to the diagonal: vertices of faces without any weight hold no position.
-_ADDED = 1e-12
+#: Added to diagonals, or their share that is added: vertices of faces without any weight hold no position.
+RIDGE = 1e-12
 #: Residual at which conjugate gradients stop, after some 10 iterations: a step gains .9 to 1 of what an exact one does.
 _ACCURACY = 0.1
 
@@ -215,7 +215,7 @@ class Levenberg:
         return None
 
     def _factor(self, values: FloatArray) -> Factor:
-        damped = self.system.damped(values, self.damping, _ADDED)
+        damped = self.system.damped(values, self.damping, RIDGE)
         return self.system.factorise(damped, within_memory=True) if self.exact else self.system.approximate(damped)
 
     def _grow(self, folded: BoolArray) -> None:

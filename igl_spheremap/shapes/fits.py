@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from ..balance.energy import BalancedEnergy, FlatFaces
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..newton.faces import FaceProblem
 from ..newton.loop import LineSearch, newton
 from ..newton.system import VertexSystem
@@ -24,8 +24,6 @@ Report = Callable[[FloatArray, float], None]
 _RIDGE = 1e-3
 #: A fit by Moebius maps ends at a gain of this share, or after this number of steps: unlike surfaces gain little each.
 _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
-#: Step of the differences of a boosted map: the square root of rounding.
-_DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
 #: Elastic steps at each width at the most, and the share of the energy below which a gain ends them.
 _STEPS, _SMALLEST_GAIN = 20, 1e-3
 
@@ -56,8 +54,8 @@ def fit_moebius(
         if t.any():
             report(y, float((off * off).sum()))
         J = np.zeros((features.size + 3, 6))
-        for k, h in enumerate(_DIFFERENCE * np.eye(6)):
-            J[:-3, k] = -(root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / _DIFFERENCE)).ravel()
+        for k, h in enumerate(HALF_DIGITS * np.eye(6)):
+            J[:-3, k] = -(root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / HALF_DIGITS)).ravel()
         J[-3:, 3:] = np.sqrt(_RIDGE) * np.eye(3)
         return J
 

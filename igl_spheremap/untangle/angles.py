@@ -17,21 +17,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray
+from ..newton.loop import RIDGE
 from ..newton.system import VertexSystem, gram_blocks
+from .local_repair import SMALL_ANGLE
 
 #: Steps towards the given angles; those after them only close the conditions, and converge quadratically.
 _AIMING = 2
 #: Steps at the most: twice what meshes take whose angles close at all.
 _STEPS = 16
-#: Angles close if no sum and no logarithm of a product is off by more than this.
-CLOSED = 1e-8
 #: An angle grows or shrinks by a factor of exp(this) at the most in one step.
 _LONGEST = 1.2
-#: Share of the diagonal that is added to a step's matrix.
-_DAMPING = 1e-12
-#: Given angles are raised to this many radians: the angles of slivers must be able to shrink.
-_LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,20 +40,23 @@ class ClosedAngles:
 
 
 def proper_angles(angles: FloatArray) -> FloatArray:
-    """Positive angles near the given ones, three of which sum to pi."""
-    angles = np.maximum(angles, _LEAST)
+    """Angles near the given ones, none below 1e-3: those of slivers must be able to shrink. Three sum to pi."""
+    angles = np.maximum(angles, SMALL_ANGLE)
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 
 def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> ClosedAngles:
-    """The angles nearest to the target, relative to their size, that close up in the plane but for one face."""
+    """The angles nearest to the target, relative to their size, that close up in the plane without one face, the hole.
+
+    They close if no sum and no logarithm of a product is off by more than half of float64's digits.
+    """
     wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
     residual = np.inf
     for step in range(_STEPS):
         missing = wheels.missing(a)
         residual = float(np.abs(missing).max())
-        if not CLOSED < residual < np.inf:
+        if not HALF_DIGITS < residual < np.inf:
             break
         aiming = step < _AIMING
         size = aim if aiming else a  # weights that change while aiming make the steps cycle
@@ -101,6 +100,6 @@ class _Wheels:
         PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
         lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))
-        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), _DAMPING, np.where(self.free, 0.0, 1.0))
+        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), RIDGE, np.where(self.free, 0.0, 1.0))
         multipliers = self.system.solve(self.system.factorise(values, within_memory=True), lack)
         return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

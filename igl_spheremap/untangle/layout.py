@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
-from ..mesh.arrays import ComplexArray, FloatArray, IntArray
+from ..mesh.arrays import HALF_DIGITS, ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
@@ -29,7 +29,7 @@ from ..sphere.moebius import conformal_barycentre
 from ..sphere.rows import tangent_axes, to_chart, unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
-from .angles import CLOSED, close_angles, proper_angles
+from .angles import close_angles, proper_angles
 from .local_repair import FEW
 
 LongComplex = NDArray[np.clongdouble]
@@ -71,7 +71,7 @@ def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     lost = bool(folded_faces(x, mesh.f).mean() > 25 * FEW)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
-    if closed.residual > CLOSED:
+    if closed.residual > HALF_DIGITS:
         return None
     layout = Layout(mesh.f, closed.angles, hole)
     placed = centred(mesh, layout)

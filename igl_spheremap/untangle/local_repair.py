@@ -25,10 +25,9 @@ from .relax import AngleLoss, relax_angles
 #: of 1.1. Other shares follow from it: relaxing ends when a sweep gains less than this; a map is worse than another
 #: if its angle differences are larger by five times this, and useless if 25 times as many faces are folded.
 FEW = 0.01
-#: A map is centred, even where that folds faces, if its centroid is farther than this from the origin: .06 degrees.
-_OFF_CENTRE = 1e-3
-#: Twice the area that small moves are to give a folded face, in units of its longest side squared.
-_THICKNESS = 1e-3
+#: Angles up to this, .06 degrees, count as small: in faces, where small moves leave them to folded faces, and closed
+#: angles begin with them; and as that of the centroid from the origin, beyond which a map is centred even if it folds.
+SMALL_ANGLE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor.
 _OVER_RELAXATION = 1.3
 #: Small moves end after so many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8 degrees.
@@ -105,7 +104,7 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
     square = np.stack([row_dots(s, s) for s in side])
     slope = [row_crosses(outward, s) for s in side]
-    lack = _THICKNESS * square.max(axis=0) - row_dets(outward, side[1], side[2])
+    lack = SMALL_ANGLE * square.max(axis=0) - row_dets(outward, side[1], side[2])
     length = lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
     move, count = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
     for k in range(3):
@@ -141,4 +140,4 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:
     """True if the centroid of the source's area is more than 1e-3 from the origin."""
-    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > _OFF_CENTRE
+    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > SMALL_ANGLE

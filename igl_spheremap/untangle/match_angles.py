@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges, spread
 from ..mesh.timings import stage
@@ -27,16 +27,13 @@ from .relax import AngleLoss, relax_angles
 
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: Damping of the first step where most angles of the map fit already: almost none.
-UNDAMPED = 1e-8
-#: Mean differences in degrees below this are rounding.
-_EXACT = 1e-6
-#: A map without foldings is left alone if its mean angle difference is below the first, in degrees, or if the gain of a
-#: sweep times (median / mean of the differences)^2, or times the third if that is larger, is below the second. Steps
-#: lower differences that are alike everywhere (median near the mean), which sweeps do not.
-_GOOD, _WORTH_STEPS, _ALIKE = 1.2, 0.006, 0.3
-#: Size of the samples that decide on it: faces for the mean, stars of vertices for the gain of a sweep.
-_FACES, _STARS = 999, 500
+#: A map without foldings takes no steps if mean < GOOD degrees or sweep_gain * max(ALIKE, (median / mean)^2) < WORTH,
+#: where mean and median are of the angle differences, and sweep_gain is the share by which a sweep lowers the mean.
+#: Steps lower differences that are alike everywhere (median near the mean), which sweeps do not (docs/repair.md).
+_GOOD, _WORTH, _ALIKE = 1.2, 0.006, 0.3
+#: Vertices up to which most of the time of a step is the overhead of calls. Samples that decide on steps are half as
+#: large: faces for the mean, stars of vertices for the gain of a sweep. With twice the faces 231 meshes decide alike.
+SMALL = 1000
 
 
 @stage("polish")
@@ -47,7 +44,7 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
     """
     effort = replace(effort, least_gain=min(effort.polish_gain, effort.least_gain))
     system = VertexSystem(mesh.f, len(x), limbs=True)
-    return match_angles(mesh, x, weighted_sum(mesh.A, x), system, effort, damping=UNDAMPED)
+    return match_angles(mesh, x, weighted_sum(mesh.A, x), system, effort, damping=HALF_DIGITS)
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
@@ -64,7 +61,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
     mean, last = problem.value(x), 0.0
     for trial in newton(problem, steps, x) if effort.systems else ():
-        gain = 1 - trial.value / max(mean, _EXACT)
+        gain = 1 - trial.value / max(mean, np.degrees(HALF_DIGITS))
         x, mean, falls = trial.x, trial.value, (last or 2 * gain) - gain
         if gain <= 0 or not steps.systems or (steps.at_once and gain**2 < effort.least_gain * falls):
             break
@@ -75,23 +72,23 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     """True if the angle differences of a map without foldings are large and steps would lower them, by a sample."""
-    sample = mesh.f[spread(len(mesh.f), _FACES)]
+    sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
     if mean_difference(corner_angles(mesh.v, sample), x, sample) <= _GOOD:
         return False
     movable = np.zeros(len(x), dtype=bool)
-    movable[:: max(1, len(x) // _STARS)] = True
+    movable[:: max(1, len(x) // (SMALL // 2))] = True
     around = mesh.f[movable[mesh.f].any(axis=1)]
     source = corner_angles(mesh.v, around)
     difference = np.degrees(np.abs(corner_angles(x, around) - source))
     mean = float(difference.mean())
     y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH_STEPS)
+    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH)
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
     """The loss for a map whose mean difference is given, in degrees."""
-    return replace(loss, smoothing=_SMOOTHING * np.radians(max(mean, _EXACT)))
+    return replace(loss, smoothing=_SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS))))
 
 
 class AngleProblem:
@@ -125,7 +122,7 @@ class AngleProblem:
         axes = np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1)) * np.exp(log_edges(x, self.f))
         difference, J = self.linearised(x, axes)
         mean = float(np.degrees(np.abs(difference).mean()))
-        self._smoothing = self._fixed or _STEP_SMOOTHING * np.radians(max(mean, _EXACT))
+        self._smoothing = self._fixed or _STEP_SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))
         weight = 1 / np.sqrt(difference**2 + self._smoothing**2)
         corners, slopes = self.f.T.ravel(), np.einsum("im,ijam->ajm", weight * difference, J)
         gradient = np.array([np.bincount(corners, slope.ravel(), len(x)) for slope in slopes], dtype=np.float64)

@@ -16,9 +16,6 @@ from ..mesh.arrays import ComplexArray, FloatArray
 from .deep_limbs import tips_beyond
 from .layout import Placed, from_anchor, to_ball
 
-#: The ends of the axes.
-_ENDS = np.vstack((np.eye(3), -np.eye(3)))
-
 
 def at_poles(placed: Placed, floor: float) -> Placed:
     """The same body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
@@ -48,13 +45,14 @@ def at_poles(placed: Placed, floor: float) -> Placed:
 
 def _nearest_ends(t: FloatArray) -> FloatArray:
     """Ends of axes, one for each of up to three points, that are nearest to them in squares."""
-    choices = np.array(list(permutations(range(6), len(t))))
-    return np.asarray(_ENDS[choices[np.einsum("pkj,kj->p", _ENDS[choices], t).argmax()]])
+    choices = np.array(list(permutations(np.vstack((np.eye(3), -np.eye(3))), len(t))))
+    return np.asarray(choices[np.einsum("pkj,kj->p", choices, t).argmax()])
 
 
 def _away_from_infinity(ends: FloatArray) -> FloatArray:
     """Rotation of rows that permutes the axes and takes (0, 0, -1), infinity, to an end that is not one of these."""
-    free = _ENDS[(_ENDS @ ends.T).max(axis=1).argmin()]
+    axes = np.vstack((np.eye(3), -np.eye(3)))
+    free = axes[(axes @ ends.T).max(axis=1).argmin()]
     side = np.roll(free, 1)
     return np.vstack((side, np.cross(side, free), -free))
 

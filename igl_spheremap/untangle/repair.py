@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
 from ..newton.loop import DAMPED
@@ -35,13 +35,11 @@ from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
 from .local_repair import has_few_foldings, is_worse, repair_locally, restore_gauge
-from .match_angles import UNDAMPED, is_worth_steps, match_angles
+from .match_angles import SMALL, is_worth_steps, match_angles
 from .poles import at_poles
 
-#: Vertices up to which most of the time of a step is the overhead of calls. Steps are run several times up to here,
-#: each run from the end of the last; and the map itself is embedded, too, since angles are poor at the hole.
-_SMALL = 1000
-#: Number of these runs, and of steps on maps that came without foldings, which cost three to four times the map then.
+#: Number of runs of steps on small meshes, each from the end of the last; and of steps on maps that came without
+#: foldings, which cost three to four times the map then.
 _SEVERAL = 3
 
 
@@ -64,9 +62,10 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         few = has_few_foldings(first.certificate, mesh.f)
         if not few:
             steps.angles(centred)
-        if steps.best is None or (not few and len(mesh.v) <= _SMALL):
+        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
+        if steps.best is None or (not few and len(mesh.v) <= SMALL):
             steps.accept("embedding", repair_locally(mesh, x))
-    for _ in range(_SEVERAL if len(mesh.v) <= _SMALL else 1):
+    for _ in range(_SEVERAL if len(mesh.v) <= SMALL else 1):
         steps.newton(effort)
     return steps.result()
 
@@ -146,11 +145,11 @@ class _Steps:
         assert self.best is not None
         x, run, n, quick = self.best.sphere, self.best.run, len(self.mesh.v), False
         if self.first.certificate.folding_free:
-            quick = n > (_SEVERAL + 1) * _SMALL
-            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * _SMALL // n))
+            quick = n > (_SEVERAL + 1) * SMALL
+            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
         centroid = weighted_sum(self.mesh.A, x) if run.gauge == "poles" else np.zeros(3)
         x = match_angles(self.mesh, x, centroid, self._system, effort,
-                         damping=UNDAMPED if self.laid_out is None else DAMPED, quick=quick)
+                         damping=HALF_DIGITS if self.laid_out is None else DAMPED, quick=quick)
         self.accept("newton", x, run.stretch, run.gauge)
 
     def result(self) -> SphereMap:

@@ -8,11 +8,12 @@ from bodies import grow, random_body
 from triangulations import icosphere
 
 from igl_spheremap import spherical_conformal_map
+from igl_spheremap.mesh.arrays import HALF_DIGITS
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.sphere.rows import from_chart, to_chart
-from igl_spheremap.untangle.angles import CLOSED, close_angles, proper_angles
+from igl_spheremap.untangle.angles import close_angles, proper_angles
 from igl_spheremap.untangle.deep_limbs import shorten_limbs, tips_beyond
 from igl_spheremap.untangle.layout import (
     Inverted,
@@ -52,10 +53,10 @@ def test_angles_close_around_faces_and_vertices(body):
     inner[mesh.f[closed.hole]] = False
     assert (a > 0).all()
     assert np.abs(a.sum(axis=1) - np.pi).max() < 1e-12
-    assert np.abs(np.bincount(f.ravel(), a.ravel(), n) - 2 * np.pi)[inner].max() < CLOSED
+    assert np.abs(np.bincount(f.ravel(), a.ravel(), n) - 2 * np.pi)[inner].max() < HALF_DIGITS
     sines = np.log(np.sin(a))
     product = np.bincount(f.ravel(), (np.roll(sines, -1, 1) - np.roll(sines, 1, 1)).ravel(), n)
-    assert np.abs(product[inner]).max() < CLOSED
+    assert np.abs(product[inner]).max() < HALF_DIGITS
 
 
 def test_closed_angles_stay_near_the_meshs_own_and_angles_that_close_stay(body):
