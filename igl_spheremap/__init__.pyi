@@ -4,6 +4,11 @@ from . import samples as samples
 from .apps.viewer.player import play as play
 from .apps.viewer.result_view import screenshot as screenshot
 from .apps.viewer.result_view import show as show
+from .correspondence.matching import match as match
+from .correspondence.registration import Registration as Registration
+from .correspondence.registration import RegistrationStage as RegistrationStage
+from .correspondence.registration import register as register
+from .correspondence.surface_map import SurfaceMap as SurfaceMap
 from .descent.energies import harmonic_energy as harmonic_energy
 from .descent.energies import p_harmonic_energy as p_harmonic_energy
 from .errors import DisplayError as DisplayError
@@ -60,9 +65,6 @@ from .shapes.harmonics import SphericalHarmonics as SphericalHarmonics
 from .shapes.harmonics import spherical_harmonics as spherical_harmonics
 from .shapes.locate import Location as Location
 from .shapes.locate import SphereLocator as SphereLocator
-from .shapes.registration import Registration as Registration
-from .shapes.registration import RegistrationStage as RegistrationStage
-from .shapes.registration import register as register
 from .shapes.rotation import RotationCandidate as RotationCandidate
 from .shapes.texture import Atlas as Atlas
 from .shapes.texture import texture_atlas as texture_atlas

@@ -1,6 +1,4 @@
-"""Uses of a map: transfer, grids, textures, harmonics, registration."""
+"""Uses of a map: transfer, grids, textures, harmonics, features."""
 
 #: Degrees that are expanded at the most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
 LARGEST_DEGREE = 1000
-#: The stages of a registration, in their order.
-STAGES = ("rotation", "moebius", "elastic")

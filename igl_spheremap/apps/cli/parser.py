@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ..._version import __version__
-from ...shapes import LARGEST_DEGREE, STAGES
+from ...correspondence import STAGES
+from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import PLAYER_SIZE, SHOWN
 from . import arguments as shared

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...correspondence.registration import Registration
 from ...draw.palette import INK, LINES, SURFACE, Colour, sequential
 from ...draw.plot import angle_histogram, fit, pose
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.features import FeatureSurface
-from ...shapes.registration import Registration
 from ...sphere.rows import unit_rows
 from ...verify.distortion import mesh_angle_differences
 from ...verify.signs import folded_faces

@@ -4,11 +4,11 @@ from argparse import Namespace
 
 import numpy as np
 
+from ....correspondence import STAGES
+from ....correspondence.registration import Registration, register
 from ....io import write_map
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
-from ....shapes import STAGES
-from ....shapes.registration import Registration, register
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE
 from ...viewer.compare import registration_view

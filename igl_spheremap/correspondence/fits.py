@@ -13,9 +13,9 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..newton.faces import FaceProblem
 from ..newton.loop import LineSearch, newton
 from ..newton.system import VertexSystem
+from ..shapes.features import Picture
 from ..sphere.moebius import moebius
 from ..verify.signs import folded_faces
-from .features import Picture
 
 #: Takes each iterate and its cost.
 Report = Callable[[FloatArray, float], None]

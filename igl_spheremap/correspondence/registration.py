@@ -18,12 +18,12 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
+from ..shapes.features import SurfacePair
+from ..shapes.rotation import RotationCandidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from . import STAGES
-from .features import SurfacePair
 from .fits import ElasticFit, fit_moebius
-from .rotation import RotationCandidate
 
 _FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
 #: Radians that the features of each elastic level are smoothed by, and its least stiffness: wide features of unit

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
+from igl_spheremap.correspondence.registration import reflected
 from igl_spheremap.shapes.basis import synthesis
 from igl_spheremap.shapes.features import FeatureSurface, Picture
-from igl_spheremap.shapes.registration import reflected
 from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import unit_rows

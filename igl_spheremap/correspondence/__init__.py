@@ -1,0 +1,4 @@
+"""Which point of one surface belongs to which point of another: maps between surfaces, and registration."""
+
+#: The stages of a registration, in their order.
+STAGES = ("rotation", "moebius", "elastic")
