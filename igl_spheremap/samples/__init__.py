@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..mesh.arrays import FloatArray, IntArray
-from .animals import bird, dino, octopus
+from .animals import bird, bunny, dino, octopus
 from .cortex import brain
 from .icosphere import sphere
 from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
@@ -21,7 +21,7 @@ from .rings import spring
 Arrays = tuple[FloatArray, IntArray]
 
 _SHAPES: dict[str, Callable[..., Arrays]] = {
-    shape.__name__: shape for shape in (bird, brain, dino, dumbbell, octopus, pear, sphere, spheroid, spring)
+    shape.__name__: shape for shape in (bird, brain, bunny, dino, dumbbell, octopus, pear, sphere, spheroid, spring)
 }
 
 __all__ = ["SurfaceOfRevolution", "from_spec", "make", "names", *_SHAPES]

@@ -46,6 +46,28 @@ BIRD_WING = (  # the left one
     (0.25, 2.7, 0.95, 0.36),
     (-0.45, 3.5, 1.0, 0.18),
 )
+BUNNY_BODY = (  # x (forward), y (left), z (up), radius; from the rump to the neck
+    (-1.05, 0.0, 0.98, 0.82),
+    (-0.55, 0.0, 1.12, 0.95),
+    (0.15, 0.0, 1.22, 0.84),
+    (0.7, 0.0, 1.45, 0.64),
+    (0.95, 0.0, 1.85, 0.50),
+)
+BUNNY_HEAD = ((0.95, 0.0, 2.2, 0.42), (1.25, 0.0, 2.42, 0.56), (1.6, 0.0, 2.34, 0.48), (1.88, 0.0, 2.22, 0.34))
+BUNNY_TAIL = ((-1.75, 0.0, 0.75, 0.26), (-1.98, 0.0, 0.86, 0.31))
+BUNNY_EAR = (  # the left one, as all that follow
+    (1.02, 0.22, 2.8, 0.17),
+    (0.88, 0.32, 3.15, 0.25),
+    (0.68, 0.44, 3.6, 0.29),
+    (0.46, 0.53, 4.02, 0.22),
+    (0.33, 0.57, 4.28, 0.11),
+)
+BUNNY_HAUNCH = ((-1.0, 0.62, 0.95, 0.56), (-0.4, 0.82, 0.70, 0.52), (-0.15, 0.84, 0.55, 0.40))
+BUNNY_LEGS = (
+    ((-0.75, 0.84, 0.24, 0.22), (0.15, 0.88, 0.20, 0.23), (0.45, 0.88, 0.18, 0.19)),
+    ((0.72, 0.36, 1.1, 0.38), (0.92, 0.38, 0.55, 0.24), (1.0, 0.38, 0.2, 0.19), (1.28, 0.38, 0.16, 0.18)),
+)
+BUNNY_EYE = ((1.52, 0.40, 2.55, 0.13), (1.55, 0.44, 2.56, 0.11))
 OCTOPUS_MANTLE = (
     (0.0, 0.0, 0.6, 0.55),
     (-0.05, 0.0, 1.1, 0.50),
@@ -96,6 +118,28 @@ def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
         parts.append(limb(feather, squash=(1, 1, 0.45)))
     body = SmoothUnion(tuple(parts), blend=0.05)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
+
+
+@own_errstate
+def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
+    """Rabbit that sits and pricks up its ears, looking along x.
+
+    Parameters
+    ----------
+    n_vertices : int
+        Approximate number of vertices.
+
+    Returns
+    -------
+    v : (n, 3) float64 ndarray
+    f : (m, 3) int64 ndarray
+    """
+    parts = [limb(BUNNY_BODY), limb(BUNNY_HEAD), limb(BUNNY_TAIL)]
+    for side in (1.0, -1.0):
+        parts += [limb([(x, side * y, z, r) for x, y, z, r in part]) for part in (BUNNY_HAUNCH, *BUNNY_LEGS, BUNNY_EYE)]
+        parts.append(limb([(x, side * y, z, r) for x, y, z, r in BUNNY_EAR], squash=(0.45, 1, 1)))
+    body = SmoothUnion(tuple(parts), blend=0.07)
+    return mesh_implicit(body, body.box(), n_vertices, detail=0.14)
 
 
 @own_errstate

@@ -15,6 +15,7 @@ from igl_spheremap.samples import SurfaceOfRevolution
 SPECS = [
     *(name for name in samples.names() if name != "brain"),  # by default large
     "bird:n_vertices=1000",
+    "bunny:n_vertices=2000",
     "brain:n_vertices=6000,depth=0.17",
     "dino:n_vertices=1500",
     "dino:n_vertices=20000",
@@ -119,7 +120,7 @@ def test_spring_is_a_tube_about_a_helix():
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("unicorn", "no sample is called 'unicorn'; there are: bird, brain, dino"),
+        ("unicorn", "no sample is called 'unicorn'; there are: bird, brain, bunny"),
         ("dino:n_vertice=5", "sample dino has no parameter 'n_vertice'; it has: n_vertices"),
         ("dino:n_vertices", "key=value, not 'n_vertices'"),
         ("dino:n_vertices=many", "n_vertices takes a number, not 'many'"),

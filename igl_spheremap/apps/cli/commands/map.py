@@ -36,7 +36,7 @@ _LISTENING = "listening"
 def run_map(args: Namespace) -> Exit:
     """Map a closed genus-0 mesh to the unit sphere and certify the map.
 
-    igl-spheremap map sample:dino dino_sphere.obj
+    igl-spheremap map sample:bunny bunny_sphere.obj
     igl-spheremap map lh.pial lh.sphere.conformal
     igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
     igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
