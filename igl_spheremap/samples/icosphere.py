@@ -13,6 +13,8 @@ from ..mesh.arrays import FloatArray, IntArray
 def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
 
+    Where k is even, the first vertices are those of the sphere with k / 2, bit for bit: networks pool by slicing.
+
     Parameters
     ----------
     n_vertices : int
@@ -35,6 +37,9 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     order = np.argsort(corner + 100 * (weight == 0), axis=1)
     corner, weight = np.take_along_axis(corner, order, axis=1), np.take_along_axis(weight, order, axis=1)
     name = (corner @ [1, 12, 144]) * (k + 1) ** 2 + weight[:, :2] @ [1, k + 1]
+    common = np.gcd.reduce(weight, axis=1)
+    halvings = common & -common  # 2^a: the point is one of the sphere with k / 2^a, too
+    name += (k - halvings) * 12**3 * (k + 1) ** 2
     _, first, index = np.unique(name, return_index=True, return_inverse=True)
     v = np.einsum("ij,ijk->ik", weight[first], corners[corner[first]])
     f = index.reshape(len(sides), points)[:, triangles].reshape(-1, 3)

@@ -128,7 +128,7 @@ def sphere_mesh(to: str | SphereMap | tuple[ArrayLike, ArrayLike]) -> tuple[Floa
 
 
 def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
-    """The icosphere of that name: "ico:K" has edges cut into 2^K parts, and 10 * 4^K + 2 vertices.
+    """The icosphere of that name: "ico:K" has edges cut into 2^K parts, and 10 * 4^K + 2 vertices, nested.
 
     >>> regular_mesh("ico:5")[0].shape
     (10242, 3)
@@ -148,7 +148,8 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     source : SphereMap
         The surface and its map.
     to : str, SphereMap or (x, f)
-        ``ico:K``, a regular icosphere; a map, whose image is taken; or any mesh of the sphere.
+        ``ico:K``, a regular icosphere, whose first ``10 * 4^J + 2`` vertices are those of ``ico:J`` (the order is this
+        package's own, not FreeSurfer's); a map, whose image is taken; or any mesh of the sphere.
 
     Returns
     -------

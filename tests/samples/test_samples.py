@@ -236,3 +236,17 @@ def test_a_surface_that_pinches_is_refused():
         SurfaceOfRevolution(1.0, (0.0, 0.0, 1.0))
     with pytest.raises(ValueError, match="half_length must be positive"):
         SurfaceOfRevolution(-1.0)
+
+
+@pytest.mark.parametrize("k", [1, 3, 4, 12])
+def test_spheres_are_nested_bit_for_bit(k):
+    """Networks pool by slicing: the first vertices are the coarser sphere, the others lie on its edges."""
+    x, f = samples.sphere(10 * k**2 + 2)
+    y, g = samples.sphere(10 * (2 * k) ** 2 + 2)
+    assert np.array_equal(y[: len(x)], x)
+    ends = g[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    between = np.unique(ends[(ends[:, 0] >= len(x)) & (ends[:, 1] < len(x))], axis=0).reshape(-1, 2, 2)
+    assert np.array_equal(between[:, 0, 0], np.arange(len(x), len(y)))  # each further vertex has two coarse neighbours
+    assert np.array_equal(between[:, 0, 0], between[:, 1, 0])
+    edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
+    assert {*map(tuple, between[:, :, 1])} == {*map(tuple, edges)}

@@ -137,8 +137,9 @@ SCREENSHOT = argument("--screenshot", "OUT.png", "write one picture; needs no di
 DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of "
              "FreeSurfer")
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
-TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times (10 * 4^K + 2 vertices), or a file with a "
-              "sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
+TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
+              "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; or a file with a sphere mesh, such as "
+              "another surface's map; default: ico:5", default="ico:5")
 GRADIENT_TOLERANCE = argument("--gradient-tolerance", "T", "norm of the gradient at which a minimisation ends; "
                               "default: the method's", type=FROM_ZERO)
 #: Where methods end, each by what it measures.
