@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -100,6 +102,30 @@ def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
 def listed(items: NDArray[Any], most: int = 5) -> str:
     shown = ", ".join(str(int(item)) for item in items[:most])
     return shown + (", ..." if len(items) > most else "")
+
+
+def listed_words(items: Sequence[object], most: int = 5) -> str:
+    """The first items in words.
+
+    >>> listed_words([40, 12, 7]), listed_words([7]), listed_words(range(9))
+    ('40, 12 and 7', '7', '0, 1, 2, 3, 4 and 4 more')
+    """
+    words = [str(item) for item in items[:most]]
+    if len(items) > most:
+        words.append(f"{len(items) - most} more")
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def place(points: FloatArray, v: FloatArray) -> str:
+    """The mean of points, to a thousandth of the size of the mesh of vertices `v`.
+
+    >>> place(np.array([[2, 4, 1], [2, 4.001, 3]]), 100 * np.eye(3))
+    '(2, 4, 2)'
+    """
+    size = float(np.ptp(v, axis=0).max())
+    digits = 3 - math.floor(math.log10(size)) if 0 < size < math.inf else 3
+    mean = np.round(points.mean(axis=0), digits) + 0.0  # no negative zeros
+    return "(" + ", ".join(f"{x:.12g}" for x in mean) + ")"
 
 
 def examples(indices: NDArray[Any]) -> str:

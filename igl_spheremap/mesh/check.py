@@ -10,16 +10,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, listed, weld
-from .edges import (
-    REPAIR,
-    REPAIR_LARGEST,
-    HalfEdges,
-    edge_keys,
-    explain_characteristic,
-    explain_half_edges,
-    half_edges,
-)
+from .arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, weld
+from .edges import HalfEdges, edge_keys, half_edges
+from .explain import Refusal, Remedy
 from .measure import corner_angles, enclosed_volume, face_areas, vertex_shares
 from .timings import stage
 
@@ -91,11 +84,15 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
     >>> ism.check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1]])
     Traceback (most recent call last):
         ...
-    igl_spheremap.errors.MeshError: open surface: 3 boundary edges, e.g. 1-2, 2-3, 3-1; close the holes, ...
+    igl_spheremap.errors.MeshError: open surface: 1 hole (3 edges) near (-0.333, -0.333, -0.333), ...
     """
-    vertices = _positions(v)
-    faces = check_triangles(f)
-    return _normalised(vertices, faces, _check_sphere(faces, len(vertices)))
+    return checked(v, f, Remedy())
+
+
+def checked(v: ArrayLike, f: ArrayLike, asked: Remedy) -> Mesh:
+    """`check_mesh`, whose errors name the options of a repair that were asked for, too."""
+    vertices, faces = _positions(v), check_triangles(f)
+    return _normalised(vertices, faces, _check_sphere(faces, len(vertices), vertices, asked))
 
 
 @stage("check")
@@ -138,7 +135,7 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
             raise MeshError(f"there are {n_vertices} rows but the mesh has {len(f.v)} vertices; give one row each")
         return f.f
     faces = check_triangles(f)
-    _check_sphere(faces, n_vertices)
+    _check_sphere(faces, n_vertices, None, Remedy())
     return faces
 
 
@@ -163,33 +160,28 @@ def _check_indices(f: IntArray, n: int) -> None:
                         f"{f[bad[0]].tolist()}; {hint}")
 
 
-def _check_sphere(f: IntArray, n: int) -> HalfEdges:
+def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> HalfEdges:
     """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
     With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
     _check_indices(f, n)
-    m, edges = len(f), half_edges(f, n)
+    m, edges, refusal = len(f), half_edges(f, n), Refusal(f, n, v, asked)
     if edges is None:
-        explain_half_edges(f, n)
+        refusal.half_edges()
     alone = np.diff(edges.indptr) == 1
     if alone.any():
-        bad = np.flatnonzero(alone)
-        raise MeshError(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}; "
-                        f"remove them ({REPAIR} does)")
+        refusal.unreferenced(np.flatnonzero(alone))
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
     twin = twin[: 3 * m]
     ones = np.broadcast_to(1.0, 3 * m)  # no memory, and scipy's graphs take no other type as it is
     neighbours = csr_matrix((ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
-        components, label = connected_components(neighbours, directed=False)
-        sizes = np.sort(np.bincount(label))[::-1]
-        raise MeshError(f"{components} components of {listed(sizes)} faces; give one closed surface "
-                        f"({REPAIR_LARGEST} does), face {int(np.argmax(label > 0))} is in the second one")
+        refusal.components(connected_components(neighbours, directed=False)[1])
     if n - 3 * m // 2 + m != 2:
-        explain_characteristic(f, twin, n)
+        refusal.characteristic(twin)
     return edges
 
 

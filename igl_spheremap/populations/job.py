@@ -6,6 +6,7 @@ import os
 import socket
 import threading
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -15,13 +16,13 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
-from ..io import check_writable, make_mark, read_mark, read_mesh, write_map
+from ..io import LoadedMesh, check_writable, make_mark, read_mark, read_mesh, write_map
 from ..io.replacing import remove_partial_files
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.clean import repair_mesh
+from ..mesh.clean import RepairedMesh, repair_mesh
 from ..result.sphere_map import SphereMap
 from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
@@ -34,12 +35,11 @@ _STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "fo
 
 @dataclass(frozen=True)
 class Options:
-    """What is done to every mesh, by which version; `folder` is where relative paths begin."""
+    """What is done to every mesh, by which version; `folder` is where relative paths begin, `repair` are options."""
 
     method: Method
     balance: float
-    repair: bool
-    keep_largest: bool
+    repair: Mapping[str, Any] | None
     force: bool
     folder: str
     version: str = __version__
@@ -47,11 +47,20 @@ class Options:
     def text(self) -> str:
         """All that changes a result."""
         settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
-        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair} {self.keep_largest}"
+        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair}"
 
     def place(self, path: str) -> str:
         """Where a path is, on a machine whose working directory may be another."""
         return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
+
+
+    def read(self, source: str) -> LoadedMesh:
+        """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
+        return read_mesh(source, triangulate=self.repair is not None)
+
+    def repaired(self, loaded: LoadedMesh) -> LoadedMesh | RepairedMesh:
+        """The mesh that is mapped."""
+        return loaded if self.repair is None else repair_mesh(loaded.v, loaded.f, **self.repair)
 
 
 @dataclass(frozen=True)
@@ -111,13 +120,10 @@ def here() -> str:
 def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerprint | None) -> Row:
     """Read, map, write, and measure."""
     check_writable(target, force=True)
-    loaded = read_mesh(source, triangulate=options.repair)
+    loaded = options.read(source)
     if not is_still(source, read):
         raise FileError(f"{row.source} changed while it was read; run it again")
-    v, f = loaded
-    if options.repair:
-        repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
-        v, f = repaired.v, repaired.f
+    v, f = options.repaired(loaded)
     if not options.force and Path(target).exists():
         balance = {"balance": options.balance} if options.balance else {}
         if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance):

@@ -10,6 +10,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import Literal
 
 from ..errors import check_listener, check_number, import_optional, own_errstate
 from ..io import format_of
@@ -34,6 +35,7 @@ def map_many(
     balance: float = 0.0,
     repair: bool = False,
     keep_largest: bool = False,
+    holes: Literal["refuse", "fill"] = "refuse",
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,
     resume: bool = True,
@@ -63,8 +65,10 @@ def map_many(
         A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`.
     balance : float
         As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
-    repair, keep_largest : bool
-        Repair the meshes first, see `igl_spheremap.repair_mesh`.
+    repair : bool
+        Repair the meshes first.
+    keep_largest, holes
+        How to repair them, see `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
@@ -115,7 +119,8 @@ def map_many(
     check_listener(listener)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
-    options = Options(method_of(method), float(balance), repair, keep_largest, force, os.getcwd())
+    repairs = {"keep_largest": keep_largest, "holes": holes} if repair else None
+    options = Options(method_of(method), float(balance), repairs, force, os.getcwd())
     rows: dict[str, Row] = {}
     todo: deque[Job] = deque()
 

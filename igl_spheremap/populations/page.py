@@ -16,11 +16,10 @@ from ..draw.markup import page, table
 from ..draw.palette import FOLDED, diverging
 from ..draw.plot import pose, raster, shading
 from ..errors import FileError
-from ..io import read_mesh, read_sphere, write_picture
+from ..io import read_sphere, write_picture
 from ..io.replacing import replacing
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
-from ..mesh.clean import repair_mesh
 from ..verify.distortion import mesh_area_distortion
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
@@ -93,10 +92,7 @@ def draw_row(row: Row, path: str, options: Options) -> bool:
         return False
     if Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(target).st_mtime_ns:
         return True
-    v, f = read_mesh(source, triangulate=options.repair)
-    if options.repair:
-        repaired = repair_mesh(v, f, keep_largest=options.keep_largest)
-        v, f = repaired.v, repaired.f
+    v, f = options.repaired(options.read(source))
     x, _ = read_sphere(target)
     mesh, view = check_mesh(v, f), pose(v).T
     colours = diverging("", REACH).colours(mesh_area_distortion(mesh, x))

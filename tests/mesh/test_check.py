@@ -99,7 +99,7 @@ def set_infinite(v, f):
 @pytest.mark.parametrize(("change", "names"), [
     (set_nan, ["not finite", "7"]),
     (set_infinite, ["not finite", "9"]),
-    (lambda v, f: (v, f[1:]), ["open surface: 3 boundary edges"]),
+    (lambda v, f: (v, f[1:]), ["open surface: 1 hole (3 edges) near (", "repair_mesh(v, f, holes='fill') does"]),
     (lambda v, f: (v, np.vstack((f, f[5]))), ["non-manifold edge", "1 face given twice, e.g. 5:"]),
     (lambda v, f: (v, np.vstack((f, [[3, 3, 4]]))), ["degenerate", str(len(F))]),
     (lambda v, f: (v, f + 1), ["out of range", "1-based"]),

@@ -145,7 +145,7 @@ def test_a_pinched_vertex_is_split(ball):
 def test_what_cannot_be_repaired_is_named(ball):
     v, f = ball
     for w, g, words in (
-        (v, f[1:], "3 boundary edges"),
+        (v, f[1:], r"1 hole \(3 edges\)"),
         (v, np.vstack([f, [[0, 1, 500]]]), "out of range"),
         (np.where(np.arange(len(v))[:, None] == 5, np.nan, v), f, "not finite"),
         (v, f[:0], "no faces"),

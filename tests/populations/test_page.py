@@ -49,7 +49,7 @@ def vermilion(image):
 
 
 def test_folded_faces_are_seen(desk):
-    options = Options(Auto(), 0.0, False, False, False, os.getcwd())
+    options = Options(Auto(), 0.0, None, False, os.getcwd())
     row = map_one(Job("400.ply", "400.obj", ""), options).row
     x, f = read_mesh("400.obj")
     write_mesh("400.obj", x * np.where(np.arange(len(x)) % 50 == 0, -1, 1)[:, None], f, force=True)

@@ -127,6 +127,7 @@ REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
            "surplus faces"),
     switch("--keep-largest", help="with --repair: keep only the largest component"),
+    switch("--fill-holes", help="with --repair: close holes by caps"),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
@@ -187,6 +188,15 @@ OPTIONS = (
 def given(args: Namespace, *names: str) -> dict[str, Any]:
     """The values of options whose flags were given; without its flag an option has its own default."""
     return {name: value for name in names if (value := getattr(args, name, None)) is not None}
+
+
+def repair_options(args: Namespace) -> dict[str, Any] | None:
+    """The options of `repair_mesh` that flags stand for; None without --repair."""
+    if not args.repair:
+        if args.keep_largest or args.fill_holes:
+            raise UsageError(f"{'--keep-largest' if args.keep_largest else '--fill-holes'} goes with --repair")
+        return None
+    return {"keep_largest": args.keep_largest, "holes": "fill" if args.fill_holes else "refuse"}
 
 
 def chosen_method(args: Namespace) -> Method:

@@ -1,5 +1,6 @@
 """How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
+import re
 import signal
 import threading
 from collections.abc import Callable
@@ -52,10 +53,10 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),
 )
 
-#: Calls and arguments that messages of the library name, and the flags in their place.
+#: Options in calls of `repair_mesh` that messages name, and the flags in the place of these calls.
+_REPAIR = {"keep_largest=True": " --keep-largest", "holes='fill'": " --fill-holes"}
+#: Other calls and arguments, and their flags.
 _FLAGS = {
-    "repair_mesh(v, f, keep_largest=True)": "--repair --keep-largest",
-    "repair_mesh(v, f)": "--repair",
     "read_mesh(path, triangulate=True)": "--repair",
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
@@ -80,7 +81,11 @@ def with_flags(line: str) -> str:
     """A line of the library with flags in the place of its calls."""
     for call, flag in _FLAGS.items():
         line = line.replace(call, flag)
-    return line
+    return re.sub(r"repair_mesh\(v, f(?:, (.*?))?\)", _repair_flags, line)
+
+
+def _repair_flags(call: re.Match[str]) -> str:
+    return "--repair" + "".join(_REPAIR[option] for option in (call[1] or "").split(", ") if option)
 
 
 class Interrupt:

@@ -25,6 +25,7 @@ from ...mesh.clean import repair_mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.transfer import regular_mesh
 from ...sphere.rows import row_lengths
+from .arguments import repair_options
 from .exits import UsageError
 
 #: The name of stdin and stdout on the command line.
@@ -69,7 +70,7 @@ class InputMap:
 def load_source(args: Namespace) -> InputMesh:
     """The mesh that the command line names; repairs are reported on stderr, for they may renumber vertices."""
     source = read_source(
-        args.source, repair=args.repair, keep_largest=args.keep_largest, kind=args.format, stage=args.progress.stage
+        args.source, repair=repair_options(args), kind=args.format, stage=args.progress.stage
     )
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
@@ -79,26 +80,23 @@ def load_source(args: Namespace) -> InputMesh:
 def read_source(
     name: str,
     *,
-    repair: bool = False,
-    keep_largest: bool = False,
+    repair: Mapping[str, Any] | None = None,
     kind: str = "obj",
     stage: Callable[[str], None] = lambda name: None,
 ) -> InputMesh:
-    """A checked mesh from a file, a sample, or stdin, whose format is `kind`.
+    """A checked mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
 
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
     """
-    if keep_largest and not repair:
-        raise UsageError("--keep-largest goes with --repair")
     stage(f"reading {name}")
-    mesh = _read(name, kind, lambda path: read_mesh(path, triangulate=repair))
+    mesh = _read(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
     name = "stdin" if name == STREAM else name
     stage(f"checking {name}")
     try:
-        if not repair:
+        if repair is None:
             check_mesh(mesh.v, mesh.f)
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata)
-        repaired = repair_mesh(mesh.v, mesh.f, keep_largest=keep_largest)
+        repaired = repair_mesh(mesh.v, mesh.f, **repair)
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from None
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()

@@ -27,6 +27,11 @@ def mesh(v, f):
     (mesh(V, np.vstack((F[:1, ::-1], F[1:]))), "repair_mesh(v, f)", ["--repair"]),
     (mesh(np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), "repair_mesh(v, f, keep_largest=True)",
      ["--repair", "--keep-largest"]),
+    (mesh(V, F[1:]), "repair_mesh(v, f, holes='fill')", ["--repair", "--fill-holes"]),
+    (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F + len(V)))), "repair_mesh(v, f, keep_largest=True)",
+     ["--repair", "--keep-largest"]),
+    (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
+     "repair_mesh(v, f, keep_largest=True, holes='fill')", ["--repair", "--keep-largest", "--fill-holes"]),
     (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
 ])
 def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):

@@ -38,7 +38,7 @@ def test_a_soup_is_refused_unless_it_is_repaired(tmp_path, capsys):
     v, f = samples.sphere(42)
     write_mesh(tmp_path / "soup.obj", v[f].reshape(-1, 3), np.arange(3 * len(f)).reshape(-1, 3))
     assert main(["info", str(tmp_path / "soup.obj")]) == 2
-    assert "if it is a triangle soup (--repair does)" in one_line(capsys)
+    assert "weld the coincident vertices along them (--repair does)" in one_line(capsys)
     assert main(["info", str(tmp_path / "soup.obj"), "--repair"]) == 0
     out, err = capsys.readouterr()
     assert "120 edges" in out

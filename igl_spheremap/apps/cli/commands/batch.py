@@ -11,7 +11,7 @@ from ....io import check_writable
 from ....populations.executors import connect
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
-from ..arguments import chosen_method
+from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
 from ..output import LISTED, paragraph
@@ -48,9 +48,9 @@ def run_batch(args: Namespace) -> Exit:
 
         rows = map_many(
             sources, pattern, executor=executor, processes=args.jobs, method=method,
-            balance=args.balance, repair=args.repair, keep_largest=args.keep_largest, force=args.force,
-            manifest=args.manifest, resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout,
-            memory=args.memory, retries=args.retries, report=args.report, listener=listen,
+            balance=args.balance, repair=args.repair, force=args.force, manifest=args.manifest, resume=args.resume,
+            retry_failed=args.retry_failed, timeout=args.timeout, memory=args.memory, retries=args.retries,
+            report=args.report, listener=listen, **repair_options(args) or {},
         )  # fmt: skip
     rows = _with_flags_in_notes(rows)
     args.progress.close()
@@ -62,8 +62,7 @@ def run_batch(args: Namespace) -> Exit:
 
 
 def _sources(args: Namespace) -> list[str]:
-    if args.keep_largest and not args.repair:
-        raise UsageError("--keep-largest goes with --repair")
+    repair_options(args)
     if bool(args.sources) == (args.subjects_dir is not None):
         raise UsageError("give mesh files, or --subjects-dir")
     sources = expand(args.sources) if args.sources else subjects(args.subjects_dir, args.surface)

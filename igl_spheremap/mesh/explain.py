@@ -1,0 +1,134 @@
+"""Why a mesh is refused: what is wrong, where, and which call repairs it. Nothing here runs for sound meshes."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from .arrays import FloatArray, IntArray, count, examples, listed
+from .edges import components, direction_components, edge_keys
+from .surface import Surface, holes_text
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Options of `repair_mesh`. The command line prints the call as the flags that stand for it.
+
+    >>> Remedy(holes=True).call
+    "repair_mesh(v, f, holes='fill')"
+    """
+
+    keep_largest: bool = False
+    holes: bool = False
+
+    @property
+    def call(self) -> str:
+        """The call with these options."""
+        words = ("keep_largest=True", "holes='fill'")
+        return f"repair_mesh({', '.join(('v', 'f', *(w for w, on in zip(words, astuple(self), strict=True) if on)))})"
+
+
+class Refusal:
+    """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
+
+    `asked` are the options of the repair that the mesh comes from; the call that an error names has them, too.
+    """
+
+    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> None:
+        self.f, self.n, self.v, self.asked = f, n, v, asked
+
+    def half_edges(self) -> NoReturn:
+        """Edges that are not shared by two opposite faces."""
+        f, n = self.f, self.n
+        a, b, c = f.T
+        repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
+        if len(repeated):
+            self._refuse(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
+                         "remove them")
+        start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+        edge, inverse, faces_at = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
+        ends = np.column_stack((edge // n, edge % n))
+        if (faces_at > 2).any():
+            bad = ends[faces_at > 2]
+            _, first, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+            twice = first[copies > 1]
+            hint = (f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies" if len(twice)
+                    else "split the surface there, or remove the surplus faces")
+            self._refuse(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}", hint)
+        if (faces_at < 2).any():
+            self._open(np.column_stack((start, stop))[faces_at[inverse] < 2])
+        order = np.argsort(inverse, kind="stable")
+        first, second = order[0::2], order[1::2]
+        clash = start[first] == start[second]
+        bad = ends[inverse[first[clash]]]
+        faces = np.column_stack((first // 3, second // 3))[clash]
+        forward, backward = direction_components(first // 3, second // 3, clash, len(f))
+        if (forward == backward).any():
+            self._refuse("not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
+                         f"projective plane), it fails {_edges(bad[:1])}", "give an orientable surface")
+        self._refuse(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
+                     f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}", "reverse faces until they agree")
+
+    def unreferenced(self, bad: IntArray) -> NoReturn:
+        """Vertices in no face."""
+        self._refuse(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}", "remove them")
+
+    def components(self, label: NDArray[np.int32]) -> NoReturn:
+        """Several surfaces, by the component of each face."""
+        sizes = np.sort(np.bincount(label))[::-1]
+        self._refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
+                     "second one", "give one closed surface")
+
+    def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
+        """Pinched vertices, else handles."""
+        # A fan is a class of half-edges with one tail; half-edge h goes on to the next one of its twin.
+        m = len(self.f)
+        onward = 3 * (twin // 3) + (twin + 1) % 3
+        _, label = components(np.arange(3 * m), onward, 3 * m)
+        fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
+        fan_vertex[label] = np.roll(self.f, -1, axis=1).ravel()
+        fans = np.bincount(fan_vertex, minlength=self.n)
+        if (fans > 1).any():
+            bad = np.flatnonzero(fans > 1)
+            self._refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
+                         f"{examples(bad)}", "give each sheet a vertex of its own")
+        genus = (2 - (self.n - 3 * m // 2 + m)) // 2
+        self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} (Euler characteristic {2 - 2 * genus}, "
+                     "everywhere, not at one place), and only genus 0 maps to a sphere",
+                     "cut and fill the handles")
+
+    def _open(self, edges: IntArray) -> NoReturn:
+        """Edges with one face: holes, or rims of positions that are welded."""
+        work, _ = self._cleaned()
+        if not work.sound:
+            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
+        if not work.rims:
+            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
+                         "weld the coincident vertices along them")
+        self._refuse(f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
+                     "close the holes")
+
+    def _cleaned(self) -> tuple[Surface, int]:
+        """The mesh, as far as it is repaired without new geometry, and how many components it had."""
+        apart = np.arange(self.n)[:, None] * np.ones(3)
+        work = Surface(apart if self.v is None else self.v, self.f)
+        return work, work.clean(keep_largest=True)
+
+    def _refuse(self, what: str, hint: str) -> NoReturn:
+        """Raise the error with the hint, and the call that does so, if there is one."""
+        work, parts = self._cleaned()
+        if work.sound:
+            holes = bool(work.rims)
+            work.fill_holes()
+            asked = self.asked
+            if work.genus == 0:
+                hint += f" ({Remedy(asked.keep_largest or parts > 1, asked.holes or holes).call} does)"
+        raise MeshError(f"{what}; {hint}")
+
+
+def _edges(edges: NDArray[Any]) -> str:
+    return "e.g. edge " + ", ".join(f"{int(i)}-{int(j)}" for i, j in edges[:3])

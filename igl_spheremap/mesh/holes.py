@@ -1,0 +1,100 @@
+"""Holes of a surface: the loops of edges around them, and the caps that close them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import FloatArray, IntArray
+
+#: How much wider each ring of a cap is than the one around it. At 1.3 a cap has a third more vertices, and the angles
+#: of the surface are .01 degrees better; at 2 they are .07 worse for holes of 30 percent of the area.
+_GROWTH = 1.6
+
+
+def rims(start: NDArray[Any], stop: NDArray[Any]) -> list[list[int]]:
+    """The cycles that edges start -> stop form, each vertex having one edge that leaves it."""
+    onward = dict(zip(start.tolist(), stop.tolist(), strict=True))
+    found = []
+    while onward:
+        at, after = onward.popitem()
+        rim = [at]
+        while after != rim[0]:
+            rim.append(after)
+            after = onward.pop(after)
+        found.append(rim)
+    return found[::-1]
+
+
+def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[list[int]]:
+    """Parts of a rim in each of which no vertex comes twice; `vertex` is that of each entry of the rim.
+
+    Two holes that touch at a vertex have one rim, which passes the vertex twice. Where it comes back, a part is closed:
+    the caps of both parts and what lies between them make one fan around the vertex.
+
+    >>> list(simple_rims([10, 11, 12, 13, 14, 15], [0, 1, 2, 0, 3, 4]))
+    [[10, 11, 12], [13, 14, 15]]
+    """
+    path: list[int] = []
+    place: dict[int, int] = {}
+    for entry, at in zip(rim, vertex, strict=True):
+        if at in place:
+            part = path[place[at] :]
+            yield part
+            place = {key: k for key, k in place.items() if k < place[at]}
+            del path[len(path) - len(part) :]
+        place[at] = len(path)
+        path.append(entry)
+    yield path
+
+
+def cap(p: FloatArray) -> tuple[FloatArray, IntArray]:
+    """New vertices and faces that close a rim of positions (k, 3); new vertices are numbered from k on.
+
+    Rings about the rim's centre, each spaced wider than the one around it, and a fan inside. What a cap leaves to be
+    seen in the angles of the surface is the error of its own triangles at the rim: they have the size of the rim's
+    edges there, and a cap has fewer than 8/3 vertices for each of them. A rim of three edges takes one face.
+    """
+    k = len(p)
+    if k == 3:
+        return np.empty((0, 3)), np.array([[0, 1, 2]])
+    length = np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1)
+    total = float(length.sum())
+    if not total > 0:  # all at one point
+        length, total = np.ones(k), float(k)
+    share = (length + np.roll(length, 1)) / (2 * total)
+    centre = share @ p
+    at = np.append(0, np.cumsum(length) / total)
+    closed = np.vstack((p, p[:1]))
+    ring, turn = np.arange(k), at[:-1]
+    points, faces, number = [], [], k
+    radius = rim_radius = total / (2 * np.pi)
+    spacing = total / k
+    while (inner := radius - 0.9 * spacing) > 0.7 * spacing:  # equilateral triangles are .87 high; room for a fan
+        m = round(2 * np.pi * inner / spacing)
+        inner_turn = (np.arange(m) + 0.5) / m
+        places = np.column_stack([np.interp(inner_turn, at, closed[:, axis]) for axis in range(3)])
+        points.append(centre + (places - centre) * (inner / rim_radius))
+        inner_ring = np.arange(number, number + m)
+        faces.append(_strip(ring, turn, inner_ring, inner_turn))
+        ring, turn, radius, number = inner_ring, inner_turn, inner, number + m
+        spacing *= _GROWTH
+    points.append(centre[None])
+    faces.append(np.column_stack((ring, np.roll(ring, -1), np.full(len(ring), number))))
+    return np.concatenate(points), np.concatenate(faces)
+
+
+def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray:
+    """Faces between two rings, whose vertices are at ta and tb of one turn: each edge goes to the other's next vertex.
+
+    >>> _strip(np.array([0, 1, 2]), np.array([0, 0.3, 0.6]), np.array([3, 4]), np.array([0.2, 0.7])).tolist()
+    [[0, 1, 3], [1, 2, 3], [2, 4, 3], [2, 0, 4], [0, 3, 4]]
+    """
+    n, m = len(a), len(b)
+    order = np.argsort(np.concatenate((ta[1:], ta[:1] + 1, tb[1:], tb[:1] + 1)), kind="stable")
+    outer = order < n
+    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))  # before
+    return np.column_stack((a[i % n], np.where(outer, a[(i + 1) % n], b[(j + 1) % m]), b[j % m]))

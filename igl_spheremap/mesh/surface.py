@@ -1,0 +1,203 @@
+"""A surface of any topology under repair: each step repairs one kind of fault, and says what it did."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
+from .edges import components, direction_components, edge_keys
+from .holes import cap, rims, simple_rims
+from .measure import enclosed_volume
+
+
+class Surface:
+    """Vertices and faces, the rows of the input that they come from (-1: new), and what was done.
+
+    `clean` repairs what needs no new geometry, and leaves each vertex one fan of faces. What is left then are holes,
+    `rims`, and handles, `genus`; unless `sound` is False: an edge has more than two faces, or no directions agree.
+    """
+
+    def __init__(self, v: FloatArray, f: IntArray) -> None:
+        self.v, self.f = v, f
+        self.vertex_source, self.face_source = np.arange(len(v)), np.arange(len(f))
+        self.image = np.arange(len(v))
+        self.actions: list[str] = []
+        self.sound = False
+        self.rims: list[IntArray] = []
+
+    def clean(self, keep_largest: bool) -> int:
+        """Repair what needs no new geometry; how many components there were."""
+        self._weld_open_edges()
+        self._drop_repeated_indices()
+        self._drop_copies()
+        parts = self._drop_components(keep_largest)
+        self._drop_unreferenced()
+        self._orient()
+        self.split_fans(np.empty(0, dtype=np.int64))
+        return parts
+
+    @property
+    def genus(self) -> int:
+        """Number of handles, once the holes are filled."""
+        return (2 - len(self.v) + len(self.f) // 2) // 2
+
+    def _weld_open_edges(self) -> None:
+        start, stop = self.f.ravel(), self.f[:, [1, 2, 0]].ravel()
+        _, index, count = np.unique(edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True)
+        open_edges = count[index] == 1
+        rim = np.unique(np.concatenate([start[open_edges], stop[open_edges]]))
+        v, index = weld(self.v[rim])
+        if len(v) == len(rim):
+            return
+        target = np.arange(len(self.v))
+        target[rim] = rim[np.unique(index, return_index=True)[1]][index]
+        self.f, self.image = target[self.f], target[self.image]
+        self._note("welded", len(rim) - len(v), "coincident vertex", "coincident vertices", "along open edges")
+
+    def _drop_repeated_indices(self) -> None:
+        a, b, c = self.f.T
+        bad = (a == b) | (b == c) | (c == a)
+        self._keep_faces(~bad)
+        self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
+
+    def _drop_copies(self) -> None:
+        """Where an edge has more than two faces, keep the first of those with the same corners."""
+        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
+        crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)
+        if not crowded.any():
+            return
+        copy = np.ones(len(self.f), dtype=bool)
+        copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
+        self._keep_faces(~(copy & crowded))
+        self._note("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
+
+    def _drop_components(self, keep_largest: bool) -> int:
+        first, second = self._twins()
+        number, label = components(first // 3, second // 3, len(self.f))
+        if keep_largest and number > 1:
+            self._keep_faces(label == np.argmax(np.bincount(label)))
+            self._note("dropped", number - 1, "smaller component", "smaller components")
+        return number
+
+    def _drop_unreferenced(self) -> None:
+        used = np.zeros(len(self.v), dtype=bool)
+        used[self.f] = True
+        lost = ~used & (self.image == np.arange(len(self.v)))  # those that were welded are not lost
+        number = np.where(used, np.cumsum(used) - 1, -1)
+        self.f, self.image = number[self.f], number[self.image]
+        self.v, self.vertex_source = self.v[used], self.vertex_source[used]
+        self._note("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
+
+    def _orient(self) -> None:
+        """Reverse the fewest faces of each component that make neighbours agree."""
+        first, second = self._twins()
+        i, j, m = first // 3, second // 3, len(self.f)
+        start = self.f.ravel()
+        clash = start[first] == start[second]
+        if not clash.any():
+            return
+        forward, backward = direction_components(i, j, clash, m)
+        if (forward == backward).any():
+            return  # not orientable
+        _, label = components(i, j, m)
+        seed = np.unique(label, return_index=True)[1]
+        reverse = forward != forward[seed][label]
+        reverse ^= (np.bincount(label, weights=reverse) * 2 > np.bincount(label))[label]
+        self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
+        self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
+
+    def split_fans(self, cut: IntArray) -> None:
+        """Give each fan of faces around a vertex a vertex of its own, and find the rims; edges of keys `cut` open.
+
+        Where a rim passes a vertex twice, its fans stay together: the caps of both holes will lie between them.
+        """
+        first, second = self._twins()
+        start, n = self.f.ravel(), len(self.v)
+        stop = self.f[:, [1, 2, 0]].ravel()
+        keys = edge_keys(start, stop, n)
+        crowded = np.unique(keys, return_counts=True)[1].max(initial=0) > 2
+        if crowded or (start[first] == start[second]).any():
+            return
+        self.sound = True
+        shut = ~np.isin(keys[first], cut)
+        first, second = first[shut], second[shut]
+        onward = 3 * (np.arange(len(start)) // 3) + (np.arange(len(start)) + 1) % 3
+        fans, fan = components(np.r_[first, second], np.r_[onward[second], onward[first]], len(start))
+        vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
+        open_edges = np.ones(len(start), dtype=bool)
+        open_edges[first] = open_edges[second] = False
+        parts: list[list[int]] = []
+        joined = np.arange(fans)
+        for rim in rims(fan[onward[open_edges]], fan[open_edges]):
+            at = vertex[rim]
+            _, index, again = np.unique(at, return_index=True, return_inverse=True)
+            joined[rim] = np.array(rim)[index][again]
+            parts.extend(simple_rims(rim, at.tolist()))
+        kept = np.unique(joined)
+        owner = vertex[kept]
+        extra = np.ones(len(kept), dtype=bool)
+        extra[np.unique(owner, return_index=True)[1]] = False
+        number = np.empty(fans, dtype=np.int64)
+        number[kept] = np.where(extra, n + np.cumsum(extra) - 1, owner)
+        number = number[joined]
+        self.rims = [number[part] for part in parts]
+        self.f = number[fan].reshape(-1, 3)
+        self.v = np.concatenate([self.v, self.v[owner[extra]]])
+        self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
+        if not len(cut):
+            self._note("split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch")
+
+    def fill_holes(self) -> None:
+        """Close every rim by a cap."""
+        if self.rims:
+            text = holes_text(self.v, self.rims)
+            self._close_rims()
+            self.actions.append(f"filled {text}")
+
+    def _close_rims(self) -> None:
+        v, f, n = [self.v], [self.f], len(self.v)
+        for rim in self.rims:
+            points, faces = cap(self.v[rim])
+            v.append(points)
+            f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
+            n += len(points)
+        self.rims = []
+        self.vertex_source = np.append(self.vertex_source, np.full(n - len(self.v), -1))
+        self.v, self.f = np.concatenate(v), np.concatenate(f)
+        self.face_source = np.append(self.face_source, np.full(len(self.f) - len(self.face_source), -1))
+
+    def turn_outward(self) -> None:
+        """Reverse all faces of a closed surface that is inside out."""
+        if not np.isfinite(self.v).all() or len(self.f) == 0:
+            return
+        if enclosed_volume(self.v, self.f) < 0:
+            self.f = np.ascontiguousarray(self.f[:, ::-1])
+            self.actions.append("turned the surface outward")
+
+    def _keep_faces(self, keep: BoolArray) -> None:
+        self.f, self.face_source = np.ascontiguousarray(self.f[keep]), self.face_source[keep]
+
+    def _twins(self) -> tuple[IntArray, IntArray]:
+        """Half-edges (3 * face + corner) in pairs, of the edges that have exactly two faces."""
+        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        order = np.argsort(keys, kind="stable")
+        _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
+        pairs = first[count == 2]
+        return order[pairs], order[pairs + 1]
+
+    def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
+        if count:
+            self.actions.append(f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip())
+
+
+def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
+    """How many holes there are, how long, and where the longest is.
+
+    >>> holes_text(np.eye(4, 3), [np.array([0, 1, 2, 3]), np.array([0, 1, 2])])
+    '2 holes (4 and 3 edges), the longest near (0.25, 0.25, 0.25)'
+    """
+    sizes = sorted(map(len, rims), reverse=True)
+    text = f"{len(rims)} hole{'s' * (len(rims) > 1)} ({listed_words(sizes)} edges)"
+    where = place(v[max(rims, key=len)], v)
+    return text + (", the longest" * (len(rims) > 1) + f" near {where}" if places else "")
