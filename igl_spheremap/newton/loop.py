@@ -19,6 +19,9 @@ _DECREASE = 1e-4
 _SHORTEST = 1e-3
 #: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
 _FAITHFUL = 0.15
+#: Newton's gains fall by their squares, and as a rule faster: such a step may gain less than a share t of the value if
+#: the last one gained less than this many times t, squared.
+_SQUARES = 10.0
 #: Shares of such a step that are tried.
 _LAST_LENGTHS = (1.0, 0.5)
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
@@ -149,6 +152,8 @@ class LineSearch:
         if self._kept is None or self.tolerance == 0:
             return None
         factor, before, old = self._kept
+        if (old.value / model.value - 1) ** 2 > _SQUARES * self.tolerance:
+            return None
         c = _turned(self.system.f, before, old.axes, x, model.axes)
         load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])
         solved = self.system.solve(factor, np.stack((load.real, load.imag)))
