@@ -22,16 +22,10 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.io import (
-    read_coefficients,
-    read_map,
-    read_mark,
-    read_mesh,
-    read_scalars,
-    read_sphere,
-    write_mesh,
-    write_scalars,
-)
+from igl_spheremap.io.coefficients import read_coefficients
+from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
+from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.written_map import read_map, read_mark
 
 #: What may leave a reader.
 ALLOWED = (ism.MeshError, ism.FileError, ism.MapError)

@@ -22,7 +22,8 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
-from igl_spheremap.io import FORMATS, write_mesh
+from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.formats import FORMATS
 
 DOCS = ROOT / "docs"
 BUILT = {DOCS / "_build", DOCS / "reference" / "generated"}

@@ -12,8 +12,8 @@ from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..shapes.harmonics import Expanded, SphericalHarmonics
 from . import npz
+from .formats import PathLike
 from .reading import reading
-from .records import PathLike
 from .replacing import replacing
 
 _NUMBER = re.compile(r"[^\s{},]+")

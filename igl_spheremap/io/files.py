@@ -1,4 +1,4 @@
-"""Meshes from files and to files, and the table of formats."""
+"""Meshes from files and to files."""
 
 from __future__ import annotations
 
@@ -7,41 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FileError
 from ..mesh.arrays import check_rows, check_triangles
-from . import freesurfer, gifti, gltf, npz, ply, stl, text, vtk, vtp
+from .formats import PathLike, format_of
 from .gifti import structure_of
 from .reading import reading
-from .records import Format, LoadedMesh, Metadata, PathLike
+from .records import LoadedMesh, Metadata
 from .replacing import replacing
-
-#: All formats. A further one is a module with its Format, and a name here.
-FORMATS: tuple[Format, ...] = (
-    text.OBJ, text.OFF, ply.FORMAT, stl.FORMAT, vtk.FORMAT, vtp.FORMAT, gltf.FORMAT, gifti.FORMAT, freesurfer.FORMAT,
-    npz.FORMAT,
-)
-
-
-def format_of(path: PathLike) -> Format:
-    """The format of a file by its name, or else by its first bytes.
-
-    Examples
-    --------
-    >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.pial").name, format_of("lh.pial.surf.gii").name
-    ('OBJ', 'FreeSurfer', 'GIFTI')
-    """
-    path = Path(path)
-    for entry in FORMATS:
-        if path.name.lower().endswith(entry.suffixes):
-            return entry
-    if path.is_file():
-        with path.open("rb") as file:
-            head = file.read(16)
-        for entry in FORMATS:
-            if entry.magic and head.startswith(entry.magic):
-                return entry
-    known = ", ".join(f"{entry.name} ({', '.join(entry.suffixes)})" for entry in FORMATS)
-    raise FileError(f"{path}: unknown format; the end of the name decides: {known}")
 
 
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:

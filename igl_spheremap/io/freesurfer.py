@@ -13,12 +13,9 @@ from numpy.typing import NDArray
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
-from .records import Format, Metadata, RawMesh, of_triangles
+from .records import Metadata, RawMesh, of_triangles
 
 _TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
-#: Kinds of surfaces: FreeSurfer's own, and two of this package, so that its results take no name of FreeSurfer's files.
-_KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg",
-          "surf", "conformal", "balanced")
 
 
 def read(path: Path) -> RawMesh:
@@ -68,7 +65,3 @@ def _check_whole(path: Path, size: int) -> None:
     """numpy.ndarray.tofile, which nibabel writes by, reports no full disk where its buffer took the last rows."""
     if path.stat().st_size < size:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-FORMAT = Format("FreeSurfer", tuple(f".{kind}" for kind in _KINDS), read, write, magic=(_TRIANGLES, _QUADS),
-                radius=100.0, single=True, package="nibabel")

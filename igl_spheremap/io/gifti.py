@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray, IntArray
+from .formats import PathLike
 from .reading import check_expansion, expansion_limit
-from .records import Format, Metadata, PathLike, RawMesh, of_triangles
+from .records import Metadata, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
@@ -116,7 +117,3 @@ def _save(gifti: Any, path: Path, arrays: list[Any], metadata: Metadata) -> None
 def _meta(gifti: Any, metadata: Metadata, **entries: str) -> Any:
     structure = {_STRUCTURE: metadata["structure"]} if "structure" in metadata else {}
     return gifti.GiftiMetaData(structure | entries)
-
-
-FORMAT = Format("GIFTI", (".gii", ".gii.gz"), read, write, magic=(b"<?xml", _GZIP), radius=100.0, single=True,
-                package="nibabel")

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_expansion, check_regular
-from .records import Format, Metadata, RawMesh, of_triangles
+from .records import Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -74,6 +74,3 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     else:
         files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True, tree_postprocessor=sign)
         path.write_bytes(files["model.gltf"])
-
-
-FORMAT = Format("glTF", (".glb", ".gltf"), read, write, magic=(_MAGIC,), single=True, package="trimesh")

@@ -22,7 +22,7 @@ from ..result.run import Round, Run, Status, Step
 from ..result.sphere_map import SphereMap
 from ..verify.certificate import Certificate
 from .reading import check_expansion
-from .records import Format, Metadata, RawMesh, of_triangles
+from .records import Metadata, RawMesh, of_triangles
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
@@ -118,6 +118,3 @@ def _unpack(known: dict[str, Any]) -> Run:
     known = _printable(known)
     return Run(**known | {"status": Status[known["status"]], "history": tuple(Step(*step) for step in known["history"]),
                           "rounds": rounds, "notes": tuple(known["notes"])})
-
-
-FORMAT = Format("NPZ", (".npz",), read, write, magic=(b"PK\x03\x04",), both=True)

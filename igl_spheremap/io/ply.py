@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
-from .records import Format, Metadata, Polygons, RawMesh
+from .records import Metadata, Polygons, RawMesh
 from .text import TextRows, counted_indices, numbers, read_rows
 
 _HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)
@@ -252,6 +252,3 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
         file.write("".join(f"{line}\n" for line in head).encode("ascii"))
         file.write(vertices.tobytes())
         file.write(faces.tobytes())
-
-
-FORMAT = Format("PLY", (".ply",), read, write, magic=(b"ply\n", b"ply\r"), both=True)

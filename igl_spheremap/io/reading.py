@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError
-from .records import PathLike
+from .formats import PathLike
 
 #: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
 _EXPANSION = 64

@@ -1,11 +1,9 @@
-"""What a file holds, and what a format is."""
+"""What a file holds."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray, check_triangles
 
-PathLike = str | os.PathLike[str]
 Metadata = Mapping[str, Any]
 
 
@@ -96,19 +93,3 @@ class LoadedMesh:
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
-
-
-@dataclass(frozen=True)
-class Format:
-    """A row of the table of formats."""
-
-    name: str
-    suffixes: tuple[str, ...]  # ends of file names, lower case; the first is the usual one
-    read: Callable[[Path], RawMesh]
-    write: Callable[[Path, FloatArray, IntArray, Metadata], None]  # positions, faces, what to keep beside them
-    magic: tuple[bytes, ...] = ()  # how files begin, for those whose name does not decide
-    radius: float = 1.0  # of spheres, by the custom of the format's users
-    single: bool = False  # positions are held in float32
-    ordered: bool = True  # vertices keep their order
-    both: bool = False  # a file can hold the sphere of its surface, too
-    package: str = ""  # of an extra, without which files are neither read nor written

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import FileError
-from .records import PathLike
+from .formats import PathLike
 
 _TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
 

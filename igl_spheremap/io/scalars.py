@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from . import freesurfer, gifti, npz, vtk, vtp
-from .files import format_of
+from . import freesurfer, gifti, npz
+from .formats import FORMATS, PathLike, format_of
 from .reading import read_lines, reading
-from .records import Metadata, PathLike
+from .records import Metadata
 from .replacing import replacing
 
 _HEMISPHERES = ("lh.", "rh.")
@@ -92,11 +92,12 @@ def write_scalars(
 
 def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], Callable[..., None]]:
     """What reads scalar maps from files of that name, and what writes them."""
-    if path.name.lower().endswith(gifti.FORMAT.suffixes):
+    kind = next((entry.name for entry in FORMATS if path.name.lower().endswith(entry.suffixes)), "")
+    if kind == "GIFTI":
         return gifti.read_scalars, gifti.write_scalars
-    if path.name.lower().endswith(".npz"):
+    if kind == "NPZ":
         return npz.read_arrays, npz.write_arrays
-    if path.name.lower().endswith((*vtk.FORMAT.suffixes, *vtp.FORMAT.suffixes)):
+    if kind in ("VTK", "VTP"):
         return _point_data, freesurfer.write_scalars
     return freesurfer.read_scalars, freesurfer.write_scalars
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray, weld
-from .records import Format, Metadata, RawMesh, of_triangles
+from .records import Metadata, RawMesh, of_triangles
 from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -52,6 +52,3 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     with path.open("wb") as file:
         file.write(header.ljust(_HEADER - 4)[: _HEADER - 4] + struct.pack("<I", len(f)))
         file.write(triangles.tobytes())
-
-
-FORMAT = Format("STL", (".stl",), read, write, single=True, ordered=False)

@@ -1,9 +1,7 @@
-"""Text files of numbers, and the formats OBJ and OFF: read strictly, written so that they read back as they were.
+"""Text files of numbers: read strictly, written so that they read back as they were.
 
 A file of a million lines is read without an object for each line: lines are offsets, their tokens are counted
-by numpy, and only the tokens that are wanted become numbers. libigl's reader of OBJ gives up on a ``nan``, cuts
-polygons into triangles unasked and takes any index; its writers keep 15 digits in OFF files, and report success on a
-full disk.
+by numpy, and only the tokens that are wanted become numbers.
 """
 
 from __future__ import annotations
@@ -20,14 +18,10 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from .reading import check_complete
-from .records import Format, Metadata, Polygons, RawMesh
+from .records import Metadata, Polygons
 
 _BLOCK = 1 << 16  # rows formatted at once
 _SPACE, _NEWLINE = 32, 10
-_GAP = rb"(?:\s|#.*\n)"
-#: How OFF files begin: name, which may be missing, numbers of vertices and faces, and what follows in the line.
-_HEADER = re.compile(rb"GAP*(?:(?:ST)?C?N?OFFGAP+)?(\d+)GAP+(\d+)(?=[\s#]|\Z).*\n?".replace(b"GAP", _GAP))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,49 +166,3 @@ def _refuse(wrong: BoolArray, message: str, rows: TextRows) -> None:
     if wrong.any():
         i = int(wrong.argmax())
         raise MeshError(f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew")
-
-
-def _read_obj(path: Path) -> RawMesh:
-    """The positions and faces of an OBJ file."""
-    data = path.read_bytes()
-    if b"\\" in data:
-        data = re.sub(rb"\\\r?\n", b" ", data)
-    rows = read_rows(data)
-    vertices, face_rows = rows.starting_with(b"v"), rows.starting_with(b"f")
-    v, faces = numbers(vertices, 3, "vertex"), indices(face_rows)
-    # Negative indices count back from the vertices that stand above the face.
-    above = np.repeat(np.searchsorted(vertices.begin, face_rows.begin), faces.sizes)
-    corners = np.where(faces.corners < 0, faces.corners + above, faces.corners - 1)
-    return RawMesh(v, Polygons(corners, faces.sizes))
-
-
-def _write_obj(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write all digits, and the mark as a comment."""
-    write_text(path, "", metadata, ("v %r %r %r\n", v), ("f %r %r %r\n", f + 1))
-
-
-OBJ = Format("OBJ", (".obj",), _read_obj, _write_obj)
-
-
-def _read_off(path: Path) -> RawMesh:
-    """The positions and faces of an OFF file."""
-    data = path.read_bytes()
-    header = _HEADER.match(data)
-    if header is None:
-        raise MeshError(
-            "damaged: no OFF header with the numbers of vertices and faces (binary and "
-            "four-dimensional OFF are not read); check that the file is what its name says"
-        )
-    n, m = int(header[1]), int(header[2])
-    rows = read_rows(data[header.end() :])
-    check_complete(len(rows) >= n + m, f"{len(rows)} lines", f"{n} vertices and {m} faces")
-    return RawMesh(numbers(rows[:n], 3, "vertex"), counted_indices(rows[n : n + m]))
-
-
-def _write_off(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
-    """Write all digits, and the mark as a comment."""
-    counts = np.array([[len(v), len(f)]])
-    write_text(path, "OFF\n", metadata, ("%r %r 0\n", counts), ("%r %r %r\n", v), ("3 %r %r %r\n", f))
-
-
-OFF = Format("OFF", (".off",), _read_off, _write_off, magic=(b"OFF", b"COFF", b"NOFF", b"CNOFF"))

@@ -12,8 +12,8 @@ from ..errors import FileError, import_optional
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..shapes.texture import Atlas
+from .formats import PathLike
 from .reading import check_regular
-from .records import PathLike
 from .replacing import check_writable, replacing
 from .text import write_text
 

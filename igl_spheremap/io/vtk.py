@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
-from .records import Format, Metadata, Polygons, RawMesh
+from .records import Metadata, Polygons, RawMesh
 
 _HEADER = re.compile(rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s*?\n", re.IGNORECASE)
 _LINE = re.compile(rb"\s*([^\r\n]*)(?:\r?\n|\r|\Z)")
@@ -255,6 +255,3 @@ def fitting(metadata: Metadata, n: int) -> dict[str, NDArray[Any]]:
     arrays = {str(name): np.asarray(values) for name, values in metadata.get("point_data", {}).items()}
     return {name: values for name, values in arrays.items()
             if name and values.ndim in (1, 2) and len(values) == n and values.dtype.str[1:] in _NAMES}
-
-
-FORMAT = Format("VTK", (".vtk",), read, write, magic=(b"# vtk DataFile",))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete, check_expansion
-from .records import Format, Metadata, RawMesh
+from .records import Metadata, RawMesh
 from .vtk import fitting, numbers_of, polygons, raw_mesh
 
 _TYPES = {"Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8",
@@ -170,6 +170,3 @@ def _array(name: str, values: NDArray[Any]) -> str:
     label = quoteattr(_NO_XML.sub("?", name))
     return (f'<DataArray type="{_NAMES[kind]}" Name={label} NumberOfComponents="{width}" format="binary">{block}'
             "</DataArray>\n")
-
-
-FORMAT = Format("VTP", (".vtp",), read, write, magic=(b"<VTKFile",))

@@ -24,10 +24,11 @@ from ..sphere.rows import row_lengths
 from ..untangle.float32 import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz
-from .files import format_of, read_sphere
+from .files import read_sphere
+from .formats import PathLike, format_of
 from .gifti import structure_of
 from .reading import reading
-from .records import Metadata, PathLike
+from .records import Metadata
 from .replacing import replacing
 
 _LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
@@ -207,7 +208,7 @@ def write_map(
     True
     """
     known = dict(metadata or {}) | {"mark": mark_of(result)}
-    if format_of(path) is not npz.FORMAT:
+    if format_of(path).name != "NPZ":
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,
                             surface=result.vertices if surface else None, metadata=known)
     with replacing(path, force) as partial:

@@ -16,8 +16,10 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
-from ..io import LoadedMesh, check_writable, make_mark, read_mark, read_mesh, write_map
-from ..io.replacing import remove_partial_files
+from ..io.files import read_mesh
+from ..io.records import LoadedMesh
+from ..io.replacing import check_writable, remove_partial_files
+from ..io.written_map import make_mark, read_mark, write_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method

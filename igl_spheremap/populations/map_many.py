@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..errors import check_listener, check_number, import_optional, own_errstate
-from ..io import format_of
+from ..io.formats import format_of
 from ..maps.options import Method, method_of
 from .executors import workers_of
 from .job import Job, Options, here, key_of

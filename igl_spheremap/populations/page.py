@@ -16,8 +16,9 @@ from ..draw.markup import page, table
 from ..draw.palette import FOLDED, diverging
 from ..draw.plot import pose, raster, shading
 from ..errors import FileError
-from ..io import read_sphere, write_picture
+from ..io.files import read_sphere
 from ..io.replacing import replacing
+from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..verify.distortion import mesh_area_distortion

@@ -8,23 +8,39 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from ..mesh.arrays import FloatArray, IntArray
-from .animals import bird, bunny, dino, octopus
-from .cortex import brain
-from .icosphere import sphere
-from .revolution import SurfaceOfRevolution, dumbbell, pear, spheroid
-from .rings import spring
+if TYPE_CHECKING:  # names for type checkers; at run time a module is imported when its shape is made
+    from ..mesh.arrays import FloatArray, IntArray
+    from .animals import bird as bird
+    from .animals import bunny as bunny
+    from .animals import dino as dino
+    from .animals import octopus as octopus
+    from .cortex import brain as brain
+    from .icosphere import sphere as sphere
+    from .revolution import SurfaceOfRevolution
+    from .revolution import dumbbell as dumbbell
+    from .revolution import pear as pear
+    from .revolution import spheroid as spheroid
+    from .rings import spring as spring
 
-Arrays = tuple[FloatArray, IntArray]
+    Arrays = tuple[FloatArray, IntArray]
 
-_SHAPES: dict[str, Callable[..., Arrays]] = {
-    shape.__name__: shape for shape in (bird, brain, bunny, dino, dumbbell, octopus, pear, sphere, spheroid, spring)
+_SHAPES = {
+    "bird": "animals", "brain": "cortex", "bunny": "animals", "dino": "animals", "dumbbell": "revolution",
+    "octopus": "animals", "pear": "revolution", "sphere": "icosphere", "spheroid": "revolution", "spring": "rings",
 }
+_MODULES = _SHAPES | {"SurfaceOfRevolution": "revolution"}
 
 __all__ = ["SurfaceOfRevolution", "from_spec", "make", "names", *_SHAPES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return value
 
 
 def names() -> tuple[str, ...]:
@@ -68,11 +84,13 @@ def make(name: str, **parameters: Any) -> Arrays:
     """
     if name not in _SHAPES:
         raise ValueError(f"no sample is called {name!r}; there are: {', '.join(names())}")
-    known = inspect.signature(_SHAPES[name]).parameters
+    shape = __getattr__(name)
+    known = inspect.signature(shape).parameters
     for key in parameters:
         if key not in known:
             raise ValueError(f"sample {name} has no parameter {key!r}; it has: {', '.join(known)}")
-    return _SHAPES[name](**parameters)
+    v, f = shape(**parameters)
+    return v, f
 
 
 def from_spec(spec: str) -> Arrays:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap import MeshError
-from igl_spheremap.io import read_mesh, read_scalars, write_mesh, write_scalars
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.scalars import read_scalars, write_scalars
 
 freesurfer = pytest.importorskip("nibabel.freesurfer")
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap import FileError, MeshError, samples, spherical_conformal_map
-from igl_spheremap.io import read_mesh, write_mesh, write_textured
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.textured import write_textured
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")

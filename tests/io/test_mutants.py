@@ -7,7 +7,7 @@ import pytest
 from file_names import needs
 from mutants import CASES, judge, mutant, write_sound
 
-from igl_spheremap.io import read_mesh
+from igl_spheremap.io.files import read_mesh
 
 
 @pytest.mark.parametrize(("reader", "name"), CASES, ids=[f"{reader.__name__}-{name}" for reader, name in CASES])

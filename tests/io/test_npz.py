@@ -17,7 +17,8 @@ from igl_spheremap import (
     samples,
     spherical_conformal_map,
 )
-from igl_spheremap.io import certify_radius, read_map, read_mesh, read_sphere, write_map
+from igl_spheremap.io.files import read_mesh, read_sphere
+from igl_spheremap.io.written_map import certify_radius, read_map, write_map
 
 
 def same(a, b):

@@ -14,7 +14,7 @@ import pytest
 from file_names import ALL, needs
 
 from igl_spheremap import FileError
-from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.replacing import remove_partial_files, replacing
 
 

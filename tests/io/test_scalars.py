@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap import FileError, MeshError
-from igl_spheremap.io import read_scalars, write_mesh, write_scalars
+from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.scalars import read_scalars, write_scalars
 from igl_spheremap.samples import sphere
 from igl_spheremap.verify.distortion import vertex_maps
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from igl_spheremap import MeshError
-from igl_spheremap.io import read_mesh
+from igl_spheremap.io.files import read_mesh
 
 
 def obj(tmp_path: Path, text: str) -> Path:

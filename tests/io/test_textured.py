@@ -13,7 +13,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap import FileError
-from igl_spheremap.io import read_picture, write_picture, write_textured
+from igl_spheremap.io.textured import read_picture, write_picture, write_textured
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")

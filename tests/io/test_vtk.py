@@ -10,7 +10,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap import MeshError
-from igl_spheremap.io import read_mesh, read_scalars, write_mesh
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.scalars import read_scalars
 from igl_spheremap.io.vtp import write as write_vtp
 
 #: Point data of all types, as columns and as rows of several numbers.

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap.errors import FileError
-from igl_spheremap.io import read_mesh, read_picture, write_mesh
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.textured import read_picture
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.job import Job, Options, map_one
 from igl_spheremap.populations.map_many import map_many

@@ -2,10 +2,11 @@
 
 import math
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
+from ...io.formats import FORMATS
 from ...maps.options import METHODS, EdgeWeights, Gauge, Method, Polish
 from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
@@ -14,16 +15,8 @@ from .exits import UsageError
 #: What `ArgumentParser.add_argument` takes.
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 
+_FORMATS = [entry.suffixes[0].removeprefix(".") for entry in FORMATS]
 WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a terminal
-
-
-class Formats(Iterable[str]):
-    """The usual ending of each format that can be read. Their table takes time to import: it is asked last."""
-
-    def __iter__(self) -> Iterator[str]:
-        from ...io import FORMATS
-
-        return (entry.suffixes[0].lstrip(".") for entry in FORMATS)
 
 
 def number(words: str, allowed: Callable[[float], bool], kind: type[float] = float) -> Callable[[str], Any]:
@@ -122,7 +115,7 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
 
 
 FORMAT = argument("--format", "FMT", "the format of '-' (stdin for a mesh, stdout for OUT): %(choices)s; of OUT "
-                  f"{' or '.join(WRITTEN)}; default: %(default)s", choices=Formats(), default="obj")
+                  f"{' or '.join(WRITTEN)}; default: %(default)s", choices=_FORMATS, default="obj")
 REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
            "surplus faces"),

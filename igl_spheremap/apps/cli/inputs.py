@@ -15,9 +15,10 @@ import numpy as np
 
 from ... import samples
 from ...errors import FileError, FoldingsRemain, MeshError
-from ...io import LoadedMesh, read_landmarks, read_mesh, read_scalars, read_sphere
+from ...io.files import read_mesh, read_sphere
 from ...io.reading import read_lines
-from ...io.scalars import LANDMARK_LISTS
+from ...io.records import LoadedMesh
+from ...io.scalars import LANDMARK_LISTS, read_landmarks, read_scalars
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh

@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...errors import FileError, import_optional, printable
-from ...io import Format, check_writable, format_of
-from ...io.replacing import replacing
+from ...io.formats import Format, format_of
+from ...io.replacing import check_writable, replacing
 from ...result.findings import Finding
 from .arguments import WRITTEN
 from .exits import UsageError, with_flags

@@ -14,8 +14,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
+from ... import samples
 from ..._version import __version__
 from ...correspondence import STAGES
+from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import PLAYER_SIZE, SHOWN
@@ -230,28 +232,16 @@ class _Parser(ArgumentParser):
         (file or sys.stderr).write(message)
 
 
-class _Program(_Parser):
-    """The parser of the whole command line. Its help lists formats and samples, whose tables take time to import."""
-
-    def format_help(self) -> str:
-        from ... import samples
-        from ...io import FORMATS
-
-        suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
-        self.epilog = (
-            f"{_examples(command.examples[0] for command in COMMANDS)}\nfiles:\n"
-            f"  {suffixes} and FreeSurfer's (lh.pial, lh.sphere.conformal);\n"
-            "  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of\n"
-            f"  {', '.join(samples.names())}\n\n{HELP}"
-        )
-        return super().format_help()
-
-
 def build_parser() -> ArgumentParser:
     """The parser of the command line."""
-    parser = _Program(
+    suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
+    parser = _Parser(
         prog="igl-spheremap",
         description="Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings.",
+        epilog=f"{_examples(command.examples[0] for command in COMMANDS)}\nfiles:\n"
+               f"  {suffixes} and FreeSurfer's (lh.pial, lh.sphere.conformal);\n"
+               "  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of\n"
+               f"  {', '.join(samples.names())}\n\n{HELP}",
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")

@@ -19,7 +19,7 @@ import numpy as np
 from ... import samples
 from ..._version import __version__
 from ...errors import FactorisationFailed, FileError, MapError, MeshError
-from ...io import read_mesh
+from ...io.files import read_mesh
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map

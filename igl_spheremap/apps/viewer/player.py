@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw.plot import fit, pose
-from ...io import read_mesh, write_map
+from ...io.files import read_mesh
+from ...io.written_map import write_map
 from ...maps.options import METHODS, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...draw.palette import INK
 from ...draw.plot import fit, pose
-from ...io import write_map
+from ...io.written_map import write_map
 from ...maps.balanced import rebalance
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray

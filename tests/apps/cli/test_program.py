@@ -22,7 +22,7 @@ from igl_spheremap.apps.reproduce.claims import CLAIMS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
-from igl_spheremap.io import FORMATS
+from igl_spheremap.io.formats import FORMATS
 from igl_spheremap.maps.balanced import balanced_spherical_map
 
 
@@ -158,9 +158,9 @@ def test_the_handler_of_the_caller_comes_back():
         assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_what_lists_no_format_imports_nothing_heavy():
+def test_help_and_wrong_lines_import_nothing_heavy():
     lines = [["--version"], ["map"], ["map", "a", "b", "--method", "magic"], ["--frobnicate"],
-             *([name, "--help"] for name in ("samples", "batch", "summarise", "reproduce", "completion"))]
+             ["--help"], *([command.name, "--help"] for command in COMMANDS)]
     code = f"import sys; from igl_spheremap.apps.cli import main; [main(words) for words in {lines}]"
     done = subprocess.run([sys.executable, "-c", f"{code}; print(*sys.modules)"], capture_output=True, text=True)
     loaded = done.stdout.split()

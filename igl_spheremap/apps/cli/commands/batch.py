@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....io import check_writable
+from ....io.replacing import check_writable
 from ....populations.executors import connect
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table

@@ -5,7 +5,7 @@ from argparse import Namespace
 import numpy as np
 
 from ....descent.energies import harmonic_energy
-from ....io import certify_radius, write_map
+from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....result import findings
 from ....sphere.rows import unit_rows

@@ -11,8 +11,8 @@ import numpy as np
 
 from ....draw.plot import FORMATS
 from ....errors import import_optional
-from ....io import SphereCheck, write_map
 from ....io.replacing import replacing
+from ....io.written_map import SphereCheck, write_map
 from ....maps.balanced import balanced_spherical_map
 from ....maps.variational import landmark_map, p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray

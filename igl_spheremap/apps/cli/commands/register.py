@@ -6,7 +6,7 @@ import numpy as np
 
 from ....correspondence import STAGES
 from ....correspondence.registration import Registration, register
-from ....io import write_map
+from ....io.written_map import write_map
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
 from ...viewer.app import open_for, run_app

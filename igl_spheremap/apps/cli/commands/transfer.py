@@ -6,11 +6,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .... import io
 from ....draw.palette import colours
 from ....errors import FileError, import_optional
+from ....io.coefficients import read_coefficients, write_coefficients
+from ....io.files import write_mesh
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
+from ....io.scalars import write_scalars
+from ....io.textured import read_picture, write_picture, write_textured
 from ....mesh.arrays import FloatArray
 from ....mesh.check import check_mesh
 from ....shapes.grid import to_grid
@@ -39,7 +42,7 @@ def run_resample(args: Namespace) -> None:
     source = pair.source
     args.progress.stage(f"resampling {source.name}")
     v = interpolate(source.v, source.f, SphereLocator(pair.unit, source.f).locate(points))
-    write_target(args, lambda path: io.write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
+    write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
     found = Findings(target=args.target, vertices=len(v), faces=len(faces))
     found.mesh("source", source)
     found.add("sphere", f"{pair.name}, resampled at the vertices of {args.to}", sphere=pair.name, to=args.to)
@@ -61,7 +64,7 @@ def run_transfer(args: Namespace) -> None:
     args.progress.stage(f"locating {len(points)} points on {pair.name}")
     location = SphereLocator(pair.unit, source.f).locate(points)
     carried = {key: interpolate(values, source.f, location, args.labels) for key, values in maps.items()}
-    io.write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
+    write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
     found = Findings(target=args.target, vertices=len(points), maps={})
     found.mesh("source", source)
     found.add("sphere", f"{pair.name}, at the {len(points)} vertices of {args.to}", sphere=pair.name, to=args.to)
@@ -89,7 +92,7 @@ def run_grid(args: Namespace) -> None:
     args.progress.stage(f"sampling {source.name}")
     grid = to_grid(pair.map(), values, args.kind, args.rows)
     if target.lower().endswith(".png"):
-        io.write_picture(target, _picture(grid), force=args.force)
+        write_picture(target, _picture(grid), force=args.force)
     else:
         with replacing(target, args.force) as partial:
             write_arrays(partial, {"grid": grid, "kind": args.kind})
@@ -129,7 +132,7 @@ def run_harmonics(args: Namespace) -> None:
     found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
               source=source.name, sphere=pair.name)
     if args.align:
-        aligned = harmonics.align(io.read_coefficients(args.template) if args.template else None)
+        aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
         harmonics = aligned.harmonics
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
         found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
@@ -138,9 +141,9 @@ def run_harmonics(args: Namespace) -> None:
               error_percent=error, degree=args.degree, power=power)
     surface = harmonics.surface(mesh) if mesh else None
     args.progress.stage(f"writing {args.target}")
-    io.write_coefficients(args.target, harmonics, force=args.force)
+    write_coefficients(args.target, harmonics, force=args.force)
     if surface:
-        io.write_mesh(args.surface, *surface, force=args.force)
+        write_mesh(args.surface, *surface, force=args.force)
     if args.table:
         _write_table(args, error, power)
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
@@ -180,7 +183,7 @@ def run_export(args: Namespace) -> None:
     check_outputs(args)
     if args.show in _TEXTURES:
         import_optional("PIL.Image", "a texture", "io")
-    image = checker_image() if args.image is None else io.read_picture(args.image)
+    image = checker_image() if args.image is None else read_picture(args.image)
     pair = load_pair(args)
     source = pair.source
     found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show)
@@ -189,22 +192,22 @@ def run_export(args: Namespace) -> None:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
         atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
-        io.write_textured(target, source.v, source.f, atlas, image, force=args.force)
+        write_textured(target, source.v, source.f, atlas, image, force=args.force)
         vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
         kind = "cut along the seam" if cut else "the mesh as it is"
         found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
         outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
     elif args.show == "checkerboard":
         properties = square_colours(check_mesh(source.v, source.f), pair.unit)
-        io.write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
+        write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
         outcome = "vertex colours"
     else:
         values = vertex_maps(source.v, source.f, pair.unit)[args.show]
         if coloured:
             metadata = {"vertex_properties": {**colours(values), "quality": values}}
-            io.write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
+            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:
-            io.write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
+            write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
         found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
     found.add("written", f"{target}: {args.show}, {outcome}")

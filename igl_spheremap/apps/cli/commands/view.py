@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from ....errors import FoldingsRemain, MeshError
-from ....io import read_map
+from ....io.written_map import read_map
 from ....maps.balanced import balanced_spherical_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....result.sphere_map import SphereMap

@@ -9,7 +9,7 @@ import pytest
 from shell import SAMPLE, one_line
 
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh, write_mesh
 
 
 def test_check_needs_one_archive_only(tmp_path, capsys):

@@ -10,7 +10,8 @@ import pytest
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
 from igl_spheremap.draw.palette import CHECKS
-from igl_spheremap.io import read_mesh, write_mesh, write_sphere
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.written_map import write_sphere
 from igl_spheremap.mesh.check import check_faces
 
 

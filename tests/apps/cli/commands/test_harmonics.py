@@ -5,7 +5,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io import read_mesh, write_mesh, write_scalars
+from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.scalars import write_scalars
 
 SOURCE = "sample:pear:n_vertices=500"
 V, F = ism.samples.make("pear", n_vertices=500)

@@ -5,7 +5,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io import read_scalars, write_mesh, write_scalars
+from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.scalars import read_scalars, write_scalars
 from igl_spheremap.shapes.transfer import regular_mesh
 
 

@@ -1,0 +1,35 @@
+"""OBJ files: positions and faces; what else they hold is left out.
+
+libigl's reader gives up on a ``nan``, cuts polygons into triangles unasked and takes any index; its writer reports
+success on a full disk.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray, IntArray
+from .records import Metadata, Polygons, RawMesh
+from .text import indices, numbers, read_rows, write_text
+
+
+def read(path: Path) -> RawMesh:
+    """The positions and faces of an OBJ file."""
+    data = path.read_bytes()
+    if b"\\" in data:
+        data = re.sub(rb"\\\r?\n", b" ", data)
+    rows = read_rows(data)
+    vertices, face_rows = rows.starting_with(b"v"), rows.starting_with(b"f")
+    v, faces = numbers(vertices, 3, "vertex"), indices(face_rows)
+    # Negative indices count back from the vertices that stand above the face.
+    above = np.repeat(np.searchsorted(vertices.begin, face_rows.begin), faces.sizes)
+    corners = np.where(faces.corners < 0, faces.corners + above, faces.corners - 1)
+    return RawMesh(v, Polygons(corners, faces.sizes))
+
+
+def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
+    """Write all digits, and the mark as a comment."""
+    write_text(path, "", metadata, ("v %r %r %r\n", v), ("f %r %r %r\n", f + 1))
