@@ -283,27 +283,38 @@ def test_every_other_picture_is_made_by_one_program():
 
 
 _NUMBER = re.compile(r"\d[\d,]*\.?\d*")
+#: Pictures that show captions: a minute of one processor for all.
+CAPTIONED = ["dino.png", "eigen_projection.png", "harmonics.png", "registration.png", "folding_removal.png",
+             "checkerboard.png", "compare_methods.png", "angles_or_areas.png", "align_landmarks.png", "foldings.gif"]
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
-@pytest.mark.parametrize("name", ["dino", "align_landmarks", "folding_removal"])
+@pytest.mark.parametrize("name", CAPTIONED)
 def test_the_captions_of_a_picture_are_what_its_command_draws(name, tmp_path):
-    images = pytest.importorskip("PIL.Image")
+    """Number by number where these are computed as they were; elsewhere in words, and in what is without foldings."""
     command = [sys.executable, DOCS / "pictures.py", name, "--to", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(tmp_path))
     assert done.returncode == 0, done.stderr
-    made, kept = (images.open(folder / f"{name}.png").text["captions"] for folder in (tmp_path, IMAGES))
-    words, numbers = zip(*((_NUMBER.sub("#", text), _NUMBER.findall(text)) for text in (made, kept)), strict=True)
-    assert words[0] == words[1]
-    made, kept = (np.array([float(number.replace(",", "")) for number in found]) for found in numbers)
-    # Rounding, which differs from solver to solver, grows on the way to a map that folds: there a count is one of many.
-    assert ((made == 0) == (kept == 0)).all()
-    np.testing.assert_allclose(made, kept, rtol=0.5)
+    (made_with, made), (kept_with, kept) = (captions(folder / name) for folder in (tmp_path, IMAGES))
+    if made_with == kept_with:
+        assert made == kept, f"python docs/pictures.py {name} makes it anew"
+    elif name != "foldings.gif":  # how many pictures it has depends on the number of iterations
+        assert _NUMBER.sub("#", made) == _NUMBER.sub("#", kept)
+        none = [[float(number.replace(",", "")) == 0 for number in _NUMBER.findall(text)] for text in (made, kept)]
+        assert none[0] == none[1]
+
+
+def captions(path):
+    """What a picture's numbers were made with, and its captions."""
+    with pytest.importorskip("PIL.Image").open(path) as image:
+        if path.suffix == ".gif":
+            first, _, rest = image.info["comment"].decode().partition("\n")
+            return first, rest
+        return image.text.get("made with", ""), image.text.get("captions", "")
 
 
 def test_what_is_said_of_a_picture_in_numbers_is_in_its_captions():
-    images = pytest.importorskip("PIL.Image")
     for page in PAGES:
-        for alt, name in re.findall(r"!\[(.*?)\]\(\S*images/(\w+\.png)\)", page.read_text("utf-8")):
-            captions = images.open(IMAGES / name).text.get("captions", "")
-            assert set(re.findall(r"\d[\d.,]*\d|\d", alt)) <= set(re.findall(r"\d[\d.,]*\d|\d", captions)), (page, alt)
+        for alt, name in re.findall(r"!\[(.*?)\]\(\S*images/(\w+\.(?:png|gif))\)", page.read_text("utf-8")):
+            said, drawn = (set(re.findall(r"\d[\d.,]*\d|\d", text)) for text in (alt, captions(IMAGES / name)[1]))
+            assert said <= drawn, (page, alt)
