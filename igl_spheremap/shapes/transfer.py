@@ -15,6 +15,7 @@ from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator
+from .weights import Resampling, apply_matrix, check_resampling, largest, linear_matrix, transfer_weights
 
 _DEEPEST = 9  # ico:9 has 2.6 million vertices
 
@@ -74,8 +75,13 @@ def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, label
 
 @own_errstate
 def transfer(
-    source: SphereMap | SphereLocator, values: ArrayLike, target: SphereMap | ArrayLike, labels: bool = False
-) -> NDArray[Any]:
+    source: SphereMap | SphereLocator,
+    values: ArrayLike | None,
+    target: SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
+    labels: bool = False,
+    method: Resampling = "linear",
+    matrix: bool = False,
+) -> Any:
     """Carry data from one mesh to another through the sphere.
 
     Both maps should be turned to agree, as those of aligned surfaces are by their gauge.
@@ -84,17 +90,22 @@ def transfer(
     ----------
     source : SphereMap or SphereLocator
         Where the data are; keep a locator if there are several transfers.
-    values : (n,) or (n, ...) array_like
-        At the vertices of the source.
-    target : SphereMap or (k, 3) array_like
-        Where they shall be: at the vertices of another map, or at points of the sphere.
+    values : (n,) or (n, ...) array_like, or None
+        At the vertices of the source. None with `matrix`.
+    target : str, SphereMap, (k, 3) array_like, or (x, f)
+        Where they shall be: at the vertices of ``ico:K``, of another map or of any mesh of the sphere, or at points.
     labels : bool
-        The values are labels: take the nearest corner's; linear by default.
+        The values are labels: take that of the vertex with the largest weight; by default weighted sums are taken.
+    method : {"linear", "adaptive-area"}
+        "linear" interpolates in the face of the source that holds the point. "adaptive-area" keeps integrals, as
+        `igl_spheremap.transfer_weights` describes, which returns areas, too; it needs a map, and faces at the target.
+    matrix : bool
+        Return the matrix, to be applied to several data: `transfer` of values is ``matrix @ values``.
 
     Returns
     -------
-    (k,) or (k, ...) array
-        At the target.
+    (k,) or (k, ...) array, or (k, n) scipy.sparse.csr_array
+        At the target; or the matrix, targets by sources (nitransforms keeps its transpose).
 
     Raises
     ------
@@ -103,7 +114,10 @@ def transfer(
     FoldingsRemain
         If the source's map is not certified folding-free.
     TypeError
-        If the source is no map, as where the order of arguments is another one.
+        If the source is no map, as where the order of arguments is another one, or if the target has no faces and the
+        method needs them.
+    ValueError
+        If there is no such method.
 
     Examples
     --------
@@ -114,13 +128,35 @@ def transfer(
     >>> height = transfer(source, source.sphere[:, 2], [[0, 0, 1], [0, 0, -1]])
     >>> np.allclose(height, [1, -1], atol=0.01)
     True
+    >>> transfer(source, None, "ico:2", method="adaptive-area", matrix=True).shape
+    (162, 1001)
     """
-    locator = _locator(source)
-    points = target.sphere if isinstance(target, SphereMap) else check_rows(target, name="points")
-    return interpolate(values, locator.f, locator.locate(points), labels)
+    check_resampling(method)
+    data: ArrayLike = () if values is None else values
+    if method == "adaptive-area":
+        if not isinstance(target, str | SphereMap | tuple):
+            raise TypeError('method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K')
+        there = target if isinstance(target, SphereMap) else sphere_mesh(target)
+        weights = transfer_weights(check_map(source, "source"), there).matrix
+    else:
+        locator = _locator(source)
+        location = locator.locate(_points(target))
+        if not matrix:
+            return interpolate(data, locator.f, location, labels)
+        weights = linear_matrix(locator.f, location, len(locator.x))
+    if matrix:
+        return largest(weights) if labels else weights
+    return apply_matrix(weights, data, labels)
 
 
-def sphere_mesh(to: str | SphereMap | tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, IntArray]:
+def _points(target: Any) -> FloatArray:
+    """Points of the sphere, or the vertices of a mesh of it."""
+    if isinstance(target, str | SphereMap) or (isinstance(target, tuple) and np.ndim(target[0]) == 2):
+        return sphere_mesh(target)[0]
+    return check_rows(target, name="points")
+
+
+def sphere_mesh(to: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, IntArray]:
     """Points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.mesh) if isinstance(to, SphereMap) else to
     x = check_rows(x, name="points")
@@ -182,11 +218,12 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
-    check_map(source, "source")
-    return SphereLocator(source.sphere, source.mesh)
+    result = check_map(source, "source")
+    return SphereLocator(result.sphere, result.mesh)
 
 
-def check_map(result: object, name: str = "result") -> None:
-    """Raise a TypeError for what is no map, as where data are given before it."""
+def check_map(result: object, name: str = "result") -> SphereMap:
+    """The map; a TypeError for what is none, as where data are given before it."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")
+    return result

@@ -22,7 +22,7 @@ from .exits import UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
-_OUTPUTS = ("target", "surface", "table", "json", "plot")
+_OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
 _WIDTH = 80

@@ -109,7 +109,11 @@ COMMANDS = (
         *shared.target("the data at the vertices of --to: .gii, .npz, or lh.NAME"),
         argument("--data", "FILE", shared.DATA_HELP, required=True),
         shared.TO,
-        switch("--labels", help="take the nearest vertex's value; default: linear"),
+        switch("--labels", help="take the value of the vertex with the largest weight; default: weighted sums"),
+        choice("--method", ("linear", "adaptive-area"), "linear, the default, or adaptive-area, which keeps integrals, "
+               "as HCP's ADAP_BARY_AREA", default="linear"),
+        argument("--matrix", "FILE", "write the weights by scipy.sparse.save_npz: sources by targets, to be used as "
+                 "values @ matrix, as in nitransforms (in Python the matrix is targets by sources)"),
         *shared.OUTPUT,
     )),
     Command("export", "transfer", (

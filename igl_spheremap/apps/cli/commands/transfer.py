@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, save_npz
 
 from ....draw.palette import colours
 from ....errors import FileError, import_optional
@@ -20,7 +21,8 @@ from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.locate import SphereLocator
 from ....shapes.texture import checker_image, texture_atlas
-from ....shapes.transfer import interpolate
+from ....shapes.transfer import interpolate, transfer
+from ....shapes.weights import apply_matrix, largest, transfer_weights
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
 from ..exits import UsageError
@@ -55,22 +57,37 @@ def run_transfer(args: Namespace) -> None:
 
     igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
     igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
+    igl-spheremap transfer lh.white lh.sphere.reg lh.area5.shape.gii --data lh.area --to ico:5 --method adaptive-area
     """
     check_outputs(args)
-    points, _ = read_target_sphere(args.to)
+    if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
+        raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")
+    there = read_target_sphere(args.to)
     pair = load_pair(args)
     source = pair.source
     maps = read_maps(args.data, source)
-    args.progress.stage(f"locating {len(points)} points on {pair.name}")
-    location = SphereLocator(pair.unit, source.f).locate(points)
-    carried = {key: interpolate(values, source.f, location, args.labels) for key, values in maps.items()}
+    result = pair.map()
+    args.progress.stage(f"locating {len(there[0])} points on {pair.name}")
+    weights = transfer_weights(result, there) if args.method == "adaptive-area" else None
+    matrix = transfer(result, None, there, matrix=True) if weights is None else weights.matrix
+    carried = {key: apply_matrix(matrix, values, args.labels) for key, values in maps.items()}
     write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
-    found = Findings(target=args.target, vertices=len(points), maps={})
+    if args.matrix is not None:
+        with replacing(args.matrix, args.force) as partial:
+            save_npz(partial, csr_array((largest(matrix) if args.labels else matrix).T))
+    found = Findings(target=args.target, vertices=len(there[0]), matrix=args.matrix, maps={})
     found.mesh("source", source)
-    found.add("sphere", f"{pair.name}, at the {len(points)} vertices of {args.to}", sphere=pair.name, to=args.to)
+    found.add("sphere", f"{pair.name}, at the {len(there[0])} vertices of {args.to}", sphere=pair.name, to=args.to)
     for key, values in carried.items():
         low, high = found.figures["maps"][key] = float(values.min()), float(values.max())
         found.add("written", f"{args.target}: {key}, {low:.4g} to {high:.4g}")
+        if weights is not None and not args.labels:
+            before, kept, own = weights.source_areas @ maps[key], weights.received @ values, weights.areas @ values
+            found.add("integral", f"{key}: {before:.6g}, kept to {abs(kept - before):.2g} by the areas that came to "
+                      f"each vertex; {own:.6g} by those of the surface resampled on {args.to}")
+            found.figures.setdefault("integrals", {})[key] = {"source": before, "received": kept, "target": own}
+    if args.matrix is not None:
+        found.add("matrix", f"{args.matrix}: sources by targets, values @ matrix, as in nitransforms")
     found.report(args)
 
 

@@ -1,7 +1,11 @@
 """`igl-spheremap transfer`: what `ism.transfer` gives, in a file."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.sparse import csr_array, load_npz
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -49,9 +53,39 @@ def test_labels_stay_labels_on_another_map(desk):
         (["out.npz", "--to", "ico:99"], 64),
         (["data.npz", "-f"], 64),
         (["sphere.ply", "-f"], 64),
+        (["out.npz", "--matrix", "matrix.csv"], 64),
+        (["out.npz", "--matrix", "data.npz", "-f"], 64),
+        (["out.npz", "--matrix", "no/matrix.npz"], 74),
     ],
 )
 @pytest.mark.parametrize("data", ["data.npz", "data.npz:part"])
 def test_failures_are_one_line(desk, words, status, data, capsys):
     assert main(["transfer", "pear.ply", "sphere.ply", *words, "--data", data]) == status
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_matrix_is_written_as_nitransforms_keeps_it(desk):
+    """Sources by targets: `values @ matrix`, what was read there."""
+    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--to", "ico:2"]
+    assert main([*words, "--matrix", "matrix.npz", "--method", "adaptive-area", "-q", "--json", "out.json"]) == 0
+    matrix = load_npz("matrix.npz")
+    assert isinstance(matrix, csr_array)
+    assert matrix.shape == (len(desk.sphere), 162)
+    height = desk.vertices[:, 2]
+    assert np.allclose(height @ matrix, read_scalars("out.npz")["height"], atol=1e-12)
+    again = ism.transfer(desk, height, "ico:2", method="adaptive-area")
+    assert np.allclose(height @ matrix, again, atol=1e-12)  # the file holds the sphere at three times its size
+    figures = json.loads(Path("out.json").read_text())["integrals"]["height"]
+    assert abs(figures["received"] - figures["source"]) < 1e-12
+    assert main([*words, "-f", "--matrix", "labels.npz", "--labels", "-q"]) == 0
+    assert set(load_npz("labels.npz").data) == {1.0}
+
+
+def test_nitransforms_takes_the_matrix(desk):
+    surface = pytest.importorskip("nitransforms.surface")
+    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--to", "ico:2"]
+    assert main([*words, "--matrix", "matrix.npz", "-q"]) == 0
+    here, there = (surface.SurfaceMesh.from_arrays(100 * x, f)
+                   for x, f in ((desk.sphere, desk.faces), regular_mesh("ico:2")))
+    resampler = surface.SurfaceResampler(there, here, mat=load_npz("matrix.npz"))
+    assert np.allclose(resampler.apply(desk.vertices[:, 2]), read_scalars("out.npz")["height"], atol=1e-12)

@@ -1,0 +1,152 @@
+"""Which vertices of a mapped surface give a target its data, as a sparse matrix; and a choice that keeps integrals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array, diags_array
+
+from ..errors import MeshError, own_errstate
+from ..mesh.arrays import FloatArray, IntArray, plain_array
+from ..mesh.measure import vertex_areas
+from ..result.sphere_map import SphereMap
+from .locate import Location, SphereLocator
+
+#: How a target takes its data: from the corners of the face that holds it, or so that integrals are kept.
+Resampling = Literal["linear", "adaptive-area"]
+
+
+@dataclass(frozen=True, eq=False)
+class TransferWeights:
+    """How data at the vertices of a source come to a target.
+
+    Attributes
+    ----------
+    matrix : (k, n) scipy.sparse.csr_array
+        Targets by sources; rows are non-negative and sum to 1, so that ``matrix @ values`` are the data at the target.
+    received : (k,) float64 array
+        Area of the source that came to each target. By "adaptive-area" these areas keep integrals:
+        ``received @ (matrix @ values)`` is ``source_areas @ values``.
+    areas : (k,) float64 array
+        The target's own areas, whose integrals deviate as far as the two surfaces differ.
+    source_areas : (n,) float64 array
+        Areas of the source's vertices, a third of the faces around each.
+    """
+
+    matrix: csr_array
+    received: FloatArray
+    areas: FloatArray
+    source_areas: FloatArray
+
+    def __repr__(self) -> str:
+        return f"TransferWeights({self.matrix.shape[1]} vertices to {self.matrix.shape[0]})"
+
+
+def linear_matrix(f: IntArray, location: Location, n_vertices: int) -> csr_array:
+    """Barycentric weights of the corners of faces as a (k, n) matrix without zeros."""
+    k = len(location.face)
+    start = np.arange(0, 3 * k + 1, 3)
+    matrix = csr_array((location.weights.ravel(), f[location.face].ravel(), start), shape=(k, n_vertices))
+    matrix.eliminate_zeros()
+    matrix.sort_indices()
+    return matrix
+
+
+def largest(matrix: csr_array) -> csr_array:
+    """A matrix with a single 1 in each row, at the row's largest weight; of several, at the first.
+
+    >>> largest(csr_array([[0.2, 0.5, 0.3], [0.5, 0.0, 0.5]])).toarray()
+    array([[0., 1., 0.],
+           [1., 0., 0.]])
+    """
+    peak = np.maximum.reduceat(matrix.data, matrix.indptr[:-1])
+    row = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    at = np.flatnonzero(matrix.data == peak[row])
+    first = at[np.searchsorted(row[at], np.arange(matrix.shape[0]))]
+    ones = np.ones(matrix.shape[0])
+    return csr_array((ones, matrix.indices[first], np.arange(len(ones) + 1)), shape=matrix.shape)
+
+
+def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> NDArray[Any]:
+    """Data (n, ...) at the rows of a matrix; labels are taken at the row's largest weight, in their dtype."""
+    data = plain_array(values, "values")
+    if len(data) != matrix.shape[1]:
+        raise MeshError(f"{len(data)} values for {matrix.shape[1]} vertices; give one for each")
+    if labels:
+        return data[largest(matrix).indices]
+    return np.asarray((matrix @ data.reshape(len(data), -1)).reshape(matrix.shape[0], *data.shape[1:]))
+
+
+@own_errstate
+def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]) -> TransferWeights:
+    """Weights that carry data between two mapped surfaces and keep integrals.
+
+    The method that HCP calls ADAP_BARY_AREA. Each target lies in a face of the source and takes that face's corners.
+    But where other vertices of the source lie in the faces around the target, it takes all that lie there, each with
+    its weight in its face. So no vertex is left out, whichever mesh is finer. Weights count by the target's areas, and
+    each vertex of the source divides its area among the targets that take it.
+
+    Parameters
+    ----------
+    source : SphereMap
+        Where the data are.
+    target : SphereMap or (x, f)
+        Where they shall be. Areas of (x, f) are those of the source's surface resampled there.
+
+    Returns
+    -------
+    TransferWeights
+        Matrix, and the areas by which integrals are kept.
+
+    Raises
+    ------
+    MeshError
+        If the target is no closed genus-0 mesh.
+    FoldingsRemain
+        If a map is not certified folding-free.
+    TypeError
+        If the source is no map.
+
+    References
+    ----------
+    Glasser et al. 2013, *The minimal preprocessing pipelines for the Human Connectome Project*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> weights = ism.transfer_weights(result, ism.samples.sphere(162))
+    >>> weights.matrix.shape, bool(abs(weights.received.sum() / weights.source_areas.sum() - 1) < 1e-12)
+    ((162, 1001), True)
+    """
+    x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
+    here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(x, f)
+    forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
+    reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
+    v = target.vertices if isinstance(target, SphereMap) else forward @ source.vertices
+    source_areas, areas = vertex_areas(source.vertices, source.faces), vertex_areas(v, there.f)
+
+    both = (forward > 0).multiply(reverse > 0).sum(axis=1)
+    skipping = (both < (reverse > 0).sum(axis=1)) * 1.0  # rows of `forward` that leave out vertices of the source
+    gathered = diags_array(1 - skipping) @ forward + diags_array(skipping) @ reverse
+    scattered = diags_array(_positive(areas)) @ gathered
+    scattered = csr_array(scattered @ diags_array(_positive(source_areas) / scattered.sum(axis=0)))
+    received = scattered.sum(axis=1)
+    matrix = csr_array(diags_array(1 / received) @ scattered)
+    matrix.eliminate_zeros()
+    matrix.sort_indices()
+    return TransferWeights(matrix, received, areas, source_areas)
+
+
+def _positive(areas: FloatArray) -> FloatArray:
+    """Areas of which none is 0, as those of needles are: vertices without area take part all the same."""
+    return np.maximum(areas, np.finfo(float).eps * areas.mean())
+
+
+def check_resampling(method: str) -> None:
+    """Raise a ValueError for an unknown method."""
+    if method not in get_args(Resampling):
+        raise ValueError(f"unknown method {method!r}: choose {' or '.join(get_args(Resampling))}")
