@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap import io
+from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.scalars import read_scalars, write_scalars
 from igl_spheremap.shapes.transfer import regular_mesh, transfer
 from igl_spheremap.shapes.weights import transfer_weights
 
@@ -109,10 +110,10 @@ def test_workbench_takes_the_same_weights(brain, k, tmp_path, monkeypatch):
     data = np.random.default_rng(3).normal(size=len(brain.sphere))
     surfaces = {"a": brain.vertices, "b": transfer(brain, brain.vertices, x)}
     for name, sphere, faces in (("a", brain.sphere, brain.faces), ("b", x, f)):
-        io.write_mesh(f"{name}.surf.gii", surfaces[name], faces)
-        io.write_mesh(f"{name}.sphere.surf.gii", 100 * sphere, faces)
-    io.write_scalars("data.func.gii", {"data": data}, metadata={"structure": "CortexLeft"})
+        write_mesh(f"{name}.surf.gii", surfaces[name], faces)
+        write_mesh(f"{name}.sphere.surf.gii", 100 * sphere, faces)
+    write_scalars("data.func.gii", {"data": data}, metadata={"structure": "CortexLeft"})
     subprocess.run(["wb_command", "-metric-resample", "data.func.gii", "a.sphere.surf.gii", "b.sphere.surf.gii",
                     "ADAP_BARY_AREA", "out.func.gii", "-area-surfs", "a.surf.gii", "b.surf.gii"], check=True)
-    theirs = io.read_scalars("out.func.gii").popitem()[1]
+    theirs = read_scalars("out.func.gii").popitem()[1]
     assert np.abs(theirs - transfer(brain, data, (x, f), method="adaptive-area")).max() < 2e-3
