@@ -58,7 +58,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
         found = repair(found, operators, listener, centred=options.gauge == "centred", effort=options.effort)
     except StopIteration:
         return replace(found, run=replace(run, status=Status.STOPPED))
-    if options.polish is not None:
+    if options.polish is not None and found.certificate.folding_free:
         x = polish_map(mesh, found.sphere, options.effort)
         x = x if found.gauge == "poles" else restore_gauge(mesh, x)
         run = replace(found.run, energy=HarmonicEnergy(operators.L).evaluate(x)[0])

@@ -3,7 +3,7 @@
 A limb of length l and circumference c shrinks like exp(-2 pi l / c), and edges on a sphere in float64 end at exp(-35).
 Within a disc about the tip of such a limb the distance r from the tip becomes s:
 
-    d log s = kappa(log r) d log r,    .05 <= kappa <= 1, constant on bins of one neper.
+    d log s = kappa(log r) d log r,    .05 <= kappa <= 1, constant on bins of one neper or more.
 
 A dynamic programme over the bins, and over the tree of limbs and their branches, finds the kappas that keep every
 vertex above a floor at the least sum of angle differences.
@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
-from .layout import LongComplex, Placed, plane_angles
+from .layout import LongComplex, Placed, log_sum, plane_angles
 
 #: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
 #: its own if its tip is as much deeper than where it begins.
@@ -27,8 +27,10 @@ _ONSET = 4.0
 #: Nepers between the floor of limbs and the resolution of numbers about 1. With the first the edges at the tips keep
 #: one to two bits; the second, which leaves four, is tried where rounding folds so much that the first map is lost.
 _MARGINS = (1.0, 3.0)
-#: Nepers that one step of kappa gains in a bin: a finer table costs time in proportion and changes no angle visibly.
+#: Step of kappa, from 1 down to this: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
+#: Bins are of one neper, or wider where limbs are deeper than so many: the table grows as the square of their number.
+_BINS = 250
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
@@ -56,10 +58,12 @@ class DeepLimb:
     ----------
     tip, disc
         The tip, and the vertices of the disc with it.
-    z : (n,) complex array
-        Positions of all vertices relative to the tip, in the plane's unit.
-    radius : float
+    log : (n,) complex array
+        Logarithms of the positions of all vertices relative to the tip, in the plane's unit.
+    log_radius : float
         Of the disc, in that unit.
+    width : float
+        Of the bins, in nepers.
     branches : list of (DeepLimb, int)
         Limbs inside the disc, with the bin of their tips.
     is_branch : bool
@@ -74,8 +78,9 @@ class DeepLimb:
 
     tip: int
     disc: IntArray
-    z: ComplexArray
-    radius: float
+    log: ComplexArray
+    log_radius: float
+    width: float
     branches: list[tuple[DeepLimb, int]] = field(default_factory=list)
     is_branch: bool = False
     kappa: FloatArray = field(init=False)
@@ -85,14 +90,18 @@ class DeepLimb:
     @property
     def log_distance(self) -> FloatArray:
         """Nepers from the rim inwards, for the disc's vertices; the tip's as its nearest neighbour's."""
-        distance = np.log(self.radius) - np.log(np.maximum(np.abs(self.z[self.disc]), np.finfo(float).tiny))
-        other = self.disc != self.tip
-        return np.where(other, distance, distance[other].max())
+        distance = self.log_radius - self.log.real[self.disc]
+        return np.minimum(distance, distance[self.disc != self.tip].max())
+
+    def bins(self, distance: FloatArray) -> IntArray:
+        """Bins of given distances from the rim, in nepers; the last one is that of the tip."""
+        last = int(self.log_distance.max() / self.width)
+        return np.clip((distance / self.width).astype(np.int64), 0, last)
 
     def shortened(self, distance: FloatArray) -> FloatArray:
         """Nepers from the rim after shortening: piecewise linear, beyond the last bin with its slope."""
-        knots = np.arange(len(self.kappa) + 1)
-        values = np.append(0, np.cumsum(self.kappa))
+        knots = self.width * np.arange(len(self.kappa) + 1)
+        values = self.width * np.append(0, np.cumsum(self.kappa))
         inside = np.where(distance >= 0, np.interp(distance, knots, values), distance)
         return np.where(distance > knots[-1], values[-1] + (distance - knots[-1]) * self.kappa[-1], inside)
 
@@ -108,22 +117,21 @@ def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened
     if not limbs:
         return Shortened(placed.z.astype(np.clongdouble), 1.0, 0.0)
     cost = _choose_kappas(limbs, placed, source, floor)
-    z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.z.shape)
-    moved: dict[int, tuple[IntArray, LongComplex]] = {}  # by the tip of a limb: its vertices, and where it puts them
+    z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.log.shape)
+    moved: dict[int, tuple[IntArray, ComplexArray]] = {}  # by the tip of a limb: its vertices, and where it puts them
     for limb in limbs:
-        w = limb.z.astype(np.clongdouble)
-        vertices = [limb.disc]
+        log, vertices = limb.log.copy(), [limb.disc]
         for branch, _ in limb.branches:
             where, at = moved[branch.tip]
-            w[where] = limb.z[branch.tip] + at
+            log[where] = log_sum(limb.log[branch.tip], at)
             vertices.append(where)
         other = limb.disc[limb.disc != limb.tip]
-        distance = np.log(limb.radius / np.maximum(np.abs(w[other]), np.finfo(float).tiny)).astype(np.float64)
-        w[other] *= np.exp((distance - limb.shortened(distance)).astype(np.longdouble))
+        distance = limb.log_radius - log.real[other]
+        log[other] += distance - limb.shortened(distance)
         where = np.unique(np.concatenate(vertices))
-        moved[limb.tip] = where, w[where]
+        moved[limb.tip] = where, log[where]
         if not limb.is_branch:
-            z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + w[where]
+            z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + np.exp(log[where])
     return Shortened(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)), cost)
 
 
@@ -131,20 +139,19 @@ def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
     """Discs about the tips beyond the floor, branches before what they branch off from."""
     limbs: dict[int, DeepLimb] = {}
     parents: dict[int, int] = {}
+    width = max(1.0, float(placed.depth.max()) / _BINS)
     for tip, parent, members in tips_beyond(placed.depth, placed.f, floor):
-        z = placed.about(tip)
-        outside = np.ones(len(z), dtype=bool)
-        outside[members] = False
-        radius = float(np.abs(z[outside]).min()) if outside.any() else 0.0
-        disc = np.flatnonzero(np.abs(z) < radius)
-        if len(disc) > 1:
-            limbs[tip], parents[tip] = DeepLimb(tip, disc, z, radius), parent
+        log = placed.about(tip)
+        radius = float(np.delete(log.real, members).min(initial=np.inf))
+        disc = np.flatnonzero(log.real < radius)
+        if 1 < len(disc) < len(log):
+            limbs[tip], parents[tip] = DeepLimb(tip, disc, log, radius, width), parent
     for tip, limb in limbs.items():
         if parents[tip] in limbs:
             around = limbs[parents[tip]]
             inside = np.flatnonzero(around.disc == tip)
-            at = int(around.log_distance[inside[0]]) if len(inside) else 0
-            around.branches.append((limb, min(at, int(around.log_distance.max()))))
+            distance = around.log_distance[inside] if len(inside) else np.zeros(1)
+            around.branches.append((limb, int(around.bins(distance)[0])))
             limb.is_branch = True
     return list(limbs.values())
 
@@ -203,14 +210,14 @@ def _choose_kappas(limbs: list[DeepLimb], placed: Placed, source: FloatArray, fl
 def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:
     """Solve for the least cost V of the limb, for every gain g in nepers outside its rim, from the tip outwards.
 
-        V_b(g) = min over kappa of  C_b(kappa) + W_b(h) + V_{b+1}(h),    h = g + 1 - kappa,
+        V_b(g) = min over kappa of  C_b(kappa) + W_b(h) + V_{b+1}(h),    h = g + w (1 - kappa),
         W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
 
-    C_b is what a kappa costs the faces of bin b in angles, n_b the number of its vertices, depth_b that of the deepest.
+    w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
+    depth_b that of the deepest.
     """
-    distance = limb.log_distance
-    bins = int(distance.max()) + 1
-    at = np.minimum(distance.astype(np.int64), bins - 1)
+    at = limb.bins(limb.log_distance)
+    bins = int(at.max()) + 1
     own = np.ones(len(limb.disc), dtype=bool)
     for branch, _ in limb.branches:
         own &= ~np.isin(limb.disc, branch.disc)
@@ -219,8 +226,9 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
     count = np.bincount(at, minlength=bins) + _SPARE
     cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
-    steps = int((placed.depth.max() - floor) / _STEP) + cost.shape[1]
-    gained = _STEP * np.arange(steps)
+    step = _STEP * limb.width
+    steps = int((placed.depth.max() - floor) / step) + cost.shape[1]
+    gained = step * np.arange(steps)
     value = np.zeros(steps)
     limb.choice = np.zeros((bins, steps), dtype=np.int64)
     for b in range(bins - 1, -1, -1):
@@ -251,15 +259,13 @@ def _follow(limb: DeepLimb, gained: int) -> None:
 
 def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> FloatArray:
     """What each kappa adds to the mean angle differences of each bin's own faces, summed, in degrees."""
-    inside = np.zeros(len(limb.z), dtype=bool)
+    inside = np.zeros(len(limb.log), dtype=bool)
     inside[limb.disc] = True
     inside[limb.tip] = False
     faces = np.flatnonzero(inside[f].all(axis=1))
-    z = limb.z[f[faces]]
-    size = np.maximum(np.abs(z), np.finfo(float).tiny)
-    log, unit = np.log(size), z / size
+    log, unit = limb.log.real[f[faces]], np.exp(1j * limb.log.imag[f[faces]])
     middle = log.mean(axis=1, keepdims=True)
-    at = np.clip((np.log(limb.radius) - middle[:, 0]).astype(np.int64), 0, bins - 1)
+    at = np.minimum(limb.bins(limb.log_radius - middle[:, 0]), bins - 1)
     kappas = _kappas()
     cost = np.empty((bins, len(kappas)))
     for i, kappa in enumerate(kappas):

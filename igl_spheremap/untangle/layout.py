@@ -2,7 +2,8 @@
 
 Positions are sums along the tree of shortest edges, relative to any vertex. Between two neighbours that tree uses no
 edge longer than theirs. So positions relative to a tip are precise relative to the distance from it, however small that
-is: the deepest limbs keep their shape.
+is: the deepest limbs keep their shape. They are complex logarithms, the log distance and the direction: distances range
+over thousands of nepers, and float64 ends at 709.
 
 The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere; beside an end of an
 axis where a tip lies (poles.py), of their length over the distance from it, as coordinates are finer there.
@@ -26,7 +27,7 @@ from ..newton.system import VertexSystem
 from ..operators.flips import twins
 from ..sphere.gauge import best_rotation, orientation_target
 from ..sphere.moebius import conformal_barycentre
-from ..sphere.rows import tangent_axes, to_chart, unit_rows
+from ..sphere.rows import INFINITE, tangent_axes, to_chart, unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
@@ -42,6 +43,8 @@ _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
 #: hundredth of a degree at the most there, and rounding changes them by eps over the length.
 _SHORT = 1e-4
+#: Nepers between the units in which positions are summed; float64 holds as many above and below each.
+_WINDOW = 300.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +52,21 @@ class Placed:
     """Positions in the plane, which inverse stereographic projection takes to the sphere."""
 
     f: IntArray
-    z: ComplexArray
+    #: Their logarithms.
+    log: ComplexArray
     #: Depth of each vertex, in nepers, see above.
     depth: FloatArray
-    #: Positions relative to a vertex, precise relative to the distance from it.
+    #: Logarithms of positions relative to a vertex, precise relative to the distance from it.
     about: Callable[[int], ComplexArray]
-    #: The point of the plane that each `z` is relative to: 0, or an end of an axis, which is 0 or of length 1.
+    #: The point of the plane that each position is relative to: 0, or an end of an axis, which is 0 or of length 1.
     anchor: ComplexArray | complex = 0j
     #: Rotation of rows that follows inverse stereographic projection.
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
+
+    @property
+    def z(self) -> ComplexArray:
+        """The positions."""
+        return exponential(self.log)
 
 
 def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
@@ -130,18 +139,25 @@ class Layout:
         tree = minimum_spanning_tree(graph.maximum(graph.T))
         self._tree = (tree + tree.T).tocsr()
 
-    def about(self, root: int, log_unit: float) -> ComplexArray:
-        """Positions relative to a vertex, in units of exp(log_unit)."""
+    def about(self, root: int) -> ComplexArray:
+        """Logarithms of positions relative to a vertex."""
         order, parent = breadth_first_order(self._tree, root, directed=False)
         child = order[1:].astype(np.int64)
         above = parent[child].astype(np.int64)
         at = np.searchsorted(self._key, above * self.n + child)
+        length, turn = self._log_length[at], self._direction[at]
+        log, left, unit = np.full(self.n, -np.inf + 0j), np.ones(self.n, dtype=bool), length.max()
         largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
-        edge = np.exp(np.clip(self._log_length[at] - log_unit, -largest, largest) + 1j * self._direction[at])
-        z = [0j] * self.n
-        for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
-            z[c] = z[a] + e
-        return np.array(z)
+        while left.sum() > 1 and unit > length.min() - _WINDOW:  # distances are summed in the largest unit they fill
+            edge = np.exp(np.clip(length - unit, -largest, largest) + 1j * turn)
+            z = [0j] * self.n
+            for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
+                z[c] = z[a] + e
+            here = logarithm(np.array(z))
+            found = left & (here.real > -_WINDOW)
+            log[found], left[found] = here[found] + unit, False
+            unit -= 2 * _WINDOW
+        return log
 
 
 class Inverted(Layout):
@@ -150,15 +166,15 @@ class Inverted(Layout):
     def __init__(self, layout: Layout, face: int) -> None:
         self.f, self._layout = layout.f, layout
         corner = int(self.f[face, 0])
-        self._unit = float(layout.log_edge[corner])
-        z = layout.about(corner, self._unit)
-        self._z = z - z[self.f[face]].mean()
-        self.log_edge = layout.log_edge - self._unit - 2 * np.log(np.abs(self._z))
+        log = layout.about(corner)
+        unit = float(layout.log_edge[corner])
+        middle = np.exp(log[self.f[face]] - unit).mean()
+        self._log = log_sum(log, unit + np.log(-middle))
+        self.log_edge = layout.log_edge - 2 * self._log.real
 
-    def about(self, root: int, log_unit: float) -> ComplexArray:
-        """Positions relative to a vertex, in units of exp(log_unit)."""
-        z = self._layout.about(root, self._unit) / self._z / self._z[root]  # their product may overflow
-        return -z * np.exp(-log_unit)
+    def about(self, root: int) -> ComplexArray:
+        """Logarithms of positions relative to a vertex."""
+        return np.asarray(self._layout.about(root) - self._log - self._log[root] + 1j * np.pi)
 
 
 def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
@@ -189,27 +205,45 @@ def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[
 
 def centred(mesh: Mesh, layout: Layout) -> Placed:
     """Lay out about the deepest vertex; inverse stereographic projection centres the area."""
-    area = mesh.A
-    unit = weighted_quantile(layout.log_edge, area)
-    z = layout.about(int(np.argmin(layout.log_edge)), unit)
-    c = complex(weighted_quantile(z.real, area), weighted_quantile(z.imag, area))
-    size = weighted_quantile(np.abs(z - c), area) or float(np.abs(z - c).max())
-    z, unit = (z - c) / size, unit + np.log(size)
+    area, log = mesh.A, layout.about(int(np.argmin(layout.log_edge)))
+    unit = weighted_quantile(log.real, area)
+    log -= unit
     # The conformal barycentre is a point (c, size) of the half-space over the plane: an affine map centres it.
-    p = conformal_barycentre(to_ball(z).astype(np.float64), area)
+    p = conformal_barycentre(to_ball(exponential(log)).astype(np.float64), area)
     square = p[0] ** 2 + p[1] ** 2 + (1 + p[2]) ** 2
-    size = (1 - p @ p) / square
-    z, unit = (z - 2 * (p[0] + 1j * p[1]) / square) / size, unit + np.log(size)
-    depth = unit + 2 * np.log(np.hypot(1, np.abs(z))) - np.log(2) - layout.log_edge
-    x = to_ball(z).astype(np.float64)
-    turn = best_rotation(x, orientation_target(mesh), area)
-    return Placed(layout.f, z, depth, lambda tip: layout.about(tip, unit), turn=turn)
+    size = np.log((1 - p @ p) / square)
+    log, unit = log_sum(log, logarithm(-2 * (p[0] + 1j * p[1]) / square)) - size, unit + size
+    depth = unit + np.logaddexp(0, 2 * log.real) - np.log(2) - layout.log_edge
+    turn = best_rotation(to_ball(exponential(log)).astype(np.float64), orientation_target(mesh), area)
+    return Placed(layout.f, log, depth, lambda tip: layout.about(tip) - unit, turn=turn)
+
+
+def logarithm(z: ComplexArray | complex) -> ComplexArray:
+    """Complex logarithms; that of 0 has the real part -inf."""
+    with np.errstate(divide="ignore"):
+        return np.log(np.asarray(z, dtype=np.complex128))
+
+
+def exponential(log: ComplexArray) -> ComplexArray:
+    """Numbers of given logarithms, none larger than what is as good as infinite."""
+    return np.asarray(np.exp(np.minimum(log.real, np.log(INFINITE)) + 1j * log.imag))
+
+
+def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
+    """Logarithms of sums, given those of the terms.
+
+    >>> np.exp(log_sum(np.log(np.array([3j])), np.log(4 + 0j)))[0].round(9)
+    np.complex128(4+3j)
+    """
+    unit = np.maximum(np.maximum(np.real(a), np.real(b)), np.finfo(float).min)
+    return unit + logarithm(np.exp(a - unit) + np.exp(b - unit))
 
 
 def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
     """A map as stereographic projection from the point opposite to a pole, a (1, 3) unit row, takes it to the plane."""
     z = to_chart(x, pole) / 2  # in a chart the plane touches the sphere, for `to_ball` it holds the equator
-    return Placed(f, z, -log_edges(x, f), lambda tip: z - z[tip], turn=np.vstack((*tangent_axes(pole), pole)))
+    turn = np.vstack((*tangent_axes(pole), pole))
+    return Placed(f, logarithm(z), -log_edges(x, f), lambda tip: logarithm(z - z[tip]), turn=turn)
 
 
 def onto_sphere(placed: Placed, z: ComplexArray | LongComplex) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
 from .deep_limbs import tips_beyond
-from .layout import Placed, from_anchor, to_ball
+from .layout import Placed, exponential, log_sum, logarithm, to_ball
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:
@@ -27,20 +27,23 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     source, image = _completed(t, ends)
     M = _frame(image @ turn.T) @ np.linalg.inv(_frame(source @ placed.turn.T))  # algorithm (24)
     (a, b), (c, d) = M / np.sqrt(np.linalg.det(M))
-    N, D = a * placed.z + b, c * placed.z + d
-    D = np.where(D == 0, np.finfo(float).tiny, D)
+    N, D = (log_sum(placed.log + logarithm(p), logarithm(q)) for p, q in ((a, b), (c, d)))
 
     def about(tip: int) -> ComplexArray:
-        return placed.about(tip) / D / D[tip]  # algorithm (25); the product may overflow
+        return placed.about(tip) - D - D[tip]  # algorithm (25)
 
     at = ends @ turn.T
-    nearest = (to_ball(N / D).astype(np.float64) @ at.T).argmax(axis=1)
+    nearest = (to_ball(exponential(N - D)).astype(np.float64) @ at.T).argmax(axis=1)
     anchor = (at[:, 0] + 1j * at[:, 1])[nearest]
-    z = np.choose(nearest, [about(tip) for tip in tips])
-    distance = np.abs(from_anchor(z, anchor))
-    growth = np.log(np.hypot(1, np.abs(placed.z))) - np.log(np.hypot(np.abs(N), np.abs(D)))
-    depth = placed.depth - 2 * growth + np.log(np.clip(distance, np.finfo(float).tiny, 1))
-    return replace(placed, z=z, anchor=anchor, depth=np.where(z == 0, 0, depth), about=about, turn=turn)
+    around = [about(tip) for tip in tips]
+    log = np.choose(nearest, around)
+    distance = log.real.copy()
+    distance[tips] = [np.partition(here.real, 1)[1] for here in around]  # of the nearest vertex
+    distance -= np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
+    depth = placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
+    # Coordinates are no finer below the smallest normal number, which no edge at the floor is to be below.
+    depth += np.clip(distance, np.log(np.finfo(float).tiny) + floor, 0)
+    return replace(placed, log=log, anchor=anchor, depth=depth, about=about, turn=turn)
 
 
 def _nearest_ends(t: FloatArray) -> FloatArray:

@@ -7,19 +7,21 @@
 3. *embedding*: foldings that are left are repaired by small moves, or else by progressive embedding.
 4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
 
-The map of a step is taken if it is certified and its angle differences are the least so far.
+The map of a step is taken if it is certified and its angle differences are the least so far. A step that fails leaves
+the map as it is, and a note.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
+from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.measure import corner_angles
 from ..mesh.timings import stage
@@ -61,12 +63,12 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
     if not free:
         few = has_few_foldings(first.certificate, mesh.f)
         if not few:
-            steps.angles(centred)
+            steps.attempt("angles", lambda: steps.angles(centred))
         # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
         if steps.best is None or (not few and len(mesh.v) <= SMALL):
-            steps.accept("embedding", repair_locally(mesh, x))
+            steps.attempt("embedding", lambda: steps.accept("embedding", repair_locally(mesh, x)))
     for _ in range(_SEVERAL if len(mesh.v) <= SMALL else 1):
-        steps.newton(effort)
+        steps.attempt("newton", lambda: steps.newton(effort))
     return steps.result()
 
 
@@ -79,6 +81,7 @@ class _Steps:
     def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None) -> None:
         self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
         self.rounds: list[Round] = []
+        self.notes: list[str] = []
         self._began, self._least = time.perf_counter(), np.inf
 
     @cached_property
@@ -90,6 +93,15 @@ class _Steps:
     def _source(self) -> FloatArray:
         """Corner angles of the mesh."""
         return corner_angles(self.mesh.v, self.mesh.f)
+
+    def attempt(self, name: str, step: Callable[[], object]) -> None:
+        """Take a step; if it fails, leave the map as it is, and a note."""
+        try:
+            step()
+        except StopIteration:  # by a listener
+            raise
+        except Exception as error:  # whatever it is, the map at hand is not lost
+            self.notes.append(left_out(name, error))
 
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; take it if it is certified and its angle differences are the least so far."""
@@ -142,7 +154,8 @@ class _Steps:
         If it came without foldings, factorised steps are at most 1 + 3000 // n, and above 4,000 vertices, where
         factorisations take most of the time, there are three quick steps by conjugate gradients.
         """
-        assert self.best is not None
+        if self.best is None:
+            return
         x, run, n, quick = self.best.sphere, self.best.run, len(self.mesh.v), False
         if self.first.certificate.folding_free:
             quick = n > (_SEVERAL + 1) * SMALL
@@ -154,10 +167,19 @@ class _Steps:
 
     def result(self) -> SphereMap:
         """The best map, in the package's gauge."""
+        if self.best is not None and self.best.sphere is not self.first.sphere and self.best.gauge == "centred":
+            self.attempt("gauge", self._restore_gauge)
+        best = self.best if self.best is not None and self.best.sphere is not self.first.sphere else self.first
+        rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
+        return replace(best, run=replace(best.run, rounds=rounds, notes=(*best.notes, *self.notes)))
+
+    def _restore_gauge(self) -> None:
         assert self.best is not None
-        best = self.first if self.best.sphere is self.first.sphere else self.best
-        if best is not self.first and best.gauge == "centred":
-            x = restore_gauge(self.mesh, best.sphere)
-            run = replace(best.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
-            best = replace(best, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
-        return replace(best, run=replace(best.run, rounds=tuple(self.rounds) if len(self.rounds) > 1 else ()))
+        x = restore_gauge(self.mesh, self.best.sphere)
+        run = replace(self.best.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
+        self.best = replace(self.best, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
+
+
+def left_out(name: str, error: Exception) -> str:
+    """The note on a step that failed."""
+    return f"the step {name} failed and was left out, please report it: {one_line(error)}"

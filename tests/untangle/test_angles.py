@@ -20,6 +20,7 @@ from igl_spheremap.untangle.layout import (
     Layout,
     as_mapped,
     centred,
+    exponential,
     lengths_and_directions,
     onto_sphere,
     to_ball,
@@ -81,7 +82,7 @@ def test_lengths_agree_across_every_edge_and_positions_have_the_angles(body):
     assert np.abs(turned[known] + 1).max() < 1e-6
     layout = Layout(f, closed.angles, closed.hole)
     tip = int(np.argmin(layout.log_edge))
-    z = layout.about(tip, layout.log_edge[tip])
+    z = exponential(layout.about(tip) - layout.log_edge[tip])
     near = np.flatnonzero((np.abs(z) < 1e6)[f].all(axis=1))
     plane = np.column_stack((z.real, z.imag, 0 * z.real))
     assert len(near) > 20
@@ -94,17 +95,17 @@ def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over
     tip = int(np.argmin(layout.log_edge))
     face = int(np.argmax(np.where(np.arange(len(mesh.f)) == closed.hole, -np.inf, layout.log_edge[mesh.f].min(axis=1))))
     inverted = Inverted(layout, face)
-    z = inverted.about(tip, inverted.log_edge[tip])
+    z = exponential(inverted.about(tip) - inverted.log_edge[tip])
     near = np.flatnonzero((np.abs(z) < 1e6)[mesh.f].all(axis=1))
     assert len(near) > 20
     assert np.abs(corner_angles(np.column_stack((z.real, z.imag, 0 * z.real)), mesh.f[near]) - closed.angles[near]
                   ).max() < 1e-6
     corner = mesh.f[face, 0]
-    plane = layout.about(corner, layout.log_edge[corner])
+    plane = exponential(layout.about(corner))
     w = 1 / (plane - plane[mesh.f[face]].mean())
-    assert np.abs(inverted.about(corner, 0.0) - (w - w[corner])).max() < 1e-9
+    assert np.abs(exponential(inverted.about(corner)) - (w - w[corner])).max() < 1e-9
     back = Inverted(inverted, closed.hole)  # about another point of that face: shapes come back, turned
-    shape = [np.exp(1j * np.angle(at.about(tip, at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0]))
+    shape = [np.exp(1j * np.angle(exponential(at.about(tip) - at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0]))
              for at in (layout, back)]
     assert np.abs(shape[0] / shape[1] / (shape[0] / shape[1])[0] - 1).max() < 1e-6
 

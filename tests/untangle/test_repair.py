@@ -7,7 +7,7 @@ import pytest
 from bodies import ring_floor, worm
 from triangulations import icosphere, unit
 
-from igl_spheremap import Auto, samples, spherical_conformal_map
+from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import log_edges
@@ -18,7 +18,7 @@ from igl_spheremap.sphere.gauge import fix_gauge
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
-from igl_spheremap.untangle.repair import repair
+from igl_spheremap.untangle.repair import left_out, repair
 from igl_spheremap.verify.certificate import Certificate, certify
 from igl_spheremap.verify.distortion import angle_differences
 
@@ -168,6 +168,32 @@ def test_a_worm_longer_than_float64_is_deep_is_whole_at_ends_of_axes(circumferen
     assert floor == pytest.approx(120 / around, rel=0.02)
     assert np.abs(result.angle_differences()).mean() == pytest.approx(floor, rel=0.05)
     assert log_edges(result.sphere, f).min() < -0.9 * np.pi * circumferences
+
+
+@pytest.mark.parametrize(("circumferences", "around"), [(330, 3), (250, 6)])  # 1,980 and 1,650 nepers at least
+def test_limbs_beyond_the_range_of_float64_are_shortened(circumferences, around):
+    v, f = worm(circumferences, around)
+    result = spherical_conformal_map(v, f, Auto(effort=Effort(systems=0, sweeps=0)))
+    assert result.certificate.folding_free
+    assert (result.gauge, result.stretch > 1) == ("poles", True)
+
+
+@pytest.mark.parametrize(("step", "culprit"), [
+    ("angles", "unroll"), ("embedding", "repair_locally"), ("newton", "match_angles"), ("gauge", "restore_gauge")])
+def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monkeypatch):
+    def fail(*_, **__):
+        raise ValueError("negative dimensions are not allowed")
+
+    mesh, operators, x = folded
+    if step == "angles":  # taken where many faces are folded
+        x = unit(np.where(mesh.v[:, :1] > 0.3 * mesh.v[:, 0].max(), x[::-1], x))
+    monkeypatch.setattr(f"igl_spheremap.untangle.repair.{culprit}", fail)
+    monkeypatch.setattr("igl_spheremap.untangle.repair.left_out", left_out)
+    repaired = _repaired(mesh, operators, x)
+    assert repaired.certificate.folding_free is (step != "embedding")
+    [note] = set(repaired.notes)
+    assert note.startswith(f"the step {step} failed")
+    assert "negative dimensions" in note
 
 
 def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
