@@ -12,7 +12,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Literal
 
-from ..errors import check_listener, check_number, import_optional, own_errstate
+from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Method, method_of
 from .executors import workers_of
@@ -133,7 +133,6 @@ def map_many(
             todo.clear()
 
     if report is not None:
-        import_optional("PIL", "a report", "io")
         check_page(report)
     with (Manifest(manifest or manifest_of(out), _run(options)) as log,
           workers_of(executor, processes, timeout, memory) as workers):

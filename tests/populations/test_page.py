@@ -8,13 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.draw.palette import diverging
 from igl_spheremap.errors import FileError
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import read_picture
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.job import Job, Options, map_one
 from igl_spheremap.populations.map_many import map_many
-from igl_spheremap.populations.page import draw_row
+from igl_spheremap.populations.page import draw_row, scale
 from igl_spheremap.populations.table import Row, worst_first
 
 pytest.importorskip("PIL")
@@ -26,7 +29,7 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
         rows = map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)
         html = Path("page/index.html").read_text("utf-8")
         pages = re.findall(r'href="(subjects/\w+\.html)"', html)
-        pictures = re.findall(r'<img loading="lazy" alt="" src="(subjects/\w+\.png)"', html)
+        pictures = re.findall(r'<img loading="lazy" alt="" src="(subjects/[\w.-]+\.png)"', html)
         assert (len(pages), len(pictures)) == (3, 2)
         assert "2 of 3 maps are certified" in html
         assert re.findall(r"<div>(\w+\.ply)</div>", html)[0] == "open.ply"
@@ -54,7 +57,7 @@ def test_folded_faces_are_seen(desk):
     row = map_one(Job("400.ply", "400.obj", ""), options).row
     x, f = read_mesh("400.obj")
     write_mesh("400.obj", x * np.where(np.arange(len(x)) % 50 == 0, -1, 1)[:, None], f, force=True)
-    assert draw_row(row, "400.png", options)
+    assert draw_row(row, "400.png", diverging("", 2.0), options)
     assert vermilion(read_picture("400.png")) > 0.01
 
 
@@ -85,3 +88,42 @@ def test_names_are_text_and_not_markup(desk):
     with ThreadPoolExecutor(1) as executor:
         map_many([name], "x.obj", executor=executor, report="page", processes=1)
     assert "<b>&" not in Path("page/index.html").read_text("utf-8")
+
+
+def test_colours_reach_as_far_as_half_of_the_maps_do():
+    """So that a population of small ratios is not white throughout."""
+    for size in (0.15, 3.0):
+        rows = [Row("", "", p99_area=size * factor) for factor in (0.9, 1.0, 50.0, np.nan)]
+        assert size <= scale(rows).high <= 2.5 * size
+    assert scale([]).high > 0
+
+
+def test_hemispheres_are_seen_from_their_side_first(desk):
+    """Faces folded on the left of the head are red in the first view of a left hemisphere, the last of a right one."""
+    for side in ("lh", "rh"):
+        v, f = read_mesh("400.ply")
+        write_mesh(f"{side}.white.ply", v, f)
+        options = Options(Auto(), 0.0, None, False, os.getcwd())
+        row = map_one(Job(f"{side}.white.ply", f"{side}.obj", ""), options).row
+        x, _ = read_mesh(f"{side}.obj")
+        left = f[np.argsort(v[f, 0].mean(axis=1))[:9]]
+        x[np.unique(left)] *= -1
+        write_mesh(f"{side}.obj", x, f, force=True)
+        assert draw_row(row, f"{side}.png", diverging("", 2.0), options)
+        image = read_picture(f"{side}.png")
+        first, last = (vermilion(image[:, start : start + len(image)]) for start in (0, 2 * len(image)))
+        assert (first > 2 * last) == (side == "lh")
+
+
+def test_equal_figures_are_said_in_a_sentence(desk):
+    """In place of a distribution from half below to half above."""
+    map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
+    assert "stretch: 1 in all" in Path("page/index.html").read_text("utf-8")
+
+
+def test_hints_on_the_page_of_the_shell_are_flags(desk):
+    words = "batch open.ply --out {stem}.obj --report page --jobs 1 --quiet"
+    assert main(words.split()) == Exit.NO_MESH
+    html = Path("page/index.html").read_text("utf-8")
+    assert "--repair" in html
+    assert "repair_mesh" not in html

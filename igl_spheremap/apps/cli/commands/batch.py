@@ -9,7 +9,9 @@ import numpy as np
 
 from ....io.replacing import check_writable
 from ....populations.executors import connect
+from ....populations.job import Options
 from ....populations.map_many import manifest_of, map_many, targets_of
+from ....populations.page import check_page, write_page
 from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
@@ -33,6 +35,8 @@ def run_batch(args: Namespace) -> Exit:
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
     _check_summary(args.summary, [*sources, *targets, args.manifest or manifest_of(pattern)])
+    if args.report is not None:
+        check_page(args.report)
     executor = connect(args.scheduler) if args.scheduler is not None else None
 
     def announce() -> None:
@@ -50,9 +54,12 @@ def run_batch(args: Namespace) -> Exit:
             sources, pattern, executor=executor, processes=args.jobs, method=method,
             balance=args.balance, repair=args.repair, force=args.force, manifest=args.manifest, resume=args.resume,
             retry_failed=args.retry_failed, timeout=args.timeout, memory=args.memory, retries=args.retries,
-            report=args.report, listener=listen, **repair_options(args) or {},
+            listener=listen, **repair_options(args) or {},
         )  # fmt: skip
     rows = _with_flags_in_notes(rows)
+    if args.report is not None:
+        options = Options(method, args.balance, repair_options(args), args.force, os.getcwd())
+        write_page(args.report, rows, options, args.jobs)
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
