@@ -24,7 +24,8 @@ import numpy as np
 import igl_spheremap as ism
 from igl_spheremap.io.coefficients import read_coefficients
 from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
-from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.records import Label
+from igl_spheremap.io.scalars import read_labels, read_scalars, write_scalars
 from igl_spheremap.io.written_map import read_map, read_mark
 
 #: What may leave a reader.
@@ -49,7 +50,8 @@ READERS = {
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
-    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "point.vtk", "point.vtp", "packed.vtp"),
+    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "point.vtp", "packed.vtp"),
+    read_labels: ("lh.data.annot", "data.label.gii"),
     read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
 }
 CASES = [(reader, name) for reader, names in READERS.items() for name in names]
@@ -65,6 +67,9 @@ def write_sound(folder, name):
     path, (v, f) = Path(folder) / name, ism.samples.sphere(12)
     if name.startswith("map"):
         ism.write_map(path, ism.spherical_conformal_map(*ism.samples.sphere(42)))
+    elif name.endswith(("annot", "label.gii")):
+        table = tuple(Label(k, f"part {k}", (k / 5, 0.4, 0.2, 1.0)) for k in range(4))
+        write_scalars(path, {"parts": np.arange(len(v)) % 4}, metadata={"labels": table})
     elif "data" in name:
         write_scalars(path, {"height": v[:, 2]})
     elif "coef" in name:

@@ -1,4 +1,4 @@
-"""GIFTI surfaces (.surf.gii) and scalar maps (.shape.gii, .func.gii), by nibabel; float32 by the standard."""
+"""GIFTI surfaces (.surf.gii), scalar maps (.shape.gii, .func.gii; float32 by the standard) and labels, by nibabel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray, IntArray
 from .formats import PathLike
 from .reading import check_expansion, expansion_limit
-from .records import Metadata, RawMesh, of_triangles
+from .records import Label, Metadata, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
@@ -100,17 +100,32 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     return {dict(array.meta).get("Name") or str(k): array.data for k, array in enumerate(_load(path).darrays)}
 
 
+def read_table(path: Path) -> tuple[Label, ...] | None:
+    """The table of a file of labels; None if its arrays have another intent."""
+    image = _load(path)
+    if not image.get_arrays_from_intent("NIFTI_INTENT_LABEL"):
+        return None
+    return tuple(Label(int(row.key), printable(row.label or ""), row.rgba) for row in image.labeltable.labels)
+
+
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
-    """Write scalar maps, one data array each, in float32; ``structure`` is kept."""
+    """Write maps, one data array each, in float32, or in int32 with their table if ``labels`` are known."""
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    arrays = [gifti.GiftiDataArray(values.astype(np.float32), "NIFTI_INTENT_SHAPE", "NIFTI_TYPE_FLOAT32",
+    labelled = "labels" in metadata
+    intent, code, kind = ("LABEL", "INT32", np.int32) if labelled else ("SHAPE", "FLOAT32", np.float32)
+    arrays = [gifti.GiftiDataArray(values.astype(kind), f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{code}",
                                    meta=gifti.GiftiMetaData(Name=name)) for name, values in maps.items()]
     _save(gifti, path, arrays, metadata)
 
 
 def _save(gifti: Any, path: Path, arrays: list[Any], metadata: Metadata) -> None:
     mark = {_MARK: metadata["mark"]} if "mark" in metadata else {}
-    content = gifti.GiftiImage(meta=_meta(gifti, metadata, **mark), darrays=arrays).to_xml()
+    image = gifti.GiftiImage(meta=_meta(gifti, metadata, **mark), darrays=arrays)
+    for label in metadata.get("labels", ()):
+        row = gifti.GiftiLabel(label.key, *label.rgba)
+        row.label = label.name
+        image.labeltable.labels.append(row)
+    content = image.to_xml()
     path.write_bytes(gzip.compress(content, mtime=0) if path.suffix.lower() == ".gz" else content)
 
 

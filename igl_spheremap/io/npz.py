@@ -22,7 +22,7 @@ from ..result.run import Round, Run, Status, Step
 from ..result.sphere_map import SphereMap
 from ..verify.certificate import Certificate
 from .reading import check_expansion
-from .records import Metadata, RawMesh, of_triangles
+from .records import Label, Metadata, RawMesh, of_triangles
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
@@ -84,6 +84,25 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
     shape, fortran, dtype = _HEADERS[np.lib.format.read_magic(stream)](stream)
     flat = np.frombuffer(stream.read(), dtype, math.prod(shape))
     return np.array(flat.reshape(shape, order="F" if fortran else "C"))
+
+
+def read_table(path: Path) -> tuple[Label, ...] | None:
+    """The table of labels beside maps; None if there is none."""
+    arrays = read_arrays(path)
+    if "label_table" not in arrays:
+        return None
+    rows = json.loads(str(arrays["label_table"]))
+    return tuple(Label(int(key), printable(str(name)), (float(r), float(g), float(b), float(a)))
+                 for key, name, (r, g, b, a) in rows)
+
+
+def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+    """Write maps, exactly; of labels as whole numbers, with their table as JSON."""
+    if "labels" not in metadata:
+        write_arrays(path, maps)
+        return
+    table = json.dumps([(label.key, label.name, label.rgba) for label in metadata["labels"]])
+    write_arrays(path, {name: values.astype(np.int64) for name, values in maps.items()} | {"label_table": table})
 
 
 def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None = None) -> None:

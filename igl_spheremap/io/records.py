@@ -66,6 +66,15 @@ class RawMesh:
     sphere: NDArray[Any] | None = None
 
 
+@dataclass(frozen=True)
+class Label:
+    """A row of a table of labels: the number that vertices have, a name, and red, green, blue and alpha from 0 to 1."""
+
+    key: int
+    name: str
+    rgba: tuple[float, float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class LoadedMesh:
     """A triangle mesh from a file. Unpacks to ``v, f``.

@@ -1,4 +1,4 @@
-"""Scalar maps over the vertices: GIFTI, FreeSurfer's curvature files, NPZ, point data of VTK; and lists of vertices."""
+"""Maps over the vertices, of numbers or of labels: GIFTI, FreeSurfer's files, NPZ, VTK; and lists of vertices."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from . import freesurfer, gifti, npz
+from . import annot, freesurfer, gifti, npz
 from .formats import FORMATS, PathLike, format_of
 from .reading import read_lines, reading
-from .records import Metadata
+from .records import Label, Metadata
 from .replacing import replacing
 
 _HEMISPHERES = ("lh.", "rh.")
@@ -28,13 +28,13 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     Parameters
     ----------
     path : str or path-like
-        A .gii file, an .npz file with arrays of one dimension, a .vtk or .vtp file with point data, or else a curvature
-        file of FreeSurfer.
+        A .gii file, an .npz file with arrays of one dimension, a .vtk or .vtp file with point data, an .annot file, or
+        else a curvature file of FreeSurfer.
 
     Returns
     -------
     dict of (n,) float64 arrays
-        Values by name.
+        Values by name; of labels their keys, which `read_labels` explains.
 
     Raises
     ------
@@ -45,13 +45,48 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """
     source = Path(path)
     with reading(source):
-        read, _ = _functions(source)
-        arrays = read(source)
+        arrays = _functions(source)[0](source)
         maps = {printable(name): values.astype(np.float64) for name, values in arrays.items()
                 if values.ndim == 1 and values.dtype.kind in "fiu"}
         if not maps:
             raise MeshError("the file holds no scalar map: no array has one number a vertex")
         return maps
+
+
+def read_labels(path: PathLike) -> tuple[Label, ...] | None:
+    """Read the table of labels of a file whose maps are labels.
+
+    Parameters
+    ----------
+    path : str or path-like
+        As for `read_scalars`.
+
+    Returns
+    -------
+    tuple of Label, or None
+        Key, name and colour of each label, in the file's order; None if the file does not say that it holds labels.
+
+    Raises
+    ------
+    FileError, MeshError
+        As from `read_scalars`.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> from igl_spheremap.io.records import Label
+    >>> from igl_spheremap.io.scalars import read_labels, write_scalars
+    >>> table = (Label(0, "rest", (0.0, 0.0, 0.0, 0.0)), Label(1, "V1", (1.0, 0.0, 0.0, 1.0)))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "lh.areas.annot")
+    ...     write_scalars(path, {"areas": np.array([0, 1, 1, 0])}, metadata={"labels": table})
+    ...     read_labels(path) == table
+    True
+    """
+    source = Path(path)
+    with reading(source):
+        read = _functions(source)[2]
+        return None if read is None else read(source)
 
 
 def write_scalars(
@@ -67,39 +102,52 @@ def write_scalars(
     ----------
     path : str or path-like
         The new file: .gii (one data array each, float32), a name that starts with lh. or rh. (one map, as
-        FreeSurfer writes curvature, float32), or .npz.
-    maps : dict of (n,) float64 arrays
+        FreeSurfer writes curvature, float32), .annot (one map of labels), or .npz.
+    maps : dict of (n,) arrays
         Values by name.
     force : bool
         Replace an existing file.
     metadata : dict, optional
-        As `read_mesh` gave it for the surface; nothing by default.
+        As `read_mesh` gave it for the surface; nothing by default. With ``labels``, a table as `read_labels` gives it,
+        the values are labels: whole numbers (int32 in .gii files), and the table is written, too. An .annot file
+        renumbers labels by their places in the table.
 
     Raises
     ------
+    MeshError
+        If labels are no whole numbers, or of an .annot file have no table or not each a colour of its own.
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
     target, known = Path(path), metadata or {}
-    _, write = _functions(target)
+    _, write, _ = _functions(target)
+    if "labels" in known:
+        for name, values in maps.items():
+            if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
+                raise MeshError(f"{name} holds no labels: they are whole numbers of at most 32 bits")
     if write is freesurfer.write_scalars and not target.name.lower().startswith(_HEMISPHERES):
-        raise FileError(f"{path}: scalar maps are written to .gii, .npz, and lh.NAME or rh.NAME files")
-    if write is freesurfer.write_scalars and len(maps) != 1:
+        raise FileError(f"{path}: scalar maps are written to .gii, .npz, .annot, and lh.NAME or rh.NAME files")
+    if write in (freesurfer.write_scalars, annot.write_scalars) and len(maps) != 1:
         raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")
     with replacing(path, force) as partial:
         write(partial, dict(maps), known)
 
 
-def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], Callable[..., None]]:
-    """What reads scalar maps from files of that name, and what writes them."""
+_ReadTable = Callable[[Path], tuple[Label, ...] | None]
+
+
+def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], Callable[..., None], _ReadTable | None]:
+    """What reads maps from files of that name, what writes them, and what reads tables of labels."""
+    if path.name.lower().endswith(annot.SUFFIX):
+        return annot.read_scalars, annot.write_scalars, annot.read_table
     kind = next((entry.name for entry in FORMATS if path.name.lower().endswith(entry.suffixes)), "")
     if kind == "GIFTI":
-        return gifti.read_scalars, gifti.write_scalars
+        return gifti.read_scalars, gifti.write_scalars, gifti.read_table
     if kind == "NPZ":
-        return npz.read_arrays, npz.write_arrays
+        return npz.read_arrays, npz.write_scalars, npz.read_table
     if kind in ("VTK", "VTP"):
-        return _point_data, freesurfer.write_scalars
-    return freesurfer.read_scalars, freesurfer.write_scalars
+        return _point_data, freesurfer.write_scalars, None
+    return freesurfer.read_scalars, freesurfer.write_scalars, None
 
 
 def _point_data(path: Path) -> dict[str, NDArray[Any]]:

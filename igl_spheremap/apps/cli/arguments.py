@@ -128,8 +128,8 @@ OUTPUT = (
 )
 SILENT = switch("-q", "--quiet", help="print nothing")
 SCREENSHOT = argument("--screenshot", "OUT.png", "write one picture; needs no display")
-DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it) or a curvature file of "
-             "FreeSurfer")
+DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it), or an .annot or curvature "
+             "file of FreeSurfer")
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
               "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; or a file with a sphere mesh, such as "

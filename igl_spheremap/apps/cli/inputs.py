@@ -17,8 +17,8 @@ from ... import samples
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh, read_sphere
 from ...io.reading import read_lines
-from ...io.records import LoadedMesh
-from ...io.scalars import LANDMARK_LISTS, read_landmarks, read_scalars
+from ...io.records import Label, LoadedMesh
+from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
@@ -194,6 +194,12 @@ def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
             raise MeshError(f"{path}: {key} has {len(values)} values but {mesh.name} has {len(mesh.v)} vertices; "
                             "give data of this mesh")
     return maps
+
+
+def read_table(path: str) -> tuple[Label, ...] | None:
+    """The table of the labels that a file, or FILE:NAME, holds; None if it holds none."""
+    file, colon, _ = path.rpartition(":")
+    return read_labels(file if colon and not Path(path).exists() else path)
 
 
 def read_points(

@@ -26,7 +26,7 @@ from ....shapes.weights import apply_matrix, largest, transfer_weights
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
 from ..exits import UsageError
-from ..inputs import load_pair, read_data, read_maps, read_target_sphere
+from ..inputs import load_pair, read_data, read_maps, read_table, read_target_sphere
 from ..output import Findings, check_outputs, target_format, write_target
 
 _TEXTURES = ("equirectangular", "octahedral")
@@ -57,6 +57,7 @@ def run_transfer(args: Namespace) -> None:
 
     igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
     igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
+    igl-spheremap transfer lh.white lh.sphere.reg lh.aparc.label.gii --data lh.aparc.annot --to other.sphere
     igl-spheremap transfer lh.white lh.sphere.reg lh.area5.shape.gii --data lh.area --to ico:5 --method adaptive-area
     """
     check_outputs(args)
@@ -65,23 +66,27 @@ def run_transfer(args: Namespace) -> None:
     there = read_target_sphere(args.to)
     pair = load_pair(args)
     source = pair.source
-    maps = read_maps(args.data, source)
+    maps, table = read_maps(args.data, source), read_table(args.data)
+    labels, metadata = args.labels or table is not None, dict(source.metadata)
+    if labels:
+        metadata["labels"] = table or ()
     result = pair.map()
     args.progress.stage(f"locating {len(there[0])} points on {pair.name}")
     weights = transfer_weights(result, there) if args.method == "adaptive-area" else None
     matrix = transfer(result, None, there, matrix=True) if weights is None else weights.matrix
-    carried = {key: apply_matrix(matrix, values, args.labels) for key, values in maps.items()}
-    write_scalars(args.target, carried, force=args.force, metadata=source.metadata)
+    carried = {key: apply_matrix(matrix, values, labels) for key, values in maps.items()}
+    write_scalars(args.target, carried, force=args.force, metadata=metadata)
     if args.matrix is not None:
         with replacing(args.matrix, args.force) as partial:
-            save_npz(partial, csr_array((largest(matrix) if args.labels else matrix).T))
+            save_npz(partial, csr_array((largest(matrix) if labels else matrix).T))
     found = Findings(target=args.target, vertices=len(there[0]), matrix=args.matrix, maps={})
     found.mesh("source", source)
     found.add("sphere", f"{pair.name}, at the {len(there[0])} vertices of {args.to}", sphere=pair.name, to=args.to)
     for key, values in carried.items():
         low, high = found.figures["maps"][key] = float(values.min()), float(values.max())
-        found.add("written", f"{args.target}: {key}, {low:.4g} to {high:.4g}")
-        if weights is not None and not args.labels:
+        kind = f"{len(np.unique(values))} labels, " if labels else ""
+        found.add("written", f"{args.target}: {key}, {kind}{low:.4g} to {high:.4g}")
+        if weights is not None and not labels:
             before, kept, own = weights.source_areas @ maps[key], weights.received @ values, weights.areas @ values
             found.add("integral", f"{key}: {before:.6g}, kept to {abs(kept - before):.2g} by the areas that came to "
                       f"each vertex; {own:.6g} by those of the surface resampled on {args.to}")

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array, load_npz
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_scalars, write_scalars
 from igl_spheremap.shapes.transfer import regular_mesh
 
@@ -77,6 +78,7 @@ def test_the_matrix_is_written_as_nitransforms_keeps_it(desk):
     assert np.allclose(height @ matrix, again, atol=1e-12)  # the file holds the sphere at three times its size
     figures = json.loads(Path("out.json").read_text())["integrals"]["height"]
     assert abs(figures["received"] - figures["source"]) < 1e-12
+    words[5] = "data.npz:part"
     assert main([*words, "-f", "--matrix", "labels.npz", "--labels", "-q"]) == 0
     assert set(load_npz("labels.npz").data) == {1.0}
 
@@ -89,3 +91,26 @@ def test_nitransforms_takes_the_matrix(desk):
                    for x, f in ((desk.sphere, desk.faces), regular_mesh("ico:2")))
     resampler = surface.SurfaceResampler(there, here, mat=load_npz("matrix.npz"))
     assert np.allclose(resampler.apply(desk.vertices[:, 2]), read_scalars("out.npz")["height"], atol=1e-12)
+
+
+@pytest.mark.parametrize("hemisphere", ["lh", "rh"])
+def test_labels_keep_their_table_and_hemisphere(desk, hemisphere):
+    """An annotation to a GIFTI file and back to an annotation, as labels without being asked for it."""
+    nibabel = pytest.importorskip("nibabel")
+    table = (Label(0, "below", (0.0, 0.0, 0.0, 1.0)), Label(1, "above", (1.0, 0.0, 0.0, 1.0)))
+    write_scalars(f"{hemisphere}.parts.annot", {"parts": desk.vertices[:, 2] > 0}, metadata={"labels": table})
+    write_mesh(f"{hemisphere}.white", desk.vertices, desk.faces)
+    words = ["transfer", f"{hemisphere}.white", "sphere.ply", "--to", "sphere.ply", "-q"]
+    assert main([*words, f"{hemisphere}.parts.label.gii", "--data", f"{hemisphere}.parts.annot"]) == 0
+    image = nibabel.load(f"{hemisphere}.parts.label.gii")
+    assert image.meta["AnatomicalStructurePrimary"] == {"lh": "CortexLeft", "rh": "CortexRight"}[hemisphere]
+    assert image.darrays[0].intent == nibabel.nifti1.intent_codes["NIFTI_INTENT_LABEL"]
+    assert main([*words, f"{hemisphere}.again.annot", "--data", f"{hemisphere}.parts.label.gii:parts"]) == 0
+    assert Path(f"{hemisphere}.again.annot").read_bytes() == Path(f"{hemisphere}.parts.annot").read_bytes()
+
+
+def test_labels_are_whole_numbers(desk, capsys):
+    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--labels"]
+    assert main(words) == 2
+    assert "whole numbers" in capsys.readouterr().err
+    assert not Path("out.npz").exists()
