@@ -38,7 +38,7 @@ class ProjectedDescent:
 
         Their residual is that of `CayleyBB` whatever the metric: the L2 norm of the gradient without boosts.
         """
-        L2 = Diagonal(problem.A)
+        L2 = Diagonal(problem.areas)
         for k in count():
             x = problem.centred(x, _OFF_CENTRE)
             energy, derivative = problem.energy.evaluate(x)

@@ -127,7 +127,7 @@ def harmonic_map(
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
     last iterate is the start, if that keeps angles better.
     """
-    problem = Problem(HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L), mesh.A, mesh.f)
+    problem = Problem.of(mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L))
     solver = PreconditionedCayley()
     if x is None:
         start = punctured_start(mesh, operators)

@@ -119,6 +119,8 @@ class Problem:
     metric: Metric
     #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
     A: FloatArray
+    #: (n,) the same, with those of caps: weights of the L2 norm.
+    areas: FloatArray
     #: (m, 3) faces.
     f: IntArray
     #: True if the energy is the same for Moebius-equivalent maps, but for its discretisation error: boosts are kept out
@@ -128,8 +130,7 @@ class Problem:
     @classmethod
     def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
         """An energy over the maps of a mesh, in the L2 metric unless another is given."""
-        A = mesh.A
-        return cls(energy, Diagonal(A) if metric is None else metric, A, mesh.f, gauge)
+        return cls(energy, Diagonal(mesh.areas) if metric is None else metric, mesh.A, mesh.areas, mesh.f, gauge)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Energy and `gradient`."""

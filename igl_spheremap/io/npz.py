@@ -35,7 +35,8 @@ def read(path: Path) -> RawMesh:
     if v is None or "faces" not in arrays:
         raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
                         "save them under these names")
-    return RawMesh(v, of_triangles(arrays["faces"]), sphere=arrays.get("sphere"))
+    metadata = {"caps": arrays["caps"]} if "caps" in arrays else {}
+    return RawMesh(v, of_triangles(arrays["faces"]), metadata, arrays.get("sphere"))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -48,7 +49,7 @@ def read_map(path: Path) -> SphereMap:
     arrays = read_arrays(path)
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
-    mesh, runs = check_mesh(arrays["vertices"], arrays["faces"]), json.loads(str(arrays["json"]))
+    mesh, runs = check_mesh(arrays["vertices"], arrays["faces"], arrays.get("caps")), json.loads(str(arrays["json"]))
 
     def stored(name: str) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)
@@ -60,7 +61,10 @@ def read_map(path: Path) -> SphereMap:
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
     """Write a map with all that is known of it, its conformal factor, and the versions of what made it."""
     maps = {"sphere": result} | ({"conformal": result.conformal} if result.conformal else {})
-    arrays = {"vertices": result.vertices, "faces": result.faces} | {name: each.sphere for name, each in maps.items()}
+    arrays: dict[str, Any] = {"vertices": result.vertices, "faces": result.faces}
+    arrays |= {name: each.sphere for name, each in maps.items()}
+    if result.mesh.caps is not None:
+        arrays["caps"] = result.mesh.caps
     text = json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)
     versions = {"libigl": getattr(igl, "__version__", ""), "numpy": np.__version__, "scipy": scipy.__version__}
     more = {"conformal_factor": result.conformal_factor(), "json": text, "versions": json.dumps(versions)}

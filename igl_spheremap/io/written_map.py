@@ -17,7 +17,7 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import FileError, MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
@@ -36,16 +36,20 @@ _HEAD = 4096  # every writer puts the mark within so many bytes
 _MARK = re.compile(rb"igl_spheremap( [!-~]+){3} [0-9a-f]{24}")
 
 
-def make_mark(v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any]) -> str:
+def make_mark(
+    v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any], caps: BoolArray | None = None
+) -> str:
     """The mark of the map of this mesh: program, version, method, options, and a digest of the mesh.
 
-    Options that do not fit are replaced by their digest.
+    The number of faces that are caps stands with the options. Options that do not fit are replaced by their digest.
 
     Examples
     --------
     >>> make_mark(np.zeros((3, 3)), np.arange(3)[None], "auto", {"polish": "angles"}).split()[2:]
     ['auto', 'polish=angles', '47ae891934ca4ae3d3970f3e']
     """
+    if caps is not None:
+        options = {**options, "caps": int(caps.sum())}
     positions, faces = np.asarray(v, dtype="<f8"), np.asarray(f, dtype="<i8")
     digest = _digest(b"%d " % len(positions) + positions.tobytes() + faces.tobytes())
     asked = ",".join(f"{key}={_text(value)}" for key, value in sorted(options.items())) or "-"
@@ -58,7 +62,7 @@ def make_mark(v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any
 
 def mark_of(result: SphereMap) -> str:
     """The mark of a result."""
-    return make_mark(result.vertices, result.faces, result.method, result.settings)
+    return make_mark(result.vertices, result.faces, result.method, result.settings, result.mesh.caps)
 
 
 def read_mark(path: PathLike) -> str | None:

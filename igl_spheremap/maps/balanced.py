@@ -30,6 +30,7 @@ def balanced_spherical_map(
     balance: float = 0.75,
     *,
     method: str | Method = "auto",
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Map a closed genus-0 surface to the unit sphere, between conformal and area-preserving, and certify the map.
@@ -47,6 +48,8 @@ def balanced_spherical_map(
         0 is the conformal map, bit for bit; 1 is area-preserving.
     method : str or Method
         How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`, those of the conformal map included; may raise StopIteration to stop with
         the current map.
@@ -82,7 +85,7 @@ def balanced_spherical_map(
     (True, 'CONVERGED', True)
     """
     check_number(balance, "balance", most=1)
-    conformal = spherical_conformal_map(v, f, method, listener=listener)
+    conformal = spherical_conformal_map(v, f, method, caps=caps, listener=listener)
     return balance_map(Family(conformal.mesh), conformal, balance, listener)
 
 

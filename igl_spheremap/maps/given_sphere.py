@@ -31,7 +31,7 @@ _UNIT = 1e-6
 
 @own_errstate
 @timed()
-def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
+def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None) -> SphereMap:
     """Certify a sphere that another program made, for all that takes a `SphereMap`.
 
     Parameters
@@ -43,6 +43,8 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     x : (n, 3) array_like
         Images of the vertices on a sphere of any radius about the origin, in the same order; rows are scaled to unit
         length, and otherwise left where they are.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> SphereMap:
     True
     """
     history = History()
-    found = certified(check_mesh(v, f), x)
+    found = certified(check_mesh(v, f, caps), x)
     return replace(found, run=history.complete(found.run, "given"))
 
 
@@ -91,6 +93,7 @@ def repair_foldings(
     x: ArrayLike,
     *,
     polish: Polish | None = None,
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Repair every folding of a map to the sphere, from whatever program it comes.
@@ -110,6 +113,8 @@ def repair_foldings(
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
     polish : {"angles"}, optional
         What to lower afterwards on the whole map: the angle differences. Nothing by default.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
         of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
@@ -142,7 +147,7 @@ def repair_foldings(
     """
     settings = Auto(polish=polish).settings()
     history = History(listener)
-    mesh = check_mesh(v, f)
+    mesh = check_mesh(v, f, caps)
     began, places = time.perf_counter(), count()
     y = _checked_map(x, mesh)
 

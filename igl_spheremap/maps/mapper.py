@@ -37,6 +37,8 @@ class SphereMapper:
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     method : Auto
         Options of all maps, the factorisation among them.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
 
     Attributes
     ----------
@@ -65,10 +67,17 @@ class SphereMapper:
     """
 
     @own_errstate
-    def __init__(self, v: ArrayLike, f: ArrayLike, method: Auto = Auto()) -> None:  # noqa: B008 - it is frozen
+    def __init__(
+        self,
+        v: ArrayLike,
+        f: ArrayLike,
+        method: Auto = Auto(),  # noqa: B008 - it is frozen
+        *,
+        caps: ArrayLike | None = None,
+    ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        self.mesh = check_mesh(v, f)
+        self.mesh = check_mesh(v, f, caps)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 

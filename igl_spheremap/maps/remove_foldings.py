@@ -22,6 +22,7 @@ def minimize_harmonic_energy(
     start: ArrayLike | None = None,
     *,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 1: minimise the harmonic energy by Cayley updates, from any start.
@@ -36,6 +37,8 @@ def minimize_harmonic_energy(
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options but `rounds`.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
@@ -61,7 +64,7 @@ def minimize_harmonic_energy(
     True
     """
     method_of(method, Lai2014)
-    return remove_foldings(v, f, start, method=replace(method, rounds=0), listener=listener)
+    return remove_foldings(v, f, start, method=replace(method, rounds=0), caps=caps, listener=listener)
 
 
 @own_errstate
@@ -72,6 +75,7 @@ def remove_foldings(
     start: ArrayLike | None = None,
     *,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Algorithm 2: alternate Algorithm 1 and weighted eigen-projection until no folding is left.
@@ -86,6 +90,8 @@ def remove_foldings(
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`, star maps included; may raise StopIteration to stop with the current map.
 
@@ -112,6 +118,6 @@ def remove_foldings(
     """
     method_of(method, Lai2014)
     history = History(listener)
-    mesh = check_mesh(v, f)
+    mesh = check_mesh(v, f, caps)
     found = lai2014(mesh, method, history, None if start is None else check_start(start, len(mesh.v)))
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

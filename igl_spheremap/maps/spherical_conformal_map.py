@@ -30,6 +30,7 @@ def spherical_conformal_map(
     gauge: Gauge = "poles",
     polish: Polish | None = None,
     effort: Effort = Effort(),  # noqa: B008 - it is frozen
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Map a closed genus-0 surface conformally to the unit sphere, and certify the map.
@@ -47,6 +48,8 @@ def spherical_conformal_map(
         see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
     tolerance, max_iterations, backend, gauge, polish, effort
         The options of "auto", see `Auto`. Other methods take theirs by record only.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
@@ -87,7 +90,7 @@ def spherical_conformal_map(
     from ..mesh.check import check_mesh  # at the first call: nobody waits for scipy who only imports the package
     from .methods import SOLVERS
 
-    found = SOLVERS[type(chosen)](check_mesh(v, f), chosen, history)
+    found = SOLVERS[type(chosen)](check_mesh(v, f, caps), chosen, history)
     return replace(found, run=history.complete(found.run, chosen.name, chosen.settings()))
 
 

@@ -39,6 +39,7 @@ def p_harmonic_map(
     gradient_tolerance: float = 1e-3,
     max_iterations: int = 5000,
     plateau: float = 5e-7,
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Minimise the p-harmonic energy of equation (8) by Algorithm 1.
@@ -63,6 +64,8 @@ def p_harmonic_map(
         Maximum number of iterations.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`, whose energy is the p-harmonic one.
 
@@ -93,7 +96,7 @@ def p_harmonic_map(
     """
     options = PHarmonic(may_fold, gradient_tolerance, max_iterations, plateau, p)
     history = History(listener)
-    mesh = check_mesh(v, f)
+    mesh = check_mesh(v, f, caps)
     found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, start), options, history)
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
@@ -112,6 +115,7 @@ def landmark_map(
     gradient_tolerance: float = 1e-3,
     max_iterations: int = 500,
     plateau: float = 1e-6,
+    caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
     """Minimise the harmonic energy plus a penalty on how far landmarks are from their targets.
@@ -145,6 +149,8 @@ def landmark_map(
         Maximum number of iterations.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
         Called with every `Iterate`, whose energy includes the penalty.
 
@@ -175,7 +181,7 @@ def landmark_map(
     """
     options = Landmarks(may_fold, gradient_tolerance, max_iterations, plateau)
     history = History(listener)
-    mesh = check_mesh(v, f)
+    mesh = check_mesh(v, f, caps)
     penalty = check_landmarks(len(mesh.v), landmarks, targets, landmark_weights)
     name, x = start_of(mesh, start)
     if start is None:

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, weld
+from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array, weld
 from .edges import HalfEdges, edge_keys, half_edges
 from .explain import Refusal, Remedy
 from .measure import corner_angles, enclosed_volume, face_areas, vertex_shares
@@ -39,7 +39,11 @@ class Mesh:
         The pattern of sparse matrices on the mesh.
     A : (n,) float64 array
         Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean; all equal where the surface has
-        no area. What the gauge balances: weights given to `SphereMapper.map` take their place.
+        no area. What the gauge balances: caps have no share, and weights given to `SphereMapper.map` take their place.
+    areas : (n,) float64 array
+        The same with the areas of caps: the L2 metric.
+    caps : (m,) bool array or None
+        Faces that only close holes and cuts; None if there are none.
     """
 
     vertices: FloatArray
@@ -47,6 +51,13 @@ class Mesh:
     f: IntArray
     edges: HalfEdges
     A: FloatArray
+    areas: FloatArray
+    caps: BoolArray | None = None
+
+    @property
+    def surface(self) -> slice | BoolArray:
+        """The faces that are no caps, as an index of rows."""
+        return slice(None) if self.caps is None else ~self.caps
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"
@@ -54,7 +65,7 @@ class Mesh:
 
 @own_errstate
 @stage("check")
-def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
+def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
 
     Parameters
@@ -63,6 +74,9 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
         Vertex positions, any real dtype, byte order and memory layout. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, ``mesh.face_source < 0`` of a `RepairedMesh`: they weigh nothing in the
+        gauge and stay out of all figures. By default there are none.
 
     Returns
     -------
@@ -86,13 +100,14 @@ def check_mesh(v: ArrayLike, f: ArrayLike) -> Mesh:
         ...
     igl_spheremap.errors.MeshError: open surface: 1 hole (3 edges) near (-0.333, -0.333, -0.333), ...
     """
-    return checked(v, f, Remedy())
+    return checked(v, f, caps, Remedy())
 
 
-def checked(v: ArrayLike, f: ArrayLike, asked: Remedy) -> Mesh:
+def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
     """`check_mesh`, whose errors name the options of a repair that were asked for, too."""
     vertices, faces = _positions(v), check_triangles(f)
-    return _normalised(vertices, faces, _check_sphere(faces, len(vertices), vertices, asked))
+    edges = _check_sphere(faces, len(vertices), vertices, asked)
+    return _normalised(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
 
 
 @stage("check")
@@ -100,7 +115,7 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
     """The mesh with other positions; MeshError if their number differs."""
     vertices = _positions(v)
     check_rows(vertices, len(mesh.v), "vertices")
-    return _normalised(vertices, mesh.f, mesh.edges)
+    return _normalised(vertices, mesh.f, mesh.edges, mesh.caps)
 
 
 @own_errstate
@@ -148,6 +163,17 @@ def _positions(v: ArrayLike) -> FloatArray:
     return vertices
 
 
+def _check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
+    """The faces that are caps; None if there are none."""
+    array = plain_array(caps, "caps")
+    if array.dtype != bool or array.shape != (m,):
+        raise MeshError(f"caps have shape {array.shape} and dtype {array.dtype} but the mesh has {m} faces; give one "
+                        "boolean each")
+    if array.all():
+        raise MeshError("all faces are caps; give the surface, too")
+    return array.copy() if array.any() else None
+
+
 def _check_indices(f: IntArray, n: int) -> None:
     if n < 4:
         raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
@@ -185,7 +211,7 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     return edges
 
 
-def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges) -> Mesh:
+def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray | None) -> Mesh:
     """The mesh about the origin, scaled to unit area (to unit extent where the area vanishes)."""
     size = float(np.abs(vertices).max())
     v = np.ascontiguousarray(vertices.T) / (size or 1.0)  # long inner loops
@@ -196,12 +222,20 @@ def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges) -> Mesh:
     v /= extent
     areas, n = face_areas(v.T, f), len(vertices)
     area = float(areas.sum())
-    A = np.full(n, 1 / n)
     if area > _FLAT:
         v /= np.sqrt(area)
-        A = np.maximum(vertex_shares(areas, f, n), _LEAST_AREA * area / n)
-        A /= A.sum()
-    return Mesh(vertices, np.ascontiguousarray(v.T), f, edges, A)
+    share = _shares(areas, f, n)
+    A = share if caps is None else _shares(np.where(caps, 0.0, areas), f, n)
+    return Mesh(vertices, np.ascontiguousarray(v.T), f, edges, A, share, caps)
+
+
+def _shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
+    """Areas of the vertices with sum 1."""
+    area = float(areas.sum())
+    if not area > _FLAT:
+        return np.full(n, 1 / n)
+    A = np.maximum(vertex_shares(areas, f, n), _LEAST_AREA * area / n)
+    return np.asarray(A / A.sum())
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ def repair_mesh(
     Returns
     -------
     RepairedMesh
-        The mesh, index maps to the input and what was done.
+        The mesh, index maps to the input and what was done. Maps take ``caps=mesh.face_source < 0``.
 
     Raises
     ------
@@ -107,10 +107,10 @@ def repair_mesh(
     asked = Remedy(keep_largest, holes == "fill")
     try:
         if not work.sound or (work.rims and not asked.holes):
-            checked(work.v, work.f, asked)  # raises
+            checked(work.v, work.f, None, asked)  # raises
         work.fill_holes()
         work.turn_outward()
-        checked(work.v, work.f, asked)
+        checked(work.v, work.f, None, asked)
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
         raise MeshError(f"repair (done: {done}) is not enough: {error}") from None

@@ -23,10 +23,10 @@ from ..io.written_map import make_mark, read_mark, write_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.clean import RepairedMesh, repair_mesh
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.clean import repair_mesh
 from ..result.sphere_map import SphereMap
-from ..verify.distortion import log_figures, mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
+from ..verify.distortion import log_figures, mesh_edge_distortion
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprint, Result, fingerprint, is_still
 from .table import Row
@@ -60,9 +60,13 @@ class Options:
         """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
         return read_mesh(source, triangulate=self.repair is not None)
 
-    def repaired(self, loaded: LoadedMesh) -> LoadedMesh | RepairedMesh:
-        """The mesh that is mapped."""
-        return loaded if self.repair is None else repair_mesh(loaded.v, loaded.f, **self.repair)
+    def repaired(self, loaded: LoadedMesh) -> tuple[FloatArray, IntArray, BoolArray | None]:
+        """The mesh that is mapped, and its caps."""
+        if self.repair is None:
+            return loaded.v, loaded.f, loaded.metadata.get("caps")
+        repaired = repair_mesh(loaded.v, loaded.f, **self.repair)
+        caps = repaired.face_source < 0
+        return repaired.v, repaired.f, caps if caps.any() else None
 
 
 @dataclass(frozen=True)
@@ -125,20 +129,20 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
     loaded = options.read(source)
     if not is_still(source, read):
         raise FileError(f"{row.source} changed while it was read; run it again")
-    v, f = options.repaired(loaded)
+    v, f, caps = options.repaired(loaded)
     if not options.force and Path(target).exists():
         balance = {"balance": options.balance} if options.balance else {}
-        if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance):
+        if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance, caps):
             raise FileError(f"{row.target} exists without the mark of this version, method and mesh; it is kept, "
                             "force=True replaces it")
-    result = _map(v, f, options)
+    result = _map(v, f, caps, options)
     written = write_map(target, result, force=True, metadata=loaded.metadata)
     certificate = written.certificate
     moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
     figures = {
-        "angle": log_figures(mesh_angle_differences(result.mesh, result.sphere)),
-        "area": log_figures(mesh_area_distortion(result.mesh, result.sphere)),
-        "edge": log_figures(mesh_edge_distortion(result.mesh, result.sphere)),
+        "angle": log_figures(result.angle_differences()),
+        "area": log_figures(result.area_ratios()),
+        "edge": log_figures(mesh_edge_distortion(result.mesh, result.sphere)[result.mesh.surface]),
     }
     columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
                                for kind in ("mean", "p99", "max")}
@@ -150,16 +154,17 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
     )  # fmt: skip
 
 
-def _map(v: FloatArray, f: IntArray, options: Options) -> SphereMap:
+def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -> SphereMap:
     """The map of a mesh; one with the faces of the one before shares what depends on them."""
     if not isinstance(options.method, Auto):
-        return balanced_spherical_map(v, f, options.balance, method=options.method)
+        return balanced_spherical_map(v, f, options.balance, method=options.method, caps=caps)
     mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
-    if mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f):
+    if (mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f)
+            and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
         mapper.move(v)
     else:
         mapper = None  # two factors at a time would take twice the memory
-        mapper = SphereMapper(v, f, options.method)
+        mapper = SphereMapper(v, f, options.method, caps=caps)
     result = mapper.map()
     _OF_THREAD.mapper = mapper
     return mapper.rebalance(result, options.balance) if options.balance else result

@@ -130,7 +130,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
         return False
     if Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(target).st_mtime_ns:
         return True
-    v, f = options.repaired(options.read(source))
+    v, f, _ = options.repaired(options.read(source))
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), _LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T

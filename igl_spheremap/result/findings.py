@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import BoolArray, FloatArray
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
@@ -21,9 +21,13 @@ class Finding(NamedTuple):
     numbers: dict[str, Any]
 
 
-def verdict(certificate: Certificate) -> Finding:
-    """Whether the map is free of foldings."""
-    return Finding("certificate", str(certificate), {"certificate": certificate_numbers(certificate)})
+def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
+    """Whether the map is free of foldings, and how many of its faces are caps."""
+    numbers, text = certificate_numbers(certificate), str(certificate)
+    if caps is not None:
+        numbers["caps"] = int(caps.sum())
+        text += f"; {numbers['caps']:,} of its {len(caps):,} faces are caps, which no figure counts"
+    return Finding("certificate", text, {"certificate": numbers})
 
 
 def certificate_numbers(certificate: Certificate) -> dict[str, Any]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..draw.markup import table
 from ..errors import own_errstate
@@ -127,9 +129,9 @@ class SphereMap:
         Returns
         -------
         (m, 3) float64 array
-            As from `igl_spheremap.angle_differences`.
+            As from `igl_spheremap.angle_differences`, without the rows of caps.
         """
-        return mesh_angle_differences(self.mesh, self.sphere)
+        return mesh_angle_differences(self.mesh, self.sphere)[self.mesh.surface]
 
     @own_errstate
     def conformal_factor(self) -> FloatArray:
@@ -149,9 +151,32 @@ class SphereMap:
         Returns
         -------
         (m,) float64 array
-            As from `igl_spheremap.area_distortion`.
+            As from `igl_spheremap.area_distortion`, without the rows of caps and their areas.
         """
-        return mesh_area_distortion(self.mesh, self.sphere)
+        return mesh_area_distortion(self.mesh, self.sphere)[self.mesh.surface]
+
+    def drop_caps(self) -> OpenMap:
+        """The open surface and its image, without the caps that close its holes and cuts.
+
+        Faces and vertices keep their order; what is certified of the whole map holds of a part: it is injective.
+
+        Returns
+        -------
+        OpenMap
+            The surface, the positions of its vertices on the sphere, and where they stand in this map.
+
+        Examples
+        --------
+        >>> import igl_spheremap as ism
+        >>> v, f = ism.samples.make("spheroid", n_vertices=500)
+        >>> mesh = ism.repair_mesh(v, f[2:], holes="fill")
+        >>> part = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0).drop_caps()
+        >>> bool((part.v == v).all()), bool((part.f == f[2:]).all()), part.sphere.shape == v.shape
+        (True, True, True)
+        """
+        kept = self.faces[self.mesh.surface]
+        rows = np.unique(kept)
+        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows)
 
     def plot(self) -> Any:
         """Plot the course of the energy and the histogram of angle differences.
@@ -176,6 +201,27 @@ class SphereMap:
         outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
         return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {outcome}, "
                 f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
+
+
+class OpenMap(NamedTuple):
+    """A part of a surface and its image on the unit sphere, see `SphereMap.drop_caps`.
+
+    Attributes
+    ----------
+    v : (k, 3) float64 array
+        Vertices of the surface.
+    f : (l, 3) int64 array
+        Its faces, indices of these vertices.
+    sphere : (k, 3) float64 array
+        Images of the vertices, unit rows.
+    vertex_source : (k,) int64 array
+        Row of each vertex in the map that it is a part of.
+    """
+
+    v: FloatArray
+    f: IntArray
+    sphere: FloatArray
+    vertex_source: IntArray
 
 
 def run_findings(result: SphereMap) -> list[Finding]:
@@ -203,7 +249,7 @@ def map_findings(result: SphereMap) -> list[Finding]:
         advice = "" if result.gauge == "poles" else '; without gauge="centred" they may keep their angles'
         text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
         found.append(Finding("stretch", text, {}))
-    return [*found, verdict(result.certificate)]
+    return [*found, verdict(result.certificate, result.mesh.caps)]
 
 
 def result_rows(result: SphereMap) -> list[tuple[str, str]]:

@@ -35,7 +35,7 @@ class FeatureSurface:
 
     def __init__(self, mesh: Mesh) -> None:
         self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
-        self.areas = 4 * np.pi * mesh.A
+        self.areas = 4 * np.pi * mesh.areas
         self.L = usable_laplacian(mesh)
 
     def diffuse(self, values: FloatArray, sigma: float, steps: int = 2) -> FloatArray:

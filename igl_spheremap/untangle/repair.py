@@ -105,7 +105,8 @@ class _Steps:
 
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; take it if it is certified and its angle differences are the least so far."""
-        certificate, mean = Certificate.of(x, self.mesh.f), mean_difference(self._source, x, self.mesh.f)
+        certificate, surface = Certificate.of(x, self.mesh.f), self.mesh.surface
+        mean = mean_difference(self._source[surface], x, self.mesh.f[surface])
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,

@@ -59,8 +59,9 @@ def mesh_angle_differences(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
-    """Mean size of the angle differences, in degrees, of a checked mesh."""
-    return mean_difference(corner_angles(mesh.v, mesh.f), x, mesh.f)
+    """Mean size of the angle differences, in degrees, of a checked mesh without its caps."""
+    f = mesh.f[mesh.surface]
+    return mean_difference(corner_angles(mesh.v, f), x, f)
 
 
 def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
@@ -154,9 +155,9 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def mesh_area_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`area_distortion` for a checked mesh."""
+    """`area_distortion` for a checked mesh, whose area is that of the faces that are no caps."""
     image, source = (face_areas(p, mesh.f) for p in (x, mesh.v))
-    return _log_ratio(image / image.sum(), source / source.sum())
+    return _log_ratio(image / image[mesh.surface].sum(), source / source[mesh.surface].sum())
 
 
 @own_errstate
@@ -196,7 +197,7 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 def mesh_edge_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`edge_distortion` for a checked mesh."""
-    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(surface_area(p, mesh.f))
+    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(surface_area(p, mesh.f[mesh.surface]))
                      for p in (x, mesh.v))
     return _log_ratio(image, source)
 

@@ -367,3 +367,19 @@ def test_manifests_of_two_patterns_are_two():
     assert len(set(places)) == len(places)
     assert places[4] == "/tmp/stem.ply.manifest.jsonl"
     assert not any(set("{}") & set(place) for place in places)
+
+
+def test_holes_are_filled_and_caps_are_no_figure(tmp_path):
+    v, f = ism.samples.sphere(642)
+    ism.write_mesh(tmp_path / "open.ply", v, f[1:])
+    sources, out = [tmp_path / "open.ply"], str(tmp_path / "{stem}_sphere.ply")
+    refused, = ism.map_many(sources, out, processes=1, repair=True)
+    assert refused.status == "no mesh"
+    assert "holes='fill'" in refused.notes
+    row, = ism.map_many(sources, out, processes=1, repair=True, holes="fill")
+    assert row.status == "certified"
+    mesh = ism.repair_mesh(v, f[1:], holes="fill")
+    result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0)
+    assert row.mean_angle == pytest.approx(np.abs(result.angle_differences()).mean())
+    again, = ism.map_many(sources, out, processes=1, repair=True, holes="fill")
+    assert again.resumed

@@ -20,7 +20,7 @@ from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
 from ...maps.given_sphere import sphere_map
-from ...mesh.arrays import FloatArray, IntArray, check_directions
+from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
 from ...mesh.clean import repair_mesh
 from ...result.sphere_map import SphereMap
@@ -43,6 +43,8 @@ class InputMesh:
     f: IntArray
     metadata: Mapping[str, Any]
     repairs: tuple[str, ...] = ()
+    #: (m,) of the faces that are caps, if there are any
+    caps: BoolArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,7 @@ class InputMap:
     def map(self) -> SphereMap:
         """The map as a certified result; errors name its file."""
         try:
-            return sphere_map(self.source.v, self.source.f, self.x)
+            return sphere_map(self.source.v, self.source.f, self.x, caps=self.source.caps)
         except (MeshError, FoldingsRemain) as error:
             error.args = (f"{self.name}: {error}",)
             raise
@@ -95,13 +97,14 @@ def read_source(
     stage(f"checking {name}")
     try:
         if repair is None:
-            check_mesh(mesh.v, mesh.f)
-            return InputMesh(name, mesh.v, mesh.f, mesh.metadata)
+            caps = check_mesh(mesh.v, mesh.f, mesh.metadata.get("caps")).caps
+            return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=caps)
         repaired = repair_mesh(mesh.v, mesh.f, **repair)
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from None
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions)
+    caps = repaired.face_source < 0
+    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, caps if caps.any() else None)
 
 
 def load_pair(args: Namespace) -> InputMap:

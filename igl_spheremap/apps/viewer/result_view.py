@@ -87,7 +87,7 @@ class ResultView(App):
         self._map_rows = [] if self.result is None else [
             (found.label, found.text)
             for found in (
-                findings.verdict(self.result.certificate),
+                findings.verdict(self.result.certificate, self.mesh.caps),
                 findings.angles(self.result.angle_differences()),
                 findings.areas(self.result.area_ratios()),
             )

@@ -4,12 +4,13 @@ from argparse import Namespace
 
 import numpy as np
 
-from ....descent.energies import harmonic_energy
+from ....descent.energies import HarmonicEnergy
 from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
+from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import unit_rows
-from ....verify.distortion import angle_differences, area_distortion, edge_distortion
+from ....verify.distortion import mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
 from ..exits import Exit
 from ..inputs import load_pair
 from ..output import Findings, check_outputs, write_target
@@ -26,21 +27,21 @@ def run_check(args: Namespace) -> Exit:
     """
     check_outputs(args)
     pair = load_pair(args)
-    v, f = pair.source.v, pair.source.f
+    mesh = check_mesh(pair.source.v, pair.source.f, pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")
-    checked = certify_radius(pair.x, f)
+    checked = certify_radius(pair.x, mesh.f)
     found = Findings()
     found.source(pair.source)
     found.add("sphere", f"{pair.name}: radius {checked.radius:.6g}", sphere=pair.name, radius=checked.radius)
     if not len(checked.certificate.not_finite) and checked.radius > 0:
         unit = pair.x / checked.radius
         found.extend([
-            findings.energy(harmonic_energy(v, f, unit)),
-            findings.angles(angle_differences(v, f, unit)),
-            findings.areas(area_distortion(v, f, unit)),
-            findings.edges(edge_distortion(v, f, unit)),
+            findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
+            findings.angles(mesh_angle_differences(mesh, unit)[mesh.surface]),
+            findings.areas(mesh_area_distortion(mesh, unit)[mesh.surface]),
+            findings.edges(mesh_edge_distortion(mesh, unit)[mesh.surface]),
         ])
-    found.extend([findings.verdict(checked.certificate)])
+    found.extend([findings.verdict(checked.certificate, mesh.caps)])
     found.report(args)
     return Exit.OK if checked.certificate.folding_free else Exit.UNCERTIFIED
 
@@ -55,7 +56,7 @@ def run_repair(args: Namespace) -> Exit:
     source, x = pair.source, pair.x
     before = certify_radius(x, source.f)
     args.progress.stage(f"repairing {pair.name}")
-    result = repair_foldings(source.v, source.f, x, listener=args.progress.listener(source.f))
+    result = repair_foldings(source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f))
     written = write_target(
         args,
         lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
@@ -68,9 +69,9 @@ def run_repair(args: Namespace) -> Exit:
         ("after", args.target, result.sphere, written.certificate),
     ):
         found.add(label, f"{file}: {certificate}")
-        angles = findings.angles(angle_differences(source.v, source.f, positions))
+        angles = findings.angles(mesh_angle_differences(result.mesh, positions)[result.mesh.surface])
         found.add(angles.label, angles.text)
-        found.figures[label] = findings.verdict(certificate).numbers | angles.numbers
+        found.figures[label] = findings.verdict(certificate, source.caps).numbers | angles.numbers
     moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
     found.add("moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds)
     found.report(args)

@@ -44,7 +44,7 @@ def run_map(args: Namespace) -> Exit:
     igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
     """
     options = {"balance": args.balance, "method": chosen_method(args)}
-    return _map_by(args, lambda v, f, listener: balanced_spherical_map(v, f, listener=listener, **options))
+    return _map_by(args, lambda v, f, **more: balanced_spherical_map(v, f, **options, **more))
 
 
 def run_p_harmonic(args: Namespace) -> Exit:
@@ -53,7 +53,7 @@ def run_p_harmonic(args: Namespace) -> Exit:
     igl-spheremap p-harmonic sample:dino dino_sphere.obj -p 4
     """
     options = _variational(args)
-    return _map_by(args, lambda v, f, listener: p_harmonic_map(v, f, args.p, listener=listener, **options))
+    return _map_by(args, lambda v, f, **more: p_harmonic_map(v, f, args.p, **options, **more))
 
 
 def run_landmarks(args: Namespace) -> Exit:
@@ -66,7 +66,7 @@ def run_landmarks(args: Namespace) -> Exit:
     options = _variational(args)
     return _map_by(
         args,
-        lambda v, f, listener: landmark_map(v, f, vertices, targets, weights, listener=listener, **options),
+        lambda v, f, **more: landmark_map(v, f, vertices, targets, weights, **options, **more),
         lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 
@@ -90,7 +90,7 @@ def _map_by(
     solve: Callable[..., SphereMap],
     more: Callable[[Findings, SphereMap], None] = lambda found, result: None,
 ) -> Exit:
-    """Map by a function of v, f and a listener.
+    """Map by a function of v, f, caps and a listener.
 
     `more` adds to what was found. Exit.OK means that the numbers in the file are certified.
     """
@@ -136,7 +136,7 @@ def _map(
             for listener in filter(None, listeners):
                 listener(iterate)
 
-        result = solve(source.v, source.f, listener=listen)
+        result = solve(source.v, source.f, caps=source.caps, listener=listen)
         timings = dict(result.timings)  # without the time of the progress line and the recording
         run = replace(result.run, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
         result = replace(result, run=run)

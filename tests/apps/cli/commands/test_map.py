@@ -346,3 +346,30 @@ def test_a_surface_is_written_with_its_sphere_beside_it(tmp_path):
     assert main(["map", "sample:spheroid:n_vertices=300", path, "--with-surface", "-q"]) == 0
     assert main(["check", "sample:spheroid:n_vertices=300", path, "-q"]) == 0
     assert np.array_equal(read_mesh(path).v, ism.samples.make("spheroid", n_vertices=300)[0])
+
+
+def test_holes_are_filled_on_request_and_their_caps_are_no_figure(tmp_path, capsys):
+    v, f = samples.sphere(642)
+    f = f[v[f].mean(axis=1)[:, 2] < 0.7]
+    used, f = np.unique(f, return_inverse=True)
+    source, target, figures = tmp_path / "bowl.obj", tmp_path / "sphere.ply", tmp_path / "figures.json"
+    write_mesh(source, v[used], f.reshape(-1, 3))
+    flags = ["--repair", "--fill-holes", "--json", str(figures)]
+    assert main(["map", str(source), str(target)]) == 2
+    assert "; close the holes (--repair --fill-holes does)" in one_line(capsys)
+    assert main(["map", str(source), str(target), *flags]) == 0
+    out, err = capsys.readouterr()
+    assert "filled 1 hole" in err
+    caps = len(read_mesh(target).f) - len(f.reshape(-1, 3))
+    assert f"{caps} of its" in out
+    made = json.loads(figures.read_text())
+    assert made["certificate"]["caps"] == caps > 0
+    assert main(["check", str(source), str(target), *flags]) == 0
+    checked = json.loads(figures.read_text())
+    assert checked["certificate"]["caps"] == caps
+    assert checked["angle_differences"] == pytest.approx(made["angle_differences"], abs=1e-3)
+    assert main(["map", str(source), str(tmp_path / "map.npz"), "-q", *flags]) == 0
+    assert main(["check", str(tmp_path / "map.npz"), "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["certificate"]["caps"] == caps
+    assert main(["map", str(source), str(target), "-f", "--fill-holes"]) == 64
+    assert "--fill-holes goes with --repair" in capsys.readouterr().err
