@@ -142,11 +142,11 @@ class SurfaceMap:
 
     @cached_property
     def _on_a(self) -> SphereLocator:
-        return SphereLocator(self.map.sphere, self.map.mesh)
+        return SphereLocator(self.map)
 
     @cached_property
     def _on_b(self) -> SphereLocator:
-        return SphereLocator(self.target.sphere, self.target.mesh)
+        return SphereLocator(self.target)
 
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:

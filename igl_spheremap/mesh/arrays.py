@@ -21,7 +21,9 @@ HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
 
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
-    """`values` as an array, or MeshError where rows differ in length or entries are masked."""
+    """`values` as an array, or MeshError where they are a map, rows differ in length or entries are masked."""
+    if hasattr(values, "sphere"):
+        raise MeshError(f"{name} are a {type(values).__name__}; give its vertices, its faces or its sphere")
     if isinstance(values, np.ma.MaskedArray):
         raise MeshError(f"{name} are a masked array; give plain numbers and fill what is masked")
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -116,6 +117,26 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
     vertices = _positions(v)
     check_rows(vertices, len(mesh.v), "vertices")
     return _normalised(vertices, mesh.f, mesh.edges, mesh.caps)
+
+
+@runtime_checkable
+class MapLike(Protocol):
+    """What holds a map to the sphere beside its checked mesh, as `SphereMap` does."""
+
+    @property
+    def mesh(self) -> Mesh: ...
+
+    @property
+    def sphere(self) -> FloatArray: ...
+
+
+def rows_and_faces(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None) -> tuple[ArrayLike, ArrayLike | Mesh]:
+    """Images and faces, for which one map can stand; a TypeError where faces are missing."""
+    if isinstance(x, MapLike):
+        return x.sphere, x.mesh if f is None else f
+    if f is None:
+        raise TypeError("faces are missing: give them beside the positions, or a SphereMap alone")
+    return x, f
 
 
 @own_errstate

@@ -106,7 +106,7 @@ class SurfacePair:
             [s.standardize(s.diffuse(raw, width)) for width in widths]
             for s, raw in zip(surfaces, self._raw, strict=True)
         )
-        self._locator = SphereLocator(fixed.sphere, fixed.mesh)
+        self._locator = SphereLocator(fixed)
         self._coefficients = expand(self._locator, np.concatenate(smooth, axis=1), _DEGREE, _OVERSAMPLING)
 
     def picture(self, level: int) -> Picture:
@@ -115,7 +115,7 @@ class SurfacePair:
 
     def rotations(self) -> list[RotationCandidate]:
         """Rotations of the moving sphere for which the features of the first width agree best."""
-        moving = SphereLocator(self._moving.sphere, self._moving.mesh)
+        moving = SphereLocator(self._moving)
         coefficients = expand(moving, self.features[0], _BAND, _OVERSAMPLING)
         return best_rotations(self._columns(0), coefficients, _BAND)
 

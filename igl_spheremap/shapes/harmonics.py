@@ -322,7 +322,7 @@ def spherical_harmonics(
     check_number(oversampling, "oversampling", 1)
     check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
-    coefficients = expand(SphereLocator(result.sphere, result.mesh), data, int(degree), oversampling)
+    coefficients = expand(SphereLocator(result), data, int(degree), oversampling)
     areas = vertex_areas(result.vertices, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))
 

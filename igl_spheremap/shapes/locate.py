@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
-from ..mesh.check import Mesh, check_faces
+from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
@@ -54,8 +54,8 @@ class SphereLocator:
 
     Parameters
     ----------
-    x : (n, 3) array_like
-        Images of the vertices on the unit sphere: a folding-free map.
+    x : (n, 3) array_like or SphereMap
+        Images of the vertices on the unit sphere, or a map, which needs no faces beside it: folding-free.
     f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices, or a checked mesh.
 
@@ -79,7 +79,8 @@ class SphereLocator:
     """
 
     @own_errstate
-    def __init__(self, x: ArrayLike, f: ArrayLike | Mesh) -> None:
+    def __init__(self, x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> None:
+        x, f = rows_and_faces(x, f)
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
         certificate = Certificate.of(self.x, self.f)

@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix, identity, vstack
 
 from ..errors import own_errstate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
-from ..mesh.check import check_faces
+from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
 from ..sphere.rows import unit_rows
 
@@ -62,7 +62,8 @@ class Atlas:
 
 @own_errstate
 def texture_atlas(
-    x: ArrayLike, f: ArrayLike, projection: Projection = "equirectangular", *, cut: bool = True
+    x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None, projection: Projection = "equirectangular", *,
+    cut: bool = True,
 ) -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.
 
@@ -72,9 +73,9 @@ def texture_atlas(
 
     Parameters
     ----------
-    x : (n, 3) array_like
-        Images of the vertices on the unit sphere.
-    f : (m, 3) array_like
+    x : (n, 3) array_like or SphereMap
+        Images of the vertices on the unit sphere, or a map, which needs no faces beside it.
+    f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices.
     projection : {"equirectangular", "octahedral"}
         Longitude and latitude, poles up and down; or the octahedron ``|x| + |y| + |z| = 1`` unfolded onto the
@@ -105,6 +106,7 @@ def texture_atlas(
     """
     if projection not in _CHARTS:
         raise ValueError(f"unknown projection {projection!r}: choose one of {', '.join(_CHARTS)}")
+    x, f = rows_and_faces(x, f)
     points = check_directions(x, name="images")
     faces = check_faces(f, len(points))
     if not cut and projection == "octahedral":

@@ -219,7 +219,7 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
     result = check_map(source, "source")
-    return SphereLocator(result.sphere, result.mesh)
+    return SphereLocator(result)
 
 
 def check_map(result: object, name: str = "result") -> SphereMap:

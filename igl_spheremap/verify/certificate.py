@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
-from ..mesh.check import check_faces
+from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.timings import stage
 from ..sphere.rows import row_lengths, scale_rows
 from .signs import determinant_signs, orientation_signs
@@ -103,7 +103,7 @@ class Certificate:
 
 
 @own_errstate
-def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
+def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certificate:
     """Certify a map of a closed genus-0 mesh to the unit sphere, from whatever program it comes.
 
     The map sends each face to the spherical triangle of its image corners. It is a homeomorphism if (and, but
@@ -112,9 +112,9 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
 
     Parameters
     ----------
-    x : (n, 3) array_like
-        Images of the vertices on the unit sphere.
-    f : (m, 3) array_like
+    x : (n, 3) array_like or SphereMap
+        Images of the vertices on the unit sphere, or a map, which needs no faces beside it.
+    f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh.
 
     Returns
@@ -143,6 +143,7 @@ def certify(x: ArrayLike, f: ArrayLike) -> Certificate:
     >>> ism.certify(-x, f).degree
     -1
     """
+    x, f = rows_and_faces(x, f)
     x = check_rows(x)
     return Certificate.of(x, check_faces(f, len(x)))
 

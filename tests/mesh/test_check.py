@@ -241,3 +241,31 @@ def test_negative_weights_are_where_edges_are_not_delaunay():
     weights = build_operators(ism.check_mesh(v, f)).L.tocoo()
     negative = (weights.data[weights.row < weights.col] > 1e-9).sum()
     assert mesh_quality(ism.check_mesh(v, f)).non_delaunay_edges == negative > 0
+
+
+def test_a_map_stands_for_its_sphere_and_its_faces():
+    result = ism.sphere_map(V, F, V)
+    assert str(ism.certify(result)) == str(ism.certify(V, F))
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    ours, theirs = (ism.SphereLocator(*given).locate(points) for given in ((result,), (V, F)))
+    assert np.array_equal(ours.face, theirs.face)
+    assert np.array_equal(ours.weights, theirs.weights)
+    for projection in ("equirectangular", "octahedral"):
+        atlas = ism.texture_atlas(result, projection=projection)
+        assert np.array_equal(atlas.uv, ism.texture_atlas(V, F, projection).uv)
+    with pytest.raises(TypeError, match="faces are missing"):
+        ism.certify(V)
+
+
+@pytest.mark.parametrize("use", [
+    lambda result: ism.check_mesh(result, F),
+    lambda result: ism.spherical_conformal_map(V, result),
+    lambda result: ism.angle_differences(V, F, result),
+    lambda result: ism.repair_foldings(V, F, result),
+    lambda result: ism.repair_mesh(result, F),
+    lambda result: ism.SphereLocator(result).locate(result),
+    lambda result: ism.landmark_map(V, F, [0, 1], result),
+])
+def test_a_map_where_arrays_are_wanted_is_refused_in_words(use):
+    with pytest.raises(ism.MeshError, match="are a SphereMap; give its vertices, its faces or its sphere"):
+        use(ism.sphere_map(V, F, V))

@@ -1,0 +1,158 @@
+"""PyVista's meshes get the namespace `spheremap`, by `import igl_spheremap.pyvista` or at its first use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from .errors import MeshError
+from .maps.balanced import balanced_spherical_map
+from .maps.options import Method
+from .maps.spherical_conformal_map import spherical_conformal_map
+from .mesh.arrays import FloatArray, IntArray
+from .result.sphere_map import SphereMap
+from .verify.certificate import Certificate, certify
+
+#: Data that a map adds at the points and at the cells of its sphere.
+FACTOR, ANGLES, AREAS = "conformal factor", "angle differences", "log area ratios"
+
+
+@pv.register_dataset_accessor("spheremap", pv.PolyData)
+class SphereMapAccessor:
+    """Maps of a surface to the unit sphere, as ``mesh.spheremap``.
+
+    Attributes
+    ----------
+    result : SphereMap or None
+        On a sphere that `map` or `balance` made: the map with its certificate, for `igl_spheremap.transfer` and others.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> import igl_spheremap as ism
+    >>> import igl_spheremap.pyvista
+    >>> mesh = pv.PolyData.from_regular_faces(*ism.samples.make("spheroid", n_vertices=500))
+    >>> sphere = mesh.spheremap.map()
+    >>> sphere.spheremap.certify().folding_free, sphere.n_points == mesh.n_points
+    (True, True)
+    """
+
+    result: SphereMap | None = None
+
+    def __init__(self, mesh: pv.PolyData) -> None:
+        self._mesh = mesh
+
+    def map(self, method: str | Method = "auto", **options: Any) -> pv.PolyData:
+        """Map the surface to the unit sphere: conformally, without foldings, certified.
+
+        Parameters
+        ----------
+        method : str or options of a method
+            As of `igl_spheremap.spherical_conformal_map`.
+        **options
+            Its other options.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The mesh with its points on the sphere, all its data, and the conformal factor at the points, and the mean
+            sizes of angle differences in degrees and the logarithms of area ratios at the cells.
+
+        Raises
+        ------
+        MeshError
+            If the mesh is no closed triangle mesh of genus 0.
+        """
+        return self._sphere(spherical_conformal_map(*self._arrays(), method, **options))
+
+    def balance(self, balance: float = 0.5, method: str | Method = "auto") -> pv.PolyData:
+        """Map the surface by a compromise between angles and areas.
+
+        Parameters
+        ----------
+        balance : float
+            0 keeps angles, 1 areas; as of `igl_spheremap.balanced_spherical_map`.
+        method : str or options of a method
+            How the conformal map is computed that it starts from.
+
+        Returns
+        -------
+        pyvista.PolyData
+            As from `map`.
+
+        Raises
+        ------
+        MeshError
+            If the mesh is no closed triangle mesh of genus 0.
+        """
+        return self._sphere(balanced_spherical_map(*self._arrays(), balance, method=method))
+
+    def certify(self, source: pv.PolyData | None = None) -> Certificate:
+        """Certify this mesh as a map to the unit sphere, from whatever program it comes.
+
+        Parameters
+        ----------
+        source : pyvista.PolyData, optional
+            The surface that was mapped, whose faces count then; by default the sphere's own.
+
+        Returns
+        -------
+        Certificate
+            Of the points as they are, in exact arithmetic.
+
+        Raises
+        ------
+        MeshError
+            If the faces are no closed triangle mesh of genus 0.
+        """
+        x, f = self._arrays()
+        return certify(x, f if source is None else source.spheremap._arrays()[1])
+
+    def plot(self, sphere: pv.PolyData | None = None, scalars: str = ANGLES, **options: Any) -> Any:
+        """Show the surface beside its sphere, in the same colours.
+
+        Parameters
+        ----------
+        sphere : pyvista.PolyData, optional
+            Its image; by default what `map` returns.
+        scalars : str
+            Data of the sphere that gives the colours.
+        **options
+            Of ``pyvista.Plotter.show``, such as ``screenshot="map.png"``.
+
+        Returns
+        -------
+        Any
+            What ``pyvista.Plotter.show`` returns.
+
+        Raises
+        ------
+        MeshError
+            If the mesh is no closed triangle mesh of genus 0.
+        """
+        if sphere is None:
+            sphere = self.map()
+        surface = sphere.copy()
+        surface.points = self._mesh.points
+        plotter = pv.Plotter(shape=(1, 2), off_screen=options.pop("off_screen", None))
+        for k, (shown, title) in enumerate(((surface, "surface"), (sphere, "sphere"))):
+            plotter.subplot(0, k)
+            plotter.add_mesh(shown, scalars=scalars, show_scalar_bar=k == 0)
+            plotter.add_text(title, font_size=10)
+        return plotter.show(**options)
+
+    def _arrays(self) -> tuple[FloatArray, IntArray]:
+        if not self._mesh.is_all_triangles:
+            raise MeshError("the mesh has cells that are no triangles; call triangulate() of it first")
+        return np.asarray(self._mesh.points, dtype=np.float64), self._mesh.regular_faces.astype(np.int64)
+
+    def _sphere(self, result: SphereMap) -> pv.PolyData:
+        sphere = self._mesh.copy()
+        sphere.points = result.sphere
+        sphere.point_data[FACTOR] = result.conformal_factor()
+        sphere.cell_data[ANGLES] = np.abs(result.angle_differences()).mean(axis=1)
+        sphere.cell_data[AREAS] = result.area_ratios()
+        sphere.spheremap.result = result
+        return sphere
