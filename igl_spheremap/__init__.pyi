@@ -5,9 +5,11 @@ from .apps.viewer.player import play as play
 from .apps.viewer.result_view import screenshot as screenshot
 from .apps.viewer.result_view import show as show
 from .correspondence.matching import match as match
+from .correspondence.overlay import Overlay as Overlay
 from .correspondence.registration import Registration as Registration
 from .correspondence.registration import RegistrationStage as RegistrationStage
 from .correspondence.registration import register as register
+from .correspondence.stretch import Distortion as Distortion
 from .correspondence.surface_map import SurfaceMap as SurfaceMap
 from .descent.energies import harmonic_energy as harmonic_energy
 from .descent.energies import p_harmonic_energy as p_harmonic_energy

@@ -17,6 +17,8 @@ from ..shapes.locate import Location, SphereLocator
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
 from ..sphere.rows import unit_rows
+from .overlay import Overlay, overlay
+from .stretch import Distortion
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +141,49 @@ class SurfaceMap:
         rows = np.arange(0, 3 * n + 1, 3)
         return sp.csr_matrix((weights.ravel(), self.target.faces[face].ravel(), rows),
                              shape=(n, len(self.target.sphere)))
+
+    def overlay(self) -> Overlay:
+        """The common refinement of A and B: a mesh with positions on both, whose faces are mapped linearly.
+
+        Returns
+        -------
+        Overlay
+            Of the triangulations of both surfaces on the sphere, by exact signs; it is made once.
+
+        Examples
+        --------
+        >>> import igl_spheremap as ism
+        >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
+        >>> common = ism.match(a, b).overlay()
+        >>> common.on_a.shape == common.on_b.shape, len(common.faces) == 2 * len(common.on_a) - 4
+        (True, True)
+        """
+        return self._overlay
+
+    @own_errstate
+    def distortion(self) -> Distortion:
+        """How far the map is from an isometry up to scale, measured on the faces of the overlay.
+
+        Returns
+        -------
+        Distortion
+            Symmetric Dirichlet energy, change of areas and change of angles of each face, and their figures over the
+            area of A and of B.
+
+        Examples
+        --------
+        >>> import igl_spheremap as ism
+        >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
+        >>> figures = ism.match(a, b).distortion().figures
+        >>> figures["over_a"]["symmetric_dirichlet"]["median"] >= 4, figures["over_b"]["angle"]["above_100"]
+        (True, 0.0)
+        """
+        common = self._overlay
+        return Distortion.of(common.on_a, common.on_b, common.faces)
+
+    @cached_property
+    def _overlay(self) -> Overlay:
+        return overlay(self.map, self.target)
 
     @cached_property
     def _on_a(self) -> SphereLocator:

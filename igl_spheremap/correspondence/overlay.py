@@ -1,0 +1,143 @@
+"""The common refinement of two surfaces that are mapped to one sphere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import own_errstate
+from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
+from ..mesh.measure import face_areas
+from ..result.sphere_map import SphereMap
+from ..shapes.locate import Location
+from ..shapes.transfer import interpolate
+from ..sphere.rows import row_crosses, row_dots, unit_rows
+from .cells import Sides, merge_close
+from .walk import Segments, Triangulation, places, walk
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """A mesh whose faces each lie in one face of A and in one of B.
+
+    Attributes
+    ----------
+    faces : (m, 3) int64 array
+        Vertex indices. The first n_A vertices are those of A; then come those of B that lie at no vertex of A, then
+        the crossings of edges.
+    on_a, on_b : (k, 3) float64 arrays
+        Where the vertices lie on each surface.
+    location_a, location_b : Location
+        The same as faces of A and of B with barycentric weights, for whatever else is known at their vertices.
+    face_a, face_b : (m,) int64 arrays
+        The face of A and of B that each face is a part of.
+    vertex_b : (n_B,) int64 array
+        Which vertices are those of B.
+    """
+
+    faces: IntArray
+    on_a: FloatArray
+    on_b: FloatArray
+    location_a: Location
+    location_b: Location
+    face_a: IntArray
+    face_b: IntArray
+    vertex_b: IntArray
+
+    def __repr__(self) -> str:
+        return f"Overlay({len(self.on_a)} vertices, {len(self.faces)} faces)"
+
+
+@own_errstate
+def overlay(a: SphereMap, b: SphereMap) -> Overlay:
+    """Refine two triangulations of the sphere until they are one.
+
+    Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
+    nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
+    of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
+
+    Parameters
+    ----------
+    a, b : SphereMap
+        Two surfaces and their maps, in one frame.
+
+    Returns
+    -------
+    Overlay
+        A mesh with positions on both surfaces: on each of its faces the map between them is linear.
+
+    Raises
+    ------
+    FoldingsRemain
+        If a map is not certified folding-free.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.correspondence.overlay import overlay
+    >>> a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=300)) for name in ("spheroid", "pear"))
+    >>> common = overlay(a, b)
+    >>> len(common.faces) == 2 * len(common.on_a) - 4
+    True
+    """
+    A, B = Triangulation(a.mesh, a.sphere), Triangulation(b.mesh, b.sphere)
+    of_a, of_b = places(A.x, B), places(B.x, A)
+    alone = of_b.vertex < 0
+    own = np.arange(len(A.x))
+    other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.vertex)
+    first = len(own) + int(alone.sum())
+    cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
+    half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
+    location_a = _joined(_at_vertices(A), _rows(of_b.location, alone), _at_crossings(A, half_a, B, half_b))
+    location_b = _joined(of_a.location, _rows(_at_vertices(B), alone), _at_crossings(B, half_b, A, half_a))
+    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, _rows(location_a, slice(first, None))))))
+    on_a, on_b = interpolate(a.vertices, A.f, location_a), interpolate(b.vertices, B.f, location_b)
+    sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
+    faces, cell = sides.triangles(x)
+    least = HALF_DIGITS * np.minimum(face_areas(A.x, A.f)[cell // len(B.f)], face_areas(B.x, B.f)[cell % len(B.f)])
+    node = merge_close(faces, least, x, on_a, on_b, own, other)
+    if (node != np.arange(len(node))).any():
+        faces, cell = sides.merged(node).triangles(x)
+        location_b.face[node[other]], location_b.weights[node[other]] = _at_vertices(B)
+    used, corners = np.unique(faces, return_inverse=True)
+    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], _rows(location_a, used), _rows(location_b, used),
+                   cell // len(B.f), cell % len(B.f), np.searchsorted(used, node[other]))
+
+
+def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:
+    """The segments of B with the numbers that crossings have in those of A."""
+    key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
+    order = np.argsort(key)
+    again = A.edge[cut_b.crossed[:, 1]] * len(B.forward) + cut_b.crossed[:, 0]
+    number = np.arange(first + len(key))
+    number[first:] += order[np.searchsorted(key, again, sorter=order)] - np.arange(len(key))
+    return replace(cut_b, start=number[cut_b.start], end=number[cut_b.end])
+
+
+def _at_vertices(T: Triangulation) -> Location:
+    """Vertices as points of faces."""
+    corner = np.empty(len(T.x), dtype=np.int64)
+    corner[T.f.ravel()] = np.arange(T.f.size)
+    return Location(corner // 3, np.eye(3)[corner % 3])
+
+
+def _at_crossings(T: Triangulation, half: IntArray, other: Triangulation, across: IntArray) -> Location:
+    """Points of half-edges of T where they cross half-edges of another mesh."""
+    origin = other.x[other.start[across]]
+    normal = row_crosses(origin, other.x[other.end[across]] - origin)
+    start, end = (np.abs(row_dots(normal, T.x[vertex[half]] - origin)) for vertex in (T.start, T.end))
+    total = start + end
+    start = np.divide(start, total, out=np.full(len(half), 0.5), where=total > 0)
+    weights, rows = np.zeros((len(half), 3)), np.arange(len(half))
+    weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - start, start
+    return Location(half // 3, weights)
+
+
+def _rows(location: Location, rows: Any) -> Location:
+    return Location(location.face[rows], location.weights[rows])
+
+
+def _joined(*parts: Location) -> Location:
+    return Location(np.concatenate([part.face for part in parts]), np.concatenate([part.weights for part in parts]))

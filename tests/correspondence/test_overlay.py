@@ -1,0 +1,142 @@
+"""The common refinement tiles both surfaces, whatever vertices and edges coincide."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+import igl_spheremap as ism
+from igl_spheremap.correspondence.overlay import Overlay, overlay
+from igl_spheremap.mesh.edges import half_edges
+from igl_spheremap.shapes.transfer import interpolate
+
+
+def signed_areas(v: np.ndarray, f: np.ndarray, p: np.ndarray, parts: np.ndarray, owner: np.ndarray) -> tuple[
+        np.ndarray, np.ndarray]:
+    """Areas of parts in the planes of the faces that own them, and of these faces."""
+    normal, own = (np.cross(q[g[:, 1]] - q[g[:, 0]], q[g[:, 2]] - q[g[:, 0]]) for q, g in ((p, parts), (v, f)))
+    twice = np.linalg.norm(own, axis=1)
+    return np.einsum("ij,ij->i", normal, own[owner]) / twice[owner] / 2, twice / 2
+
+
+def check_tiles(common: Overlay, a: ism.SphereMap, b: ism.SphereMap, tolerance: float = 1e-12) -> None:
+    assert half_edges(common.faces, len(common.on_a)) is not None
+    assert len(common.faces) == 2 * len(common.on_a) - 4
+    assert np.array_equal(common.on_a[: len(a.vertices)], a.vertices)
+    assert np.array_equal(common.on_b[common.vertex_b], b.vertices)
+    sides = (a, common.on_a, common.face_a), (b, common.on_b, common.face_b)
+    for result, positions, owner in sides:
+        areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
+        assert (areas > 0).all()
+        assert np.abs(np.bincount(owner, areas, len(whole)) / whole - 1).max() < tolerance
+    assert np.allclose(interpolate(a.vertices, a.faces, common.location_a), common.on_a, atol=1e-13)
+    assert np.allclose(interpolate(b.vertices, b.faces, common.location_b), common.on_b, atol=1e-13)
+
+
+def mapped(name: str, n: int) -> ism.SphereMap:
+    return ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n))
+
+
+def turned(a: ism.SphereMap, seed: int) -> ism.SphereMap:
+    return ism.sphere_map(a.vertices, a.faces, a.sphere @ Rotation.random(random_state=seed).as_matrix())
+
+
+def hull(points: np.ndarray) -> ism.SphereMap:
+    """The convex hull of points about the origin, mapped along its radii."""
+    x = points / np.linalg.norm(points, axis=1, keepdims=True)
+    f = ConvexHull(x).simplices.astype(np.int64)
+    inward = np.linalg.det(x[f]) < 0
+    f[inward] = f[inward][:, ::-1]
+    return ism.sphere_map(points, f, x)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_face_is_positive_on_both_and_areas_are_kept(seed: int) -> None:
+    a, b = turned(mapped("pear", 700), seed), mapped("dumbbell", 1100)
+    common = overlay(a, b)
+    check_tiles(common, a, b)
+    assert len(common.on_a) > len(a.vertices) + len(b.vertices)
+
+
+def test_both_orders_give_the_same_refinement() -> None:
+    a, b = turned(mapped("spheroid", 400), 1), mapped("pear", 600)
+    there, back = overlay(a, b), overlay(b, a)
+    assert len(there.faces) == len(back.faces)
+    for p, q in ((there.on_a, back.on_b), (there.on_b, back.on_a)):
+        low = np.sort(p.round(9), axis=0), np.sort(q.round(9), axis=0)
+        assert np.allclose(*low, atol=1e-8)
+    pairs = set(zip(there.face_a.tolist(), there.face_b.tolist(), strict=True))
+    assert pairs == set(zip(back.face_b.tolist(), back.face_a.tolist(), strict=True))
+
+
+def test_a_surface_on_itself_is_itself() -> None:
+    a = mapped("pear", 800)
+    common = overlay(a, a)
+    check_tiles(common, a, a)
+    assert np.array_equal(common.on_a, common.on_b)
+    assert set(map(tuple, np.sort(common.faces, axis=1))) == set(map(tuple, np.sort(a.faces, axis=1)))
+
+
+CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+AXES = np.vstack((np.eye(3), -np.eye(3)))
+MIDDLES = np.array([p for p in itertools.product((-1.0, 0.0, 1.0), repeat=3) if np.count_nonzero(p) == 2])
+SOLIDS = {
+    "cube": CUBE, "axes": AXES, "middles": MIDDLES, "tetrahedron": CUBE[[0, 3, 5, 6]], "opposite": -CUBE[[0, 3, 5, 6]],
+    "cube and axes": np.vstack((CUBE, AXES)), "middles and axes": np.vstack((MIDDLES, AXES)),
+    "all": np.vstack((CUBE, AXES, MIDDLES)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("names", list(itertools.product(SOLIDS, repeat=2)), ids="-".join)
+def test_vertices_on_edges_and_edges_along_edges_are_exact_ties(names: tuple[str, str]) -> None:
+    a, b = (hull(SOLIDS[name]) for name in names)
+    check_tiles(overlay(a, b), a, b)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_common_vertices_are_one(seed: int) -> None:
+    """Landmarks that are met: vertices of both meshes at the same point."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.normal(size=(2, 200, 3))
+    y[:60] = x[100:160]
+    a, b = hull(x), hull(y)
+    common = overlay(a, b)
+    check_tiles(common, a, b)
+    assert np.array_equal(common.vertex_b[:60], np.arange(100, 160))
+
+
+@pytest.mark.parametrize("sizes", [(42, 162), (162, 642)])
+def test_edges_that_coincide_but_for_rounding_are_merged(sizes: tuple[int, int]) -> None:
+    """An icosphere halves the edges of the one before it, at midpoints that are rounded."""
+    turn = Rotation.random(random_state=2).as_matrix()
+    a, b = (ism.sphere_map(x, f, x @ turn) for x, f in (ism.samples.sphere(n) for n in sizes))
+    common = overlay(a, b)
+    check_tiles(common, a, b)
+    assert len(common.on_a) == sizes[1]
+
+
+def test_faces_without_area_on_b_have_none_there_and_keep_theirs_on_a() -> None:
+    a, b = turned(mapped("spheroid", 300), 3), mapped("pear", 400)
+    flat = b.vertices.copy()
+    i, j, k = b.faces[0]
+    flat[k] = (flat[i] + flat[j]) / 2
+    squeezed = ism.sphere_map(flat, b.faces, b.sphere)
+    common = overlay(a, squeezed)
+    areas, whole = signed_areas(a.vertices, a.faces, common.on_a, common.faces, common.face_a)
+    assert (areas > 0).all()
+    assert np.allclose(np.bincount(common.face_a, areas), whole, rtol=1e-12)
+    corners = common.on_b[common.faces[common.face_b == 0]]
+    assert np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max() < 1e-15
+
+
+def test_a_folded_map_is_refused() -> None:
+    a = mapped("spheroid", 300)
+    x = a.sphere.copy()
+    x[5] = -x[5]
+    folded = ism.SphereMap(a.mesh, x, ism.certify(x, a.faces), a.run)
+    with pytest.raises(ism.FoldingsRemain):
+        overlay(folded, a)

@@ -1,0 +1,48 @@
+"""Distortion of maps whose singular values are known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.correspondence.stretch import Distortion
+
+
+def test_a_similarity_has_none() -> None:
+    v, f = ism.samples.make("pear", n_vertices=400)
+    found = Distortion.of(v, 7 * v @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0], f)
+    assert np.allclose(found.symmetric_dirichlet, 4)
+    assert np.allclose(found.area, 1)
+    assert np.allclose(found.angle, 1, atol=1e-6)
+
+
+def test_a_stretch_of_the_plane_has_its_singular_values() -> None:
+    rng = np.random.default_rng(1)
+    p = np.column_stack((rng.normal(size=(90, 2)), np.zeros(90)))
+    f = np.arange(90).reshape(-1, 3)
+    turn = np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]])
+    found = Distortion.of(p, p * [3.0, 0.5, 1.0] @ turn, f)
+    s1, s2 = 3 / np.sqrt(1.5), 0.5 / np.sqrt(1.5)  # after scaling to equal area
+    assert np.allclose(found.angle, 6)
+    assert np.allclose(found.area, 1)
+    assert np.allclose(found.symmetric_dirichlet, s1**2 + s2**2 + s1**-2 + s2**-2)
+
+
+def test_the_inverse_has_the_same_distortion() -> None:
+    a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=500)) for name in ("pear", "dumbbell"))
+    there, back = ism.match(a, b), ism.match(a, b)
+    there, back = there.distortion(), ism.SurfaceMap(back.target, back.map, back.landmarks, back.goals).distortion()
+    for name in ("symmetric_dirichlet", "area", "angle"):
+        one, other = there.figures["over_a"][name], back.figures["over_b"][name]
+        assert np.allclose(list(one.values()), list(other.values()), rtol=1e-6)
+
+
+def test_faces_without_area_count_as_far() -> None:
+    v, f = ism.samples.make("pear", n_vertices=400)
+    flat = v.copy()
+    flat[f[0]] = v[f[0, 0]]
+    figures = Distortion.of(v, flat, f).figures
+    lost = sum(np.isin(f, f[0]).sum(axis=1) >= 2)
+    assert lost >= 4
+    assert figures["over_a"]["area"]["above_100"] > 0
+    assert figures["over_b"]["area"]["above_100"] == 0
