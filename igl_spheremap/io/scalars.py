@@ -178,7 +178,7 @@ def read_landmarks(path: PathLike) -> IntArray:
     Examples
     --------
     >>> import os, tempfile
-    >>> from igl_spheremap.io import read_landmarks
+    >>> from igl_spheremap.io.scalars import read_landmarks
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = os.path.join(folder, "bird.pinned")
     ...     with open(path, "w") as file:

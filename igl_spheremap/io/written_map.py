@@ -87,7 +87,7 @@ def read_mark(path: PathLike) -> str | None:
     --------
     >>> import tempfile
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.io import read_mark
+    >>> from igl_spheremap.io.written_map import read_mark
     >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=300))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     check = ism.write_map(f"{folder}/sphere.obj", result)
