@@ -170,8 +170,7 @@ def write_map(
 ) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
 
-    The file carries a mark of what made it from what, see `igl_spheremap.io.read_mark`. STL files lose the order of the
-    vertices.
+    The file carries a mark of what made it from what, see `read_mark`. STL files lose the order of the vertices.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mes
 
 def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
     """`check_mesh`, whose errors name the options of a repair that were asked for, too."""
-    vertices, faces = _positions(v), check_triangles(f)
+    vertices, faces = check_positions(v), check_triangles(f)
     edges = _check_sphere(faces, len(vertices), vertices, asked)
     return _normalised(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
 
@@ -114,7 +114,7 @@ def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -
 @stage("check")
 def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
     """The mesh with other positions; MeshError if their number differs."""
-    vertices = _positions(v)
+    vertices = check_positions(v)
     check_rows(vertices, len(mesh.v), "vertices")
     return _normalised(vertices, mesh.f, mesh.edges, mesh.caps)
 
@@ -175,7 +175,8 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
     return faces
 
 
-def _positions(v: ArrayLike) -> FloatArray:
+def check_positions(v: ArrayLike) -> FloatArray:
+    """A copy of the positions; MeshError unless they are finite rows of three."""
     vertices = np.array(check_rows(v, name="vertices"))
     if not np.isfinite(vertices).all():
         bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
@@ -195,7 +196,8 @@ def _check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
     return array.copy() if array.any() else None
 
 
-def _check_indices(f: IntArray, n: int) -> None:
+def check_indices(f: IntArray, n: int) -> None:
+    """MeshError unless faces are of n vertices."""
     if n < 4:
         raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
     low, high = int(f.min()), int(f.max())
@@ -213,7 +215,7 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
-    _check_indices(f, n)
+    check_indices(f, n)
     m, edges, refusal = len(f), half_edges(f, n), Refusal(f, n, v, asked)
     if edges is None:
         refusal.half_edges()

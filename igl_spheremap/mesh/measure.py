@@ -107,14 +107,34 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """
     areas = np.asarray(igl.doublearea(v, f)) / 2
     small = np.flatnonzero(areas < _SHORT**2)
-    if not len(small):
-        return areas
-    a, b, c = (v[f[small, k]] for k in range(3))
+    if len(small):
+        size, unit = _in_own_units(v, f[small])
+        areas[small] = np.where(size < _SHORT, size**2 * unit, areas[small])
+    return areas
+
+
+def log_face_areas(v: FloatArray, f: IntArray) -> FloatArray:
+    """Logarithms of the flat areas of the faces, finite where the areas are below the least float, too.
+
+    >>> log_face_areas(1e-200 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])).round(3)
+    array([-921.727])
+    """
+    areas = face_areas(v, f)
+    small = np.flatnonzero(areas < _SHORT**2)
+    with np.errstate(divide="ignore"):
+        logs = np.log(areas)
+        size, unit = _in_own_units(v, f[small])
+        logs[small] = 2 * np.log(size) + np.log(unit)
+    return logs
+
+
+def _in_own_units(v: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
+    """A length of each face, and its area in units of that length."""
+    a, b, c = (v[f[:, k]] for k in range(3))
     sides = np.stack((b - a, c - a))
     size = np.abs(sides).max(axis=(0, 2))
     u, w = sides / np.where(size > 0, size, 1)[:, None]
-    areas[small] = np.where(size < _SHORT, size**2 * np.linalg.norm(np.cross(u, w), axis=1) / 2, areas[small])
-    return areas
+    return size, np.linalg.norm(np.cross(u, w), axis=1) / 2
 
 
 def surface_area(v: FloatArray, f: IntArray) -> float:
@@ -125,6 +145,15 @@ def surface_area(v: FloatArray, f: IntArray) -> float:
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Area that belongs to each vertex, A_i of eq. (13): a third of the faces around it."""
     return vertex_shares(face_areas(v, f), f, len(v))
+
+
+def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
+    """Logarithms of `vertex_areas`, finite where those are below the least float, too."""
+    corners, logs, largest = f.ravel(), np.repeat(log_face_areas(v, f), 3), np.full(len(v), -np.inf)
+    np.maximum.at(largest, corners, logs)
+    known = np.where(np.isfinite(largest), largest, 0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(known + np.log(np.bincount(corners, np.exp(logs - known[corners]), len(v)) / 3))
 
 
 def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:

@@ -26,7 +26,7 @@ from ..maps.options import Auto, Method
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.clean import repair_mesh
 from ..result.sphere_map import SphereMap
-from ..verify.distortion import log_figures, mesh_edge_distortion
+from ..verify.distortion import edge_distortion, log_figures
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprint, Result, fingerprint, is_still
 from .table import Row
@@ -142,7 +142,7 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
     figures = {
         "angle": log_figures(result.angle_differences()),
         "area": log_figures(result.area_ratios()),
-        "edge": log_figures(mesh_edge_distortion(result.mesh, result.sphere)[result.mesh.surface]),
+        "edge": log_figures(edge_distortion(result.vertices, result.faces[result.mesh.surface], result.sphere)),
     }
     columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
                                for kind in ("mean", "p99", "max")}

@@ -24,7 +24,7 @@ from ..io.replacing import replacing
 from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
-from ..verify.distortion import mesh_area_distortion
+from ..verify.distortion import area_distortion
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
 from .job import Options
@@ -134,7 +134,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), _LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T
-    colours = ramp.colours(mesh_area_distortion(mesh, x))
+    colours = ramp.colours(area_distortion(mesh.v, mesh.f, x))
     folded = folded_faces(x, mesh.f)
     tiles = []
     for turn in (view, view * _BEHIND):

@@ -12,7 +12,7 @@ from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..verify.certificate import Certificate
-from ..verify.distortion import mesh_angle_differences, mesh_area_distortion, mesh_conformal_factor
+from ..verify.distortion import angle_differences, area_distortion, conformal_factor
 from .findings import Finding, angles, areas, energy, verdict
 from .recording import plot_run
 from .run import Round, Run, Status, Step
@@ -27,7 +27,8 @@ class SphereMap:
     mesh : Mesh
         The source, checked: what is measured of the map needs no further check.
     sphere : (n, 3) float64 array
-        Images of the vertices, unit rows, in the input's order.
+        Images of the vertices, unit rows, in the input's order. Read-only, since the certificate is of these numbers:
+        copy it to change it.
     certificate : Certificate
         Of ``sphere`` and ``faces``, in exact arithmetic.
     run : Run
@@ -41,6 +42,9 @@ class SphereMap:
     certificate: Certificate
     run: Run
     conformal: SphereMap | None = None
+
+    def __post_init__(self) -> None:
+        self.sphere.flags.writeable = False
 
     @property
     def vertices(self) -> FloatArray:
@@ -131,7 +135,7 @@ class SphereMap:
         (m, 3) float64 array
             As from `igl_spheremap.angle_differences`, without the rows of caps.
         """
-        return mesh_angle_differences(self.mesh, self.sphere)[self.mesh.surface]
+        return angle_differences(self.vertices, self.faces[self.mesh.surface], self.sphere)
 
     @own_errstate
     def conformal_factor(self) -> FloatArray:
@@ -142,7 +146,7 @@ class SphereMap:
         (n,) float64 array
             As from `igl_spheremap.conformal_factor`.
         """
-        return mesh_conformal_factor(self.mesh, self.sphere)
+        return conformal_factor(self.vertices, self.faces, self.sphere)
 
     @own_errstate
     def area_ratios(self) -> FloatArray:
@@ -153,7 +157,7 @@ class SphereMap:
         (m,) float64 array
             As from `igl_spheremap.area_distortion`, without the rows of caps and their areas.
         """
-        return mesh_area_distortion(self.mesh, self.sphere)[self.mesh.surface]
+        return area_distortion(self.vertices, self.faces[self.mesh.surface], self.sphere)
 
     def drop_caps(self) -> OpenMap:
         """The open surface and its image, without the caps that close its holes and cuts.

@@ -16,7 +16,6 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, fill_directions, vertex_areas, vertex_normals
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
-from ..verify.distortion import mesh_conformal_factor
 
 #: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5
@@ -172,9 +171,9 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean.
     """
-    factor = mesh_conformal_factor(mesh, x)
-    finite = np.isfinite(factor)
-    factor = np.where(finite, factor, factor[finite].max(initial=1.0))
+    image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
+    factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
+    factor[(source == 0) & (image > 0)] = factor.max(initial=1.0)
     return np.maximum(factor, 1e-12 * max(float(factor.mean()), np.finfo(float).tiny))
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..errors import MeshError, own_errstate
+from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.timings import stage
 from ..sphere.rows import row_lengths, scale_rows
@@ -125,7 +125,8 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     Raises
     ------
     MeshError
-        If `f` is no closed genus-0 mesh on the rows of `x`, or `x` is no (n, 3) array of real numbers.
+        If `f` is no closed genus-0 mesh on the rows of `x`, or `x` is no (n, 3) array of real numbers, or one of them
+        (longdouble, a large integer) would be rounded.
 
     References
     ----------
@@ -144,7 +145,11 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     -1
     """
     x, f = rows_and_faces(x, f)
-    x = check_rows(x)
+    given, x = np.asarray(x), check_rows(x)
+    rounded = np.flatnonzero((x.astype(given.dtype) != given).any(axis=1) & np.isfinite(x).all(axis=1))
+    if len(rounded):
+        raise MeshError(f"positions of dtype {given.dtype} are no float64 numbers in {count(rounded, 'row')}, "
+                        f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
     return Certificate.of(x, check_faces(f, len(x)))
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
-from ..mesh.check import Mesh, check_mesh
-from ..mesh.measure import corner_angles, face_areas, surface_area, vertex_areas
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
+from ..mesh.check import Mesh, check_indices, check_positions
+from ..mesh.measure import corner_angles, log_face_areas, log_vertex_areas, surface_area
 
 
 @own_errstate
@@ -35,7 +35,7 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is no triangle mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -49,13 +49,8 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     >>> bool(abs(ism.angle_differences(v, f, v)).max() < 1e-9)
     True
     """
-    mesh = check_mesh(v, f)
-    return mesh_angle_differences(mesh, check_rows(x, len(mesh.v), "images"))
-
-
-def mesh_angle_differences(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`angle_differences` of a checked mesh."""
-    return np.degrees(corner_angles(x, mesh.f) - corner_angles(mesh.v, mesh.f))
+    v, f, x = _checked(v, f, x)
+    return np.degrees(corner_angles(x, f) - corner_angles(v, f))
 
 
 def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
@@ -85,12 +80,13 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (n,) float64 array
-        e^{2u}, non-negative; its mean over the source is the flat image area, nearly 4 pi.
+        e^{2u}, non-negative; its mean over the source is the flat image area, nearly 4 pi. Infinite where only the
+        source's faces have no area, 0 where the image's have none or one below the least float.
 
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is no triangle mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -104,17 +100,7 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     >>> ism.conformal_factor(v, f, v).round(6)
     array([13.856406, 13.856406, 13.856406, 13.856406])
     """
-    mesh = check_mesh(v, f)
-    return mesh_conformal_factor(mesh, check_rows(x, len(mesh.v), "images"))
-
-
-def mesh_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`conformal_factor` of a checked mesh; infinite where only the source's faces have no area."""
-    n = len(mesh.v)
-    image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
-    ratio = np.full(n, np.inf)
-    ratio[image == 0] = 0.0
-    return np.divide(image, source, out=ratio, where=source > 0)  # eq. (14)
+    return np.exp(_log_conformal_factor(*_checked(v, f, x)))
 
 
 @own_errstate
@@ -135,12 +121,13 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (m,) float64 array
-        Zero for an area-preserving map; infinite where one of the areas is zero, NaN where both are.
+        Zero for an area-preserving map; infinite where one of the areas is zero, NaN where both are. Areas below the
+        least float have their true logarithms.
 
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is no triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -150,14 +137,9 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     >>> bool(abs(conformal.area_ratios()).mean() > 0.4), bool(abs(preserving.area_ratios()).mean() < 0.02)
     (True, True)
     """
-    mesh = check_mesh(v, f)
-    return mesh_area_distortion(mesh, check_rows(x, len(mesh.v), "images"))
-
-
-def mesh_area_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`area_distortion` for a checked mesh, whose area is that of the faces that are no caps."""
-    image, source = (face_areas(p, mesh.f) for p in (x, mesh.v))
-    return _log_ratio(image / image[mesh.surface].sum(), source / source[mesh.surface].sum())
+    v, f, x = _checked(v, f, x)
+    image, source = (log_face_areas(p, f) - np.log(surface_area(p, f)) for p in (x, v))
+    return _log_ratio(image, source)
 
 
 @own_errstate
@@ -182,7 +164,7 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is no triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -191,21 +173,30 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     >>> bool(abs(ism.edge_distortion(3 * x, f, x)).max() < 1e-12)
     True
     """
-    mesh = check_mesh(v, f)
-    return mesh_edge_distortion(mesh, check_rows(x, len(mesh.v), "images"))
-
-
-def mesh_edge_distortion(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """`edge_distortion` for a checked mesh."""
-    image, source = (np.asarray(igl.edge_lengths(p, mesh.f)) / np.sqrt(surface_area(p, mesh.f[mesh.surface]))
-                     for p in (x, mesh.v))
+    v, f, x = _checked(v, f, x)
+    with np.errstate(divide="ignore"):
+        image, source = (np.log(igl.edge_lengths(p, f)) - np.log(surface_area(p, f)) / 2 for p in (x, v))
     return _log_ratio(image, source)
 
 
+def _checked(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Positions of size 1 to 2, faces and images; what is measured of a face needs no closed surface."""
+    vertices = check_positions(v)
+    faces = check_triangles(f)
+    check_indices(faces, len(vertices))
+    size = np.frexp(np.abs(vertices).max())[1]  # powers of 2 round nothing, and products can't overflow
+    return np.ldexp(vertices, 1 - size), faces, check_rows(x, len(vertices), "images")
+
+
+def _log_conformal_factor(v: FloatArray, f: IntArray, x: FloatArray) -> FloatArray:
+    """2 u of eq. (14), the source being scaled to unit area."""
+    return _log_ratio(log_vertex_areas(x, f), log_vertex_areas(v, f) - np.log(surface_area(v, f)))  # eq. (14)
+
+
 def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
-    """log(image / source), infinities and NaN without warnings."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.log(image / source)
+    """Difference of logarithms; NaN where both are those of 0."""
+    with np.errstate(invalid="ignore"):
+        return image - source
 
 
 def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArray]:
@@ -230,7 +221,7 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is no triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -241,12 +232,9 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     >>> bool(abs(maps["angles"]).max() < 1e-9), bool(abs(maps["factor"]).max() < 0.02)
     (True, True)
     """
-    mesh = check_mesh(v, f)
-    images = check_rows(x, len(mesh.v), "images")
-    tiny = np.finfo(float).tiny
-    factor = np.log(np.maximum(mesh_conformal_factor(mesh, images), tiny) / (4 * np.pi)) / 2
-    size = np.abs(mesh_angle_differences(mesh, images)).ravel()
-    corners = mesh.f.ravel()
+    vertices, faces, images = _checked(v, f, x)
+    factor = (_log_conformal_factor(vertices, faces, images) - np.log(4 * np.pi)) / 2
+    corners, size = faces.ravel(), np.abs(angle_differences(v, f, x)).ravel()
     angles = np.bincount(corners, size) / np.bincount(corners)
     return {"factor": factor, "angles": angles}
 

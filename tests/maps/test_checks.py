@@ -41,7 +41,6 @@ def checks(monkeypatch):
     lambda: ism.repair_foldings(V, F, X),
     lambda: ism.sphere_map(V, F, X),
     lambda: ism.SphereMapper(V, F).map(),
-    lambda: ism.angle_differences(V, F, X),
     lambda: ism.register(RESULT, RESULT, stages=("rotation",), reflect=True),
 ])
 def test_a_mesh_is_checked_and_normalised_once(call, checks):

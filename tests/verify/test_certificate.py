@@ -5,6 +5,7 @@ import pytest
 from triangulations import icosphere, random_rotation
 
 import igl_spheremap as ism
+from igl_spheremap import MeshError
 
 X, F = icosphere(2)
 
@@ -140,3 +141,23 @@ def test_degree_survives_symmetric_positions(seed):
     octahedron = np.vstack((np.eye(3), -np.eye(3)))
     faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
     assert ism.certify(octahedron, faces).degree == 1
+
+
+@pytest.mark.parametrize("dtype", ["longdouble", "int64"])
+def test_numbers_that_float64_would_round_are_refused(dtype):
+    if np.finfo(np.longdouble).eps == np.finfo(float).eps:
+        pytest.skip("longdouble is float64 on this machine")
+    x = X.astype(np.longdouble)
+    exact, f = x.astype(np.float64), F
+    assert ism.certify(exact.astype(np.longdouble), f).folding_free  # the same numbers in more digits
+    x[7] *= 1 + np.finfo(np.longdouble).eps
+    if dtype == "int64":
+        x = (X * 2**60).astype(np.int64) | 1
+    with pytest.raises(MeshError, match=f"dtype {np.dtype(dtype)} are no float64 numbers"):
+        ism.certify(x, f)
+
+
+def test_the_map_of_a_certificate_can_t_be_changed():
+    result = ism.spherical_conformal_map(X * [1, 1.2, 1.5], F)
+    with pytest.raises(ValueError, match="read-only"):
+        result.sphere[0] = -result.sphere[0]

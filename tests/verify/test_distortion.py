@@ -136,3 +136,22 @@ def test_a_surface_without_any_area_has_no_figures_but_a_summary():
         result = ism.spherical_conformal_map(np.where(x[:, [0]] > 0, 1.0, 0.0) * [1, 0, 0], f)
         assert np.isnan(list(log_figures(result.area_ratios()).values())).all()
         assert "nan on average" in result._repr_html_()
+
+
+def test_areas_below_the_least_float_have_their_logarithms():
+    """The star of a vertex, shrunk 1e200 times about it: each of its faces loses 2 log(1e200)."""
+    star = np.unique(F[(F == 0).any(axis=1)])
+    x = V - V[0]
+    inside, before = np.isin(F, star).all(axis=1), igl.doublearea(x, F)
+    x[star] *= 1e-200
+    total = np.log(igl.doublearea(x, F).sum() / before.sum())
+    found = ism.area_distortion(V, F, x)
+    assert np.allclose(found[inside], -2 * np.log(1e200) - total, atol=1e-9)
+    assert log_figures(found)["max"] > 900
+    assert np.isfinite(vertex_maps(V, F, x)["factor"]).all()
+
+
+def test_a_surface_with_a_hole_is_measured_face_by_face():
+    assert np.array_equal(ism.angle_differences(V, F[10:], X), ism.angle_differences(V, F, X)[10:])
+    with pytest.raises(ism.MeshError, match="index out of range"):
+        ism.angle_differences(V, F + 1, X)

@@ -16,7 +16,7 @@ from ...mesh.measure import face_areas
 from ...shapes.features import FeatureSurface
 from ...sphere.rows import INFINITE, to_chart
 from ...start.star_map import finite_conformal_factor
-from ...verify.distortion import mesh_angle_differences, mesh_area_distortion
+from ...verify.distortion import angle_differences, area_distortion
 from ...verify.signs import folded_faces
 from .body import Body, Legend
 from .choices import SUBJECTS
@@ -95,10 +95,10 @@ def colouring(
         ramp = palette.diverging(_U, reach or palette.round_up(float(u.max())))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
-        values = mesh_area_distortion(mesh, x)
+        values = area_distortion(mesh.v, mesh.f, x)
         ramp = palette.diverging(_AREAS, reach or palette.round_up(float(values[np.isfinite(values)].max())))
     else:
-        values = np.abs(mesh_angle_differences(mesh, x)).mean(axis=1)
+        values = np.abs(angle_differences(mesh.v, mesh.f, x)).mean(axis=1)
         ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values, 95))))
     return Colouring(ramp.colours(values), folded, ramp)
 

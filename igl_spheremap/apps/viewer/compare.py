@@ -16,7 +16,7 @@ from ...mesh.check import Mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.features import FeatureSurface
 from ...sphere.rows import unit_rows
-from ...verify.distortion import mesh_angle_differences
+from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import App, present, subject_combo
 from .body import Body, Legend
@@ -129,7 +129,7 @@ class Comparison(App):
     def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
         self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
-        self.differences = {name: mesh_angle_differences(mesh, x) for name, x in maps.items()}
+        self.differences = {name: angle_differences(mesh.v, mesh.f, x) for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
         turn = pose(mesh.v, up)
         for k, (name, x) in enumerate(maps.items()):

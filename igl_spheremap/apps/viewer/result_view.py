@@ -20,7 +20,7 @@ from ...result import findings
 from ...result.run import Listener, title_of
 from ...result.sphere_map import SphereMap
 from ...sphere.moebius import moebius
-from ...verify.distortion import mesh_angle_differences
+from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from . import window
 from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
@@ -133,7 +133,7 @@ class ResultView(App):
         """Figures of a vertex as labels and texts."""
         at = self.mesh.f == vertex
         around = at.any(axis=1)
-        angles = np.abs(mesh_angle_differences(self.mesh, self.x)[at])
+        angles = np.abs(angle_differences(self.mesh.v, self.mesh.f, self.x)[at])
         own, image = (face_areas(v, self.mesh.f) for v in (self.mesh.v, self.x))
         ratio = image[around].sum() / image.sum() / (own[around].sum() / own.sum())
         return [

@@ -10,7 +10,7 @@ from ....maps.given_sphere import repair_foldings
 from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import unit_rows
-from ....verify.distortion import mesh_angle_differences, mesh_area_distortion, mesh_edge_distortion
+from ....verify.distortion import angle_differences, area_distortion, edge_distortion
 from ..exits import Exit
 from ..inputs import load_pair
 from ..output import Findings, check_outputs, write_target
@@ -34,12 +34,12 @@ def run_check(args: Namespace) -> Exit:
     found.source(pair.source)
     found.add("sphere", f"{pair.name}: radius {checked.radius:.6g}", sphere=pair.name, radius=checked.radius)
     if not len(checked.certificate.not_finite) and checked.radius > 0:
-        unit = pair.x / checked.radius
+        unit, v, surface = pair.x / checked.radius, mesh.vertices, mesh.f[mesh.surface]
         found.extend([
             findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
-            findings.angles(mesh_angle_differences(mesh, unit)[mesh.surface]),
-            findings.areas(mesh_area_distortion(mesh, unit)[mesh.surface]),
-            findings.edges(mesh_edge_distortion(mesh, unit)[mesh.surface]),
+            findings.angles(angle_differences(v, surface, unit)),
+            findings.areas(area_distortion(v, surface, unit)),
+            findings.edges(edge_distortion(v, surface, unit)),
         ])
     found.extend([findings.verdict(checked.certificate, mesh.caps)])
     found.report(args)
@@ -69,7 +69,7 @@ def run_repair(args: Namespace) -> Exit:
         ("after", args.target, result.sphere, written.certificate),
     ):
         found.add(label, f"{file}: {certificate}")
-        angles = findings.angles(mesh_angle_differences(result.mesh, positions)[result.mesh.surface])
+        angles = findings.angles(angle_differences(result.vertices, result.faces[result.mesh.surface], positions))
         found.add(angles.label, angles.text)
         found.figures[label] = findings.verdict(certificate, source.caps).numbers | angles.numbers
     moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
