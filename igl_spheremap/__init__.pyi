@@ -48,7 +48,13 @@ from .mesh.check import check_faces as check_faces
 from .mesh.check import check_mesh as check_mesh
 from .mesh.clean import RepairedMesh as RepairedMesh
 from .mesh.clean import repair_mesh as repair_mesh
+from .mesh.disk import Disk as Disk
+from .mesh.disk import check_disk as check_disk
 from .mesh.edges import HalfEdges as HalfEdges
+from .plane.disk_map import DiskMap as DiskMap
+from .plane.disk_map import disk_conformal_map as disk_conformal_map
+from .plane.flat_map import FlatMap as FlatMap
+from .plane.flat_map import flatten as flatten
 from .populations.map_many import map_many as map_many
 from .populations.table import Row as Row
 from .result.recording import Frame as Frame

@@ -99,8 +99,9 @@ class BalancedEnergy:
         return np.exp(self.target)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
-        """Value at `x` and the (n, 3) array of its derivatives by the coordinates."""
-        identity = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, len(x)))
+        """Value at `x` and the array of its derivatives by the coordinates, of its shape."""
+        d = x.shape[1]
+        identity = np.broadcast_to(np.eye(d)[:, :, None], (d, d, len(x)))
         return float(self.by_face(x).sum()), self.derivatives(x, identity)[0].T
 
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
@@ -132,7 +133,7 @@ class BalancedEnergy:
         return (power - 1 / power) / self.power, power + 1 / power
 
     def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:
-        """Gradient (k, n) as vertices of a map without foldings move along axes (k, 3, n), and the Hessian's blocks.
+        """Gradient (k, n) as vertices of a map without foldings move along axes (k, d, n), and the Hessian's blocks.
 
         The blocks (6, k, k, m) belong to the corner pairs `PAIRS`; `convex` projects the Hessian of each face. It is
         that of the flat triangles: it leaves out how axes turn on the sphere.
@@ -181,7 +182,10 @@ class BalancedEnergy:
 
 @dataclass(frozen=True, eq=False)
 class FaceImages:
-    """Images of flat faces, each projected along its centroid, and the singular values of the maps to them.
+    """Images of flat faces, and the singular values of the maps to them.
+
+    Faces on the sphere, rows of three coordinates, are each projected along their centroid; faces in the plane, rows of
+    two, are taken as they are.
 
     With corner 0 of both at the origin, a face's map is z -> (alpha z + beta conj(z)) / 2 in complex numbers::
 
@@ -193,24 +197,27 @@ class FaceImages:
     s2: FloatArray
     hats: FloatArray
     heights: FloatArray  # of corners 1 and 2 above corner 0, over the length of the corners' sum
-    plane: tuple[FloatArray, FloatArray]  # two directions, (3, m) each
+    plane: tuple[FloatArray, FloatArray]  # two directions, (3, m) or (2, m) each
     alpha: tuple[FloatArray, FloatArray, FloatArray]  # real and imaginary part, and size
     beta: tuple[FloatArray, FloatArray, FloatArray]
 
     @classmethod
     def of(cls, source: FlatFaces, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
-        """Project some faces of a map."""
+        """Images of some faces of a map."""
         p = np.ascontiguousarray(x.T).take(source.corners[:, faces], axis=1)  # coordinate, corner, face
         hats, area = source.hats[:, :, faces], source.area[faces]
         sides = p[:, 1:] - p[:, :1]
-        outward = p.sum(axis=1)
-        length = np.sqrt(_dots(outward, outward))
-        outward /= np.where(length > 0, length, 1.0)
-        heights = np.einsum("cim,cm->im", sides, outward)
-        u = sides[:, 0] - heights[0] * outward
+        if len(p) == 2:  # in the plane
+            u, heights, length = sides[:, 0].copy(), np.zeros_like(sides[0]), np.ones_like(area)
+        else:
+            outward = p.sum(axis=1)
+            length = np.sqrt(_dots(outward, outward))
+            outward /= np.where(length > 0, length, 1.0)
+            heights = np.einsum("cim,cm->im", sides, outward)
+            u = sides[:, 0] - heights[0] * outward
         first = np.sqrt(_dots(u, u))
         u /= np.where(first > 0, first, 1.0)
-        v = column_crosses(outward, u)
+        v = np.stack((-u[1], u[0])) if len(p) == 2 else column_crosses(outward, u)
         across, up = _dots(sides[:, 1], u), _dots(sides[:, 1], v)  # corner 1 lies at (first, 0), corner 2 here
         straight, turned = first * hats[:, 0] + across * hats[:, 1], up * hats[:, 1]
         alpha, beta = ((straight[0] + turned[1], turned[0] - straight[1]),
@@ -222,7 +229,7 @@ class FaceImages:
                    (*beta, sizes[1]))
 
     def modes(self, axes: FloatArray) -> FloatArray:
-        """Stretch 1, stretch 2, twist and shear (mode, axis, corner, face) as corners move along axes (k, 3, 3, m).
+        """Stretch 1, stretch 2, twist and shear (mode, axis, corner, face) as corners move along axes (k, d, 3, m).
 
         A mode is the relative change of the map in the frame of its singular vectors.
         """

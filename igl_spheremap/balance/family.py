@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..verify.certificate import Certificate
 from .energy import BalancedEnergy, FlatFaces, log_areas
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
-_MOST_WEIGHT = 0.97
+MOST_WEIGHT = 0.97
 #: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
 #: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (docs/balance.md).
 POWER = 0.9
@@ -63,43 +63,56 @@ class Family:
 
     def energy(self, conformal: FloatArray, balance: float) -> BalancedEnergy:
         """The energy of a balance, docs/balance.md (3) and (10), for a conformal map without foldings."""
-        area, factor = self.source.area, log_factor(self.source, conformal)
-        target = (1 - balance) * factor
-        target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
-        return BalancedEnergy(self.source, min(balance, _MOST_WEIGHT), POWER, target)
+        return balanced_energy(self.source, conformal, balance)
 
     def minimize(self, energy: BalancedEnergy, x: FloatArray, listener: Listener | None = None) -> Minimum:
         """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first."""
-        x = stretched(self._mesh, x)
-        search, squares = LineSearch(self.system), replace(energy, power=0)
-        if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
-            opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
-            search.tolerance = _OPENING_TOLERANCE
-            opened = minimize(balanced_iterates(opening, search, x, "opening"), tolerance=_OPENING_TOLERANCE,
-                              max_iterations=_STEPS, listener=listener)
-            if opened.status is Status.STOPPED:
-                return opened
-            x = opened.last.x
-        search.tolerance = TOLERANCE
-        return minimize(balanced_iterates(energy, search, x, "balance"), tolerance=TOLERANCE, max_iterations=_STEPS,
-                        listener=listener)
+        return minimize_balanced(partial(FaceProblem, turns=False), self.system, energy, stretched(self._mesh, x),
+                                 listener)
 
 
-def balanced_iterates(energy: BalancedEnergy, search: LineSearch, x: FloatArray, stage: str) -> Iterator[Iterate]:
+def balanced_energy(source: FlatFaces, conformal: FloatArray, balance: float) -> BalancedEnergy:
+    """The energy of a balance, docs/balance.md (3) and (10), for a conformal map without foldings."""
+    area, factor = source.area, log_factor(source, conformal)
+    target = (1 - balance) * factor
+    target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())  # balance (10)
+    return BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, target)
+
+
+def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: VertexSystem, energy: BalancedEnergy,
+                      x: FloatArray, listener: Listener | None = None) -> Minimum:
+    """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
+
+    `problem` says on what surface maps of an energy lie, and what else they may not do.
+    """
+    search, squares = LineSearch(system), replace(energy, power=0)
+    if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
+        opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
+        search.tolerance = _OPENING_TOLERANCE
+        opened = minimize(balanced_iterates(problem(opening), search, x, "opening"), tolerance=_OPENING_TOLERANCE,
+                          max_iterations=_STEPS, listener=listener)
+        if opened.status is Status.STOPPED:
+            return opened
+        x = opened.last.x
+    search.tolerance = TOLERANCE
+    return minimize(balanced_iterates(problem(energy), search, x, "balance"), tolerance=TOLERANCE,
+                    max_iterations=_STEPS, listener=listener)
+
+
+def balanced_iterates(problem: FaceProblem, search: LineSearch, x: FloatArray, stage: str) -> Iterator[Iterate]:
     """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
     After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,
     and after one with an old factor what it was predicted to gain.
     """
-    problem = FaceProblem(energy, turns=False)
     value, gains = problem.value(x), [1.0] * _PATIENCE
-    at_zero = value < np.finfo(float).eps * energy.area.sum()
-    yield Iterate(stage, 0, 0, x, value, 0.0 if at_zero else np.inf)
+    zero = np.finfo(float).eps * problem.energy.area.sum()
+    yield Iterate(stage, 0, 0, x, value, 0.0 if value < zero else np.inf)
     for k, trial in enumerate(newton(problem, search, x), 1):
-        gains.append((value - trial.value) / trial.value)
+        gains.append((value - trial.value) / max(trial.value, zero))
         value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
         residual = gains[-1] * ratio / (1 - ratio) if search.length == 1 else max(gains[-_PATIENCE:])
-        yield Iterate(stage, 0, k, trial.x, value, min(residual, search.ahead), search.length)
+        yield Iterate(stage, 0, k, trial.x, value, 0.0 if value < zero else min(residual, search.ahead), search.length)
 
 
 def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:

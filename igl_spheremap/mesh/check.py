@@ -108,7 +108,7 @@ def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -
     """`check_mesh`, whose errors name the options of a repair that were asked for, too."""
     vertices, faces = check_positions(v), check_triangles(f)
     edges = _check_sphere(faces, len(vertices), vertices, asked)
-    return _normalised(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
+    return _mesh(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
 
 
 @stage("check")
@@ -116,7 +116,7 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
     """The mesh with other positions; MeshError if their number differs."""
     vertices = check_positions(v)
     check_rows(vertices, len(mesh.v), "vertices")
-    return _normalised(vertices, mesh.f, mesh.edges, mesh.caps)
+    return _mesh(vertices, mesh.f, mesh.edges, mesh.caps)
 
 
 @runtime_checkable
@@ -198,8 +198,6 @@ def _check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
 
 def check_indices(f: IntArray, n: int) -> None:
     """MeshError unless faces are of n vertices."""
-    if n < 4:
-        raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
     low, high = int(f.min()), int(f.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
@@ -215,6 +213,8 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
+    if n < 4:
+        raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
     check_indices(f, n)
     m, edges, refusal = len(f), half_edges(f, n), Refusal(f, n, v, asked)
     if edges is None:
@@ -234,8 +234,15 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     return edges
 
 
-def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray | None) -> Mesh:
-    """The mesh about the origin, scaled to unit area (to unit extent where the area vanishes)."""
+def _mesh(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray | None) -> Mesh:
+    v, areas = normalised(vertices, f)
+    share = area_weights(areas, f, len(vertices))
+    A = share if caps is None else area_weights(np.where(caps, 0.0, areas), f, len(vertices))
+    return Mesh(vertices, v, f, edges, A, share, caps)
+
+
+def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Vertices about the origin, scaled to unit area (to unit extent where the area vanishes), and areas of faces."""
     size = float(np.abs(vertices).max())
     v = np.ascontiguousarray(vertices.T) / (size or 1.0)  # long inner loops
     v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
@@ -243,17 +250,15 @@ def _normalised(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolA
     if extent < 4 * _EPS:
         raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent")
     v /= extent
-    areas, n = face_areas(v.T, f), len(vertices)
+    areas = face_areas(v.T, f)
     area = float(areas.sum())
     if area > _FLAT:
         v /= np.sqrt(area)
-    share = _shares(areas, f, n)
-    A = share if caps is None else _shares(np.where(caps, 0.0, areas), f, n)
-    return Mesh(vertices, np.ascontiguousarray(v.T), f, edges, A, share, caps)
+    return np.ascontiguousarray(v.T), areas
 
 
-def _shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """Areas of the vertices with sum 1."""
+def area_weights(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
+    """Areas of `n` vertices with sum 1, none below a billionth of their mean, from those of faces."""
     area = float(areas.sum())
     if not area > _FLAT:
         return np.full(n, 1 / n)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_crosses, tangent_axes, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
@@ -69,13 +69,25 @@ class FaceProblem:
         self.energy, self._terms, self._scale, self._slack, self._turns = energy, terms, scale, slack, turns
         self._known: list[tuple[FloatArray, FloatArray]] = []  # the last two maps and their energies by face
 
+    def axes(self, x: FloatArray) -> FloatArray:
+        """The two directions (2, d, n) in which each vertex moves."""
+        return np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1))
+
+    def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
+        """The points of the surface nearest to where some rows of a map were moved to."""
+        return unit_rows(points)
+
+    def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
+        """Which of some faces no map may have, by exact signs."""
+        return folded_faces(x, self.energy.f[faces])
+
     def value(self, x: FloatArray) -> float:
         """What is minimised."""
         return self._scale * float(self._by_face(x).sum()) + sum(term.value(x) for term in self._terms)
 
     def model(self, x: FloatArray) -> Model:
         """Value, gradient and Hessian at a map."""
-        axes = np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1))
+        axes = self.axes(x)
         gradient, blocks = self.energy.derivatives(x, axes)
         at_vertices = None
         if self._scale != 1:
@@ -99,9 +111,9 @@ class FaceProblem:
         f, area, before = self.energy.f, self.energy.area, self._by_face(x)
         bound = before + self._slack
         limit = _GROWTH * bound + _OF_MEAN * area * (bound.sum() / area.sum())
-        y = unit_rows(x + move)
+        y = self.onto(x + move, slice(None))
         after = self.energy.by_face(y)
-        folded = folded_faces(y, f)
+        folded = self.folded(y, slice(None))
         refused = folded | ~(after < limit)
         share = np.ones(len(x))
         for _ in range(_HALVINGS):
@@ -110,10 +122,10 @@ class FaceProblem:
             moved = np.zeros(len(x), dtype=bool)
             moved[f[refused]] = True
             share[moved] /= 2
-            y[moved] = unit_rows(x[moved] + share[moved, None] * move[moved])
+            y[moved] = self.onto(x[moved] + share[moved, None] * move[moved], moved)
             near = np.flatnonzero(moved[f].any(axis=1))
             after[near] = self.energy.by_face(y, near)
-            refused[near] = folded_faces(y, f[near]) | ~(after[near] < limit[near])
+            refused[near] = self.folded(y, near) | ~(after[near] < limit[near])
         if refused.any():
             return Trial(x, np.inf, folded)
         self._known = [(x, before), (y, after)]

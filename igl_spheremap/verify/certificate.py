@@ -1,4 +1,4 @@
-"""Whether a map from a closed surface to the unit sphere is free of foldings: exact signs and exact degree."""
+"""Whether a map to the unit sphere, or of a disk to the plane, is free of foldings: exact signs and exact degree."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
+from ..mesh.disk import disk_rim
 from ..mesh.timings import stage
 from ..sphere.rows import row_lengths, scale_rows
+from .rim import plane_signs, rim_crossings, rim_direction
 from .signs import determinant_signs, orientation_signs
 
 #: Rows may leave the unit sphere by the rounding of a float32 file, no more.
@@ -23,20 +25,25 @@ _ROOM = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What exact arithmetic finds out about a map to the sphere.
+    """What exact arithmetic finds out about a map to the sphere, or to the plane.
 
     Attributes
     ----------
     flipped : int64 array
-        Faces whose image is oriented inwards: the foldings.
+        Faces whose image is oriented inwards, in the plane clockwise: the foldings.
     degenerate : int64 array
-        Faces whose image is flat: its plane holds the origin.
+        Faces whose image is flat: its plane holds the origin; in the plane, it has no area.
     degree : int
-        How often the sphere is covered, counted with sign; 1 for a bijection. 0 where it could not be counted.
+        How often the sphere is covered, in the plane what the boundary encloses, counted with sign; 1 for a bijection.
+        0 where it could not be counted.
     not_finite : int64 array
         Vertices with a NaN or infinite coordinate.
     off_sphere : int64 array
         Vertices whose distance from the origin differs from 1 by more than 1e-6.
+    boundary_loops : int
+        0 for a map of a closed surface to the sphere, 1 for one of a disk to the plane.
+    crossings : int64 array
+        In the plane, vertices from which an edge of the boundary starts that meets another one.
     """
 
     flipped: IntArray
@@ -44,6 +51,8 @@ class Certificate:
     degree: int
     not_finite: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     off_sphere: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    boundary_loops: int = 0
+    crossings: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @classmethod
     @stage("certificate")
@@ -70,10 +79,37 @@ class Certificate:
         degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
         return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere)
 
+    @classmethod
+    @stage("certificate")
+    def of_plane(cls, p: FloatArray, f: IntArray, rim: IntArray) -> Certificate:
+        """The certificate of a map of a checked disk to the plane; `certify` takes other arrays.
+
+        Parameters
+        ----------
+        p : (n, 2) float64 array
+            Images of the vertices.
+        f : (m, 3) int64 array
+            Faces, not checked again.
+        rim : (k,) int64 array
+            Vertices of the boundary loop, in its direction.
+
+        Returns
+        -------
+        Certificate
+            The foldings, and where the boundary crosses itself.
+        """
+        nothing = np.empty(0, dtype=np.int64)
+        if not np.isfinite(p).all():
+            return cls(nothing, nothing, 0, np.flatnonzero(~np.isfinite(p).all(axis=1)), boundary_loops=1)
+        signs, crossings = plane_signs(p, f), rim[rim_crossings(p, rim)]
+        degree = 0 if len(crossings) else rim_direction(p, rim)
+        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, boundary_loops=1, crossings=crossings)
+
     @property
     def folding_free(self) -> bool:
-        """True if the map is proved to be a homeomorphism onto the unit sphere."""
-        faults = len(self.flipped) + len(self.degenerate) + len(self.not_finite) + len(self.off_sphere)
+        """True if the map is proved to be a homeomorphism onto the unit sphere, or onto its image in the plane."""
+        faults = (len(self.flipped) + len(self.degenerate) + len(self.not_finite) + len(self.off_sphere)
+                  + len(self.crossings))
         return faults == 0 and self.degree == 1
 
     @property
@@ -89,33 +125,37 @@ class Certificate:
 
     def __str__(self) -> str:
         if self.folding_free:
-            return "folding-free: every face is positively oriented and the sphere is covered once (exact)"
+            once = "the boundary crosses itself nowhere" if self.boundary_loops else "the sphere is covered once"
+            return f"folding-free: every face is positively oriented and {once} (exact)"
         faults = [f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}" for bad, what in (
             (self.not_finite, "vertices not finite"),
             (self.off_sphere, "vertices off the unit sphere"),
             (self.flipped, "flipped faces"),
             (self.degenerate, "degenerate faces"),
+            (self.crossings, "boundary edges that meet others"),
         ) if len(bad)]
-        if self.degree != 1 and not len(self.not_finite):
-            faults.append(f"the sphere is covered {self.degree} times")
+        if self.degree != 1 and not len(self.not_finite) and not len(self.crossings):
+            faults.append(f"the {'image' if self.boundary_loops else 'sphere'} is covered {self.degree} times")
         folds = self.foldings or self.degree != 1 or len(self.not_finite)
         return ("not folding-free: " if folds else "no face folds, but: ") + "; ".join(faults)
 
 
 @own_errstate
 def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certificate:
-    """Certify a map of a closed genus-0 mesh to the unit sphere, from whatever program it comes.
+    """Certify a map of a closed genus-0 mesh to the unit sphere, or of a disk to the plane, from whatever program.
 
-    The map sends each face to the spherical triangle of its image corners. It is a homeomorphism if (and, but
-    for degenerate faces, only if) every face is positively oriented and the degree is 1. Both are decided in exact
+    The map sends each face to the spherical triangle of its image corners, or to the plane one. It is a homeomorphism
+    if (and, but for degenerate faces, only if) every face is positively oriented and the degree is 1; in the plane, if
+    every face is positively oriented and the boundary of the image crosses itself nowhere. All is decided in exact
     arithmetic on the numbers as they are given.
 
     Parameters
     ----------
-    x : (n, 3) array_like or SphereMap
-        Images of the vertices on the unit sphere, or a map, which needs no faces beside it.
+    x : (n, 3) or (n, 2) array_like or SphereMap
+        Images of the vertices on the unit sphere, or in the plane; or a map, which needs no faces beside it.
     f : (m, 3) array_like or Mesh
-        Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh.
+        Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh, or, for the plane, one with one
+        boundary loop and no handle.
 
     Returns
     -------
@@ -125,7 +165,7 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     Raises
     ------
     MeshError
-        If `f` is no closed genus-0 mesh on the rows of `x`, or `x` is no (n, 3) array of real numbers, or one of them
+        If `f` is no such mesh on the rows of `x`, or `x` is no (n, 3) or (n, 2) array of real numbers, or one of them
         (longdouble, a large integer) would be rounded.
 
     References
@@ -143,13 +183,21 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     True
     >>> ism.certify(-x, f).degree
     -1
+    >>> ism.certify([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2], [0, 2, 3]])
+    Certificate(folding_free=True, 0 foldings, degree 1)
     """
     x, f = rows_and_faces(x, f)
-    given, x = np.asarray(x), check_rows(x)
+    given = plain_array(x, "positions")
+    faces = None if isinstance(f, Mesh) or given.shape[1:] != (2,) else check_triangles(f)
+    if faces is not None:  # of a map to the plane
+        given = np.column_stack((given, np.zeros(len(given))))
+    x = check_rows(given)
     rounded = np.flatnonzero((x.astype(given.dtype) != given).any(axis=1) & np.isfinite(x).all(axis=1))
     if len(rounded):
         raise MeshError(f"positions of dtype {given.dtype} are no float64 numbers in {count(rounded, 'row')}, "
                         f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
+    if faces is not None:
+        return Certificate.of_plane(np.ascontiguousarray(x[:, :2]), faces, disk_rim(faces, x))
     return Certificate.of(x, check_faces(f, len(x)))
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.check import Mesh, check_indices, check_positions
+from ..mesh.disk import Disk
 from ..mesh.measure import corner_angles, log_face_areas, log_vertex_areas, surface_area
 
 
@@ -53,7 +54,7 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     return np.degrees(corner_angles(x, f) - corner_angles(v, f))
 
 
-def mean_angle_difference(mesh: Mesh, x: FloatArray) -> float:
+def mean_angle_difference(mesh: Mesh | Disk, x: FloatArray) -> float:
     """Mean size of the angle differences, in degrees, of a checked mesh without its caps."""
     f = mesh.f[mesh.surface]
     return mean_difference(corner_angles(mesh.v, f), x, f)

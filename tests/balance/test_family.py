@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 import igl_spheremap as ism
 from igl_spheremap.balance.family import POWER, Family, balanced_iterates
 from igl_spheremap.mesh.check import check_mesh
+from igl_spheremap.newton.faces import FaceProblem
 from igl_spheremap.newton.loop import LineSearch
 
 LENGTH = 1.8  # of the spheroid, in diameters
@@ -15,7 +16,8 @@ LENGTH = 1.8  # of the spheroid, in diameters
 def converged(mesh, conformal, balance):
     """The minimiser, to rounding."""
     family = Family(mesh)
-    *_, last = balanced_iterates(family.energy(conformal, balance), LineSearch(family.system), conformal, "balance")
+    problem = FaceProblem(family.energy(conformal, balance), turns=False)
+    *_, last = balanced_iterates(problem, LineSearch(family.system), conformal, "balance")
     return last.x
 
 

@@ -1,0 +1,149 @@
+"""The check of a disk: a surface with one boundary loop and no handle, which has maps to the plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError, own_errstate
+from .arrays import FloatArray, IntArray, check_triangles, count, examples, listed, listed_words, place
+from .check import area_weights, check_indices, check_positions, normalised
+from .edges import components, edge_keys
+from .holes import rims
+from .timings import stage
+
+#: What makes any other open surface mappable.
+_CLOSE = "close it (repair_mesh(v, f, holes='fill', handles='cut')) and map it to the sphere"
+
+
+@dataclass(frozen=True, eq=False)
+class Disk:
+    """An oriented, connected triangle mesh with one boundary loop and no handle, which `check_disk` has passed.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The input's vertices, in the input's units.
+    v : (n, 3) float64 array
+        The vertices moved to the origin and scaled to unit total area.
+    f : (m, 3) int64 array
+        The input's faces, 0-based, in the input's order.
+    rim : (k,) int64 array
+        Vertices of the boundary loop, from the smallest on, in the direction in which faces run along it: in the plane
+        counterclockwise.
+    A : (n,) float64 array
+        Vertex areas with sum 1, none below a billionth of their mean.
+    """
+
+    vertices: FloatArray
+    v: FloatArray
+    f: IntArray
+    rim: IntArray
+    A: FloatArray
+
+    @property
+    def surface(self) -> slice:
+        """Rows of the faces that are not caps: all."""
+        return slice(None)
+
+    def __repr__(self) -> str:
+        return f"Disk({len(self.v)} vertices, {len(self.f)} faces, {len(self.rim)} on the rim)"
+
+
+@own_errstate
+@stage("check")
+def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:
+    """Check that `v, f` is an oriented, connected mesh with one boundary loop and no handle, and normalise it.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any real dtype, byte order and memory layout. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+
+    Returns
+    -------
+    Disk
+        The checked mesh; it shares no memory with the input.
+
+    Raises
+    ------
+    MeshError
+        One line that says what is wrong, where, and what to do about it.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    >>> ism.check_disk(v, [[0, 1, 2], [0, 2, 3]]).rim
+    array([0, 1, 2, 3])
+    >>> ism.check_disk(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    Traceback (most recent call last):
+        ...
+    igl_spheremap.errors.MeshError: closed surface: it has no boundary; map it to the sphere (spherical_conformal_map...
+    """
+    vertices, faces = check_positions(v), check_triangles(f)
+    rim = disk_rim(faces, vertices)
+    unit, areas = normalised(vertices, faces)
+    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)))
+
+
+def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
+    """The boundary loop of the faces of a disk; a MeshError if they are none, which names places by the positions v."""
+    n, m = len(v), len(f)
+    check_indices(f, n)
+    repeated = np.flatnonzero((f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0]))
+    if len(repeated):
+        raise MeshError(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}; "
+                        "remove them")
+    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    order = np.argsort(edge_keys(start, stop, n), kind="stable")
+    _, first, faces_at = np.unique(edge_keys(start, stop, n)[order], return_index=True, return_counts=True)
+    if (faces_at > 2).any():
+        crowded = order[first[faces_at > 2]]
+        raise MeshError(f"non-manifold edge: {count(crowded, 'edge')} in more than two faces, e.g. edge "
+                        f"{start[crowded[0]]}-{stop[crowded[0]]}; remove surplus faces, or split the surface")
+    one, other = order[first[faces_at == 2]], order[first[faces_at == 2] + 1]
+    clash = np.flatnonzero(start[one] == start[other])
+    if len(clash):
+        a, b = one[clash[0]], other[clash[0]]
+        raise MeshError(f"inconsistent orientation: {count(clash, 'edge')} run in the same direction by both faces, "
+                        f"e.g. faces {a // 3}, {b // 3} at edge {start[a]}-{stop[a]}; reverse faces until they agree")
+    unused = np.flatnonzero(np.bincount(start, minlength=n) == 0)
+    if len(unused):
+        raise MeshError(f"unreferenced: {count(unused, 'vertex', 'vertices')} in no face, {examples(unused)}; remove "
+                        "them and renumber the faces")
+    parts, label = components(one // 3, other // 3, m)
+    if parts > 1:
+        sizes = np.sort(np.bincount(label))[::-1]
+        raise MeshError(f"{parts} components of {listed(sizes)} faces; give one of them, face "
+                        f"{int(np.argmax(label > 0))} is in the second one")
+    open_edges = order[first[faces_at == 1]]
+    if not len(open_edges):
+        raise MeshError("closed surface: it has no boundary; map it to the sphere (spherical_conformal_map), or cut it "
+                        "open along a path of edges")
+    _refuse_pinched(f, n, np.r_[one, other], np.r_[other, one])
+    loops = sorted((np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True)
+    places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
+    if len(loops) > 1:
+        raise MeshError(f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}; a disk has one: "
+                        f"fill the other holes, or {_CLOSE}")
+    handles = (1 - (n - len(first) + m)) // 2
+    if handles:
+        raise MeshError(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane "
+                        f"is free of foldings; cut the surface open along more edges, or {_CLOSE}")
+    return np.roll(loops[0], -int(np.argmin(loops[0])))
+
+
+def _refuse_pinched(f: IntArray, n: int, half: IntArray, twin: IntArray) -> None:
+    """Raise for vertices with several fans of faces, at the rim or inside."""
+    fans, fan = components(half, 3 * (twin // 3) + (twin + 1) % 3, f.size)  # half-edges with one tail
+    tail = np.empty(fans, dtype=np.int64)
+    tail[fan] = f.ravel()
+    bad = np.flatnonzero(np.bincount(tail, minlength=n) > 1)
+    if len(bad):
+        raise MeshError(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where the surface touches itself, "
+                        f"{examples(bad)}; give each sheet a vertex of its own")

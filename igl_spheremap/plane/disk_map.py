@@ -1,0 +1,225 @@
+"""Maps of disks to the unit disk: conformal, area-preserving, or between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..balance.energy import BalancedEnergy, FlatFaces
+from ..balance.family import POWER, balanced_energy, minimize_balanced
+from ..errors import FactorisationFailed, FoldingsRemain, check_number, own_errstate
+from ..mesh.arrays import FloatArray
+from ..mesh.disk import Disk, check_disk
+from ..mesh.timings import stage, timed
+from ..newton.loop import LineSearch, newton
+from ..newton.system import VertexSystem
+from ..result.plane_map import PlaneMap, in_space, upright
+from ..result.run import History, Listener, Run, Status
+from ..verify.certificate import Certificate
+from ..verify.distortion import mean_angle_difference
+from .conformal_energy import ConformalEnergy
+from .doubling import centred, double_map
+from .problem import RADIUS, CircleProblem
+from .tutte import tutte_map
+
+#: After two to five steps the quadratic energy is as low as its next step would make it.
+_HARMONIC_STEPS = 5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DiskMap(PlaneMap):
+    """A map of a surface with one boundary loop to the unit disk; the boundary goes to the circle.
+
+    Attributes
+    ----------
+    mesh : Disk
+        The source, checked.
+    plane : (n, 2) float64 array
+        Images of the vertices, in the input's order; boundary vertices have length 1 to rounding.
+    certificate : Certificate
+        Of ``plane`` and ``faces``, in exact arithmetic.
+    run : Run
+        How the map came about.
+    conformal : DiskMap, optional
+        The conformal map that a balanced one started from.
+    """
+
+    conformal: DiskMap | None = None
+
+    @own_errstate
+    @timed()
+    def rebalance(self, balance: float, *, listener: Listener | None = None) -> DiskMap:
+        """Take the map to another balance, as a slider does.
+
+        Parameters
+        ----------
+        balance : float
+            0 gives the conformal map back, 1 is area-preserving.
+        listener : callable, optional
+            Called with every `Iterate`, whose rows have two coordinates; may raise StopIteration to stop with the
+            current map.
+
+        Returns
+        -------
+        DiskMap
+            As from `disk_conformal_map`.
+
+        Raises
+        ------
+        ValueError
+            If `balance` is not in [0, 1].
+        TypeError
+            If it is no number.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import igl_spheremap as ism
+        >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
+        >>> half = f[v[f, 2].mean(axis=1) > 0]
+        >>> rows, half = np.unique(half, return_inverse=True)
+        >>> disk = ism.disk_conformal_map(v[rows], half.reshape(-1, 3))
+        >>> disk.rebalance(0.5).certificate.folding_free
+        True
+        """
+        check_number(balance, "balance", most=1)
+        history = History(listener)
+        conformal, disk = self.conformal or self, self.mesh
+        if balance == 0 or conformal.status is Status.STOPPED:
+            return conformal
+        source = FlatFaces.of(disk.v, disk.f)
+        energy = balanced_energy(source, RADIUS * conformal.plane, balance)
+        p, run = slide(disk, energy, self.plane, history)
+        p, certificate = _presentable(disk, p)
+        own = history.complete(run, conformal.run.method, {"balance": float(balance)})
+        run = replace(own, history=conformal.run.history + own.history, seconds=conformal.run.seconds + own.seconds)
+        return DiskMap(disk, p, certificate, run, conformal)
+
+
+@own_errstate
+@timed()
+def disk_conformal_map(
+    v: ArrayLike, f: ArrayLike, balance: float = 0.0, *, listener: Listener | None = None
+) -> DiskMap:
+    """Map a surface with one boundary loop to the unit disk, conformally or with another balance, and certify the map.
+
+    Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric: the
+    boundary is a great circle then. Where that folds faces, as it may on coarse meshes with slivers, the boundary
+    slides along the circle instead, in Newton steps from Tutte's map.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any units. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
+    balance : float
+        0 (the default) is conformal, 1 preserves areas.
+    listener : callable, optional
+        Called with every `Iterate`, those of the doubled surface first, those in the plane with rows of two
+        coordinates; may raise StopIteration to stop with the current map.
+
+    Returns
+    -------
+    DiskMap
+        Its boundary runs counterclockwise along the unit circle. Of all conformal maps it is the one for which the
+        doubled surface is balanced on the sphere, turned to agree best with two of the surface's coordinates.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no such mesh.
+    ValueError
+        If `balance` is not in [0, 1].
+    TypeError
+        If it is no number.
+    FoldingsRemain
+        If rounding folds every start.
+
+    References
+    ----------
+    The energy and its steps are in docs/balance.md; docs/disks.md compares the map with others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
+    >>> half = f[v[f, 2].mean(axis=1) > 0]
+    >>> rows, half = np.unique(half, return_inverse=True)
+    >>> disk = ism.disk_conformal_map(v[rows], half.reshape(-1, 3))
+    >>> disk.certificate.folding_free, disk.plane.shape == (len(rows), 2)
+    (True, True)
+    >>> bool(abs(np.hypot(*disk.plane[disk.rim].T) - 1).max() < 1e-15)
+    True
+    """
+    check_number(balance, "balance", most=1)
+    history = History(listener)
+    disk = check_disk(v, f)
+    with stage("disk"):
+        p, run = _conformal(disk, history)
+        p, certificate = _presentable(disk, p)
+    result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
+    if not certificate.folding_free and run.status is not Status.STOPPED:
+        raise FoldingsRemain(f"no map to the disk without foldings was found: {certificate}; "
+                             "remesh the surface where it is deepest", result)
+    return result.rebalance(balance, listener=listener)
+
+
+def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener) -> tuple[FloatArray, Run]:
+    """Minimise an energy from a map without foldings to the unit disk; the boundary slides along the circle."""
+    system = VertexSystem(disk.f, len(disk.v))
+    minimum = minimize_balanced(partial(CircleProblem, disk=disk), system, energy, RADIUS * p, listener)
+    return minimum.last.x / RADIUS, Run(minimum.status, minimum.last.energy, gauge="turned")
+
+
+def _conformal(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
+    """A conformal map without foldings: by doubling, or else by sliding."""
+    if len(disk.f) > 1:  # a triangle has no double
+        try:
+            p, double = double_map(disk, listener)
+        except (FactorisationFailed, FoldingsRemain):
+            pass
+        else:
+            if Certificate.of_plane(p, disk.f, disk.rim).folding_free or double.status is Status.STOPPED:
+                return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
+    p = next((p for p in _starts(disk) if Certificate.of_plane(p, disk.f, disk.rim).folding_free), tutte_map(disk))
+    if not Certificate.of_plane(p, disk.f, disk.rim).folding_free:
+        return p, Run(Status.STALLED, float("nan"))
+    m = len(disk.f)
+    source = FlatFaces.of(disk.v, disk.f)
+    p, run = slide(disk, BalancedEnergy(source, 0.0, POWER, np.zeros(m)), p, listener)
+    if run.status is not Status.STOPPED:
+        p = min(p, _harmonic(disk, source, p), key=lambda q: mean_angle_difference(disk, in_space(q)))
+    note = "the doubled surface folds faces: the boundary was slid along the circle instead"
+    return p, replace(run, notes=(note,) if m > 1 else ())
+
+
+def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray) -> FloatArray:
+    """The map that a few steps of the quadratic energy lead to."""
+    x = RADIUS * p
+    steps = newton(CircleProblem(ConformalEnergy(source, x), disk), LineSearch(VertexSystem(disk.f, len(disk.v))), x)
+    for trial in islice(steps, _HARMONIC_STEPS):
+        x = trial.x
+    return x / RADIUS
+
+
+def _starts(disk: Disk) -> Iterator[FloatArray]:
+    """Tutte's maps: close to conformal by weights from angles, or all weights equal."""
+    yield tutte_map(disk, "mollified")
+    yield tutte_map(disk)
+
+
+def _presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
+    """A map as it is returned: balanced, upright, and its boundary on the circle, unless that folds faces."""
+    for q in (upright(centred(p, disk), disk), upright(p, disk), p):
+        q[disk.rim] /= np.hypot(q[disk.rim, 0], q[disk.rim, 1])[:, None]
+        certificate = Certificate.of_plane(q, disk.f, disk.rim)
+        if certificate.folding_free:
+            break
+    return q, certificate

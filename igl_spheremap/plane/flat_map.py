@@ -1,0 +1,124 @@
+"""Flat maps: disks laid out in the plane with a free boundary that crosses itself nowhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..balance.energy import BalancedEnergy, FlatFaces
+from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
+from ..errors import check_number, own_errstate
+from ..mesh.arrays import FloatArray
+from ..mesh.disk import Disk
+from ..mesh.measure import surface_area
+from ..mesh.timings import stage, timed
+from ..newton.system import VertexSystem
+from ..result.plane_map import PlaneMap, upright
+from ..result.run import History, Listener, Run, Status
+from ..verify.certificate import Certificate
+from .disk_map import disk_conformal_map
+from .problem import RADIUS, FreeProblem
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlatMap(PlaneMap):
+    """A surface with one boundary loop laid out in the plane; its boundary is free, and crosses itself nowhere.
+
+    Attributes
+    ----------
+    mesh : Disk
+        The source, checked.
+    plane : (n, 2) float64 array
+        Images of the vertices, in the input's order and units: the image has the area of the source.
+    certificate : Certificate
+        Of ``plane`` and ``faces``, in exact arithmetic.
+    run : Run
+        How the map came about.
+    """
+
+
+@own_errstate
+@timed()
+def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Listener | None = None) -> FlatMap:
+    """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
+
+    The sum over faces of the squares, nearly, of logarithms of stretches is minimised by Newton steps from the
+    conformal disk: those of angles count 1 - `balance`, those of areas `balance`. No step folds a face or lets the
+    boundary cross itself, which exact arithmetic decides, so that the map is injective.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any units. Never mutated.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
+    balance : float
+        0 is conformal, 1 preserves areas; .7 (the default) has the least errors of lengths.
+    listener : callable, optional
+        Called with every `Iterate`, those of the disk first, those in the plane with rows of two coordinates; may raise
+        StopIteration to stop with the current map.
+
+    Returns
+    -------
+    FlatMap
+        In the input's units, its area that of the surface, centred, turned to agree best with two of the surface's
+        coordinates.
+
+    Raises
+    ------
+    MeshError
+        If `v, f` is no such mesh.
+    ValueError
+        If `balance` is not in [0, 1].
+    TypeError
+        If it is no number.
+    FoldingsRemain
+        If the disk that it starts from can't be made.
+
+    References
+    ----------
+    The energy and its steps are in docs/balance.md; docs/disks.md compares the map with others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> turn, height = np.meshgrid(np.linspace(0, 3, 13), np.linspace(0, 1, 5))
+    >>> v = np.column_stack((np.cos(turn.ravel()), np.sin(turn.ravel()), height.ravel()))
+    >>> i = np.arange(65).reshape(5, 13)
+    >>> a, b, c, d = (corner.ravel() for corner in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+    >>> flat = ism.flatten(v, np.vstack((np.column_stack((a, b, c)), np.column_stack((a, c, d)))))
+    >>> flat.certificate.folding_free, bool(abs(flat.edge_ratios()).max() < 1e-6)
+    (True, True)
+    """
+    check_number(balance, "balance", most=1)
+    history = History(listener)
+    start = disk_conformal_map(v, f, listener=history)
+    disk, p, run = start.mesh, start.plane, start.run
+    if run.status is not Status.STOPPED:
+        with stage("flatten"):
+            p, run = _spread(disk, p, balance, history)
+    p = _in_units(disk, p)
+    certificate = Certificate.of_plane(p, disk.f, disk.rim)
+    return FlatMap(disk, p, certificate, history.complete(run, "flatten", {"balance": float(balance)}))
+
+
+def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
+    """Minimise the energy of a balance over maps with a free boundary."""
+    source = FlatFaces.of(disk.v, disk.f)
+    energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
+    minimum = minimize_balanced(partial(FreeProblem, disk=disk), VertexSystem(disk.f, len(disk.v)), energy, RADIUS * p,
+                                listener)
+    return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")
+
+
+def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
+    """A layout about the origin, upright, with the area of the surface in its own units."""
+    q = p[disk.rim]
+    area = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
+    size = np.ptp(disk.vertices, axis=0).max() / np.ptp(disk.v, axis=0).max()
+    p = upright(p - disk.A @ p, disk)
+    return np.asarray(p * (size * np.sqrt(surface_area(disk.v, disk.f) / area)))

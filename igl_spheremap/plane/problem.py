@@ -1,0 +1,79 @@
+"""Newton steps over maps of a disk to the plane: its boundary slides on a circle, or is free, but without crossings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.disk import Disk
+from ..newton.faces import FaceEnergy, FaceProblem
+from ..newton.loop import Model
+from ..verify.rim import plane_signs, rim_crossings
+
+#: Radius of the disk whose area is that of `FlatFaces`, 4 pi.
+RADIUS = 2.0
+
+
+class CircleProblem(FaceProblem):
+    """Lower an energy over maps to the disk of radius 2, whose boundary vertices move along the circle."""
+
+    def __init__(self, energy: FaceEnergy, disk: Disk) -> None:
+        super().__init__(energy)
+        self._rim = np.zeros(len(disk.v), dtype=bool)
+        self._rim[disk.rim] = True
+
+    def axes(self, x: FloatArray) -> FloatArray:
+        """The two coordinates; at the boundary the circle's tangent, and nothing."""
+        axes = _coordinates(len(x))
+        axes[0][:, self._rim] = np.stack((-x[self._rim, 1], x[self._rim, 0])) / RADIUS
+        axes[1][:, self._rim] = 0
+        return axes
+
+    def model(self, x: FloatArray) -> Model:
+        """The model of the plane, with an entry for the unknowns that move nothing."""
+        model = super().model(x)
+        at_vertices = np.zeros((2, 2, len(x)))
+        at_vertices[1, 1, self._rim] = 1
+        return Model(model.value, model.axes, model.gradient, model.blocks, at_vertices)
+
+    def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
+        """Boundary vertices back on the circle."""
+        rim = self._rim[rows]
+        points[rim] *= RADIUS / np.hypot(points[rim, 0], points[rim, 1])[:, None]
+        return points
+
+    def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
+        """Faces that are not positive."""
+        return np.asarray(plane_signs(x, self.energy.f[faces]) <= 0)
+
+
+class FreeProblem(FaceProblem):
+    """Lower an energy over maps to the plane whose boundary is free, and crosses itself nowhere."""
+
+    def __init__(self, energy: FaceEnergy, disk: Disk) -> None:
+        super().__init__(energy)
+        self._rim = disk.rim
+        # Half-edges in the order of the boundary: the face of each of its edges.
+        n, (start, stop) = len(disk.v), (disk.f.ravel(), disk.f[:, [1, 2, 0]].ravel())
+        order = np.argsort(start * n + stop)
+        keys = disk.rim * n + np.roll(disk.rim, -1)
+        self._at_rim = order[np.searchsorted((start * n + stop)[order], keys)] // 3
+
+    def axes(self, x: FloatArray) -> FloatArray:
+        """The two coordinates."""
+        return _coordinates(len(x))
+
+    def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
+        """The points themselves."""
+        return points
+
+    def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
+        """Faces that are not positive, and those at the edges at which the boundary crosses itself."""
+        folded = np.zeros(len(self.energy.f), dtype=bool)
+        folded[faces] = plane_signs(x, self.energy.f[faces]) <= 0
+        folded[self._at_rim[rim_crossings(x, self._rim)]] = True
+        return folded[faces]
+
+
+def _coordinates(n: int) -> FloatArray:
+    return np.repeat(np.eye(2)[:, :, None], n, axis=2)

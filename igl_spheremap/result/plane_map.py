@@ -1,0 +1,150 @@
+"""What comes out of maps of disks to the plane: positions, certificate, and how they came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..draw.markup import table
+from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.disk import Disk
+from ..verify.certificate import Certificate
+from ..verify.distortion import angle_differences, area_distortion, edge_distortion
+from .findings import Finding, angles, areas, edges, verdict
+from .run import Run, Status
+
+#: Of views that agree as well, but for rounding, the first is taken.
+_NEARLY = 1 - 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlaneMap:
+    """A map of a surface with one boundary loop to the plane.
+
+    Attributes
+    ----------
+    mesh : Disk
+        The source, checked.
+    plane : (n, 2) float64 array
+        Images of the vertices, in the input's order.
+    certificate : Certificate
+        Of ``plane`` and ``faces``, in exact arithmetic.
+    run : Run
+        How the map came about.
+    """
+
+    mesh: Disk
+    plane: FloatArray
+    certificate: Certificate
+    run: Run
+
+    @property
+    def vertices(self) -> FloatArray:
+        """The source as it was given, (n, 3) float64."""
+        return self.mesh.vertices
+
+    @property
+    def faces(self) -> IntArray:
+        """The input's faces, (m, 3) int64; counterclockwise in the plane."""
+        return self.mesh.f
+
+    @property
+    def rim(self) -> IntArray:
+        """Vertices of the boundary loop (k,), counterclockwise in the plane."""
+        return self.mesh.rim
+
+    @property
+    def status(self) -> Status:
+        """How the last minimisation ended."""
+        return self.run.status
+
+    @property
+    def balance(self) -> float:
+        """The balance that was asked for: 0 is conformal, 1 preserves areas."""
+        return self.run.balance
+
+    @property
+    def image(self) -> FloatArray:
+        """Images as points of space, (n, 3): x, y, and 0."""
+        return in_space(self.plane)
+
+    @own_errstate
+    def angle_differences(self) -> FloatArray:
+        """Angle differences in degrees, image minus source.
+
+        Returns
+        -------
+        (m, 3) float64 array
+            Column k belongs to corner ``faces[:, k]``; zero for a conformal map.
+        """
+        return angle_differences(self.mesh.v, self.mesh.f, self.image)
+
+    @own_errstate
+    def area_ratios(self) -> FloatArray:
+        """Logarithm of image area over source area of every face, each surface having area 1.
+
+        Returns
+        -------
+        (m,) float64 array
+            Zero for an area-preserving map.
+        """
+        return area_distortion(self.mesh.v, self.mesh.f, self.image)
+
+    @own_errstate
+    def edge_ratios(self) -> FloatArray:
+        """Logarithm of image length over source length of every edge, each surface having area 1.
+
+        Returns
+        -------
+        (m, 3) float64 array
+            Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
+        """
+        return edge_distortion(self.mesh.v, self.mesh.f, self.image)
+
+    def _repr_html_(self) -> str:
+        """The figures as notebooks show them."""
+        return table(plane_rows(self))
+
+    def __repr__(self) -> str:
+        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        return (f"{type(self).__name__}({len(self.vertices)} vertices, {len(self.faces)} faces, {len(self.rim)} on the "
+                f"rim, {outcome}, {self.status.name}, {self.run.iterations} iterations, {self.run.seconds:.2f} s)")
+
+
+def in_space(p: FloatArray) -> FloatArray:
+    """Points of the plane as points of space."""
+    return np.column_stack((p, np.zeros(len(p))))
+
+
+def plane_findings(result: PlaneMap) -> list[Finding]:
+    """What is known of a map to the plane; the verdict comes last."""
+    return [angles(result.angle_differences()), areas(result.area_ratios()), edges(result.edge_ratios()),
+            verdict(result.certificate)]
+
+
+def plane_rows(result: PlaneMap) -> list[tuple[str, str]]:
+    """All findings as labels and texts, the verdict first."""
+    *known, certificate = plane_findings(result)
+    mesh, run = result.mesh, result.run
+    size = f"{len(mesh.v):,} vertices, {len(mesh.f):,} faces, {len(mesh.rim):,} vertices on the rim"
+    made = (f"{run.method}, balance {run.balance:g}: {run.iterations} iterations, {run.seconds:.2f} s; "
+            f"{run.status.value}")
+    rows = [(found.label, found.text) for found in (certificate, Finding("mesh", size, {}), *known)]
+    return [*rows, ("method", made), *(("note", note) for note in run.notes)]
+
+
+def upright(p: FloatArray, disk: Disk) -> FloatArray:
+    """A map to the plane turned so that it agrees best with two of the surface's coordinates, as seen from either side.
+
+    A surface in the plane z = 0 keeps its directions; one that faces downwards keeps that of x.
+    """
+    v, z = disk.v - disk.A @ disk.v, p[:, 0] + 1j * p[:, 1]
+    slopes = [complex((disk.A * (v[:, i] + side * v[:, j]) * z).sum())
+              for i, j in ((0, 1), (0, 2), (1, 2)) for side in (-1j, 1j)]
+    largest = max(map(abs, slopes))
+    slope = next(slope for slope in slopes if abs(slope) >= _NEARLY * largest)
+    if slope:
+        z = z * (abs(slope) / slope)
+    return np.column_stack((z.real, z.imag))

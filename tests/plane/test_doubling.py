@@ -1,0 +1,28 @@
+"""Doubled surfaces: symmetric, without chords."""
+
+import numpy as np
+from disks import cap, grid
+
+import igl_spheremap as ism
+from igl_spheremap.plane.doubling import centred, double_map
+
+
+def test_edges_between_boundary_vertices_are_split():
+    p, f = grid(2, 9)
+    disk = ism.check_disk(np.column_stack((p, p[:, 1] ** 2)), f)
+    image, double = double_map(disk, None)
+    n_chords = (3 * len(f) - len(disk.rim)) // 2
+    assert len(double.faces) == 2 * (len(f) + 2 * n_chords)
+    assert len(double.vertices) == len(p) + 2 * n_chords
+    assert image.shape == p.shape
+
+
+def test_centring_balances_the_double_on_the_sphere():
+    v, f, exact = cap(8, 1.5)
+    disk = ism.check_disk(v, f)
+    z = exact @ [1, 1j]
+    z = (z - 0.5) / (1 - 0.5 * z)
+    p = centred(np.column_stack((z.real, z.imag)), disk)
+    assert np.abs(p - exact).max() < 1e-2
+    mean = (disk.A[:, None] * (2 * p / (1 + (p * p).sum(axis=1))[:, None])).sum(axis=0)
+    assert np.abs(mean).max() < 1e-9
