@@ -85,5 +85,6 @@ def test_margins_name_numbered_equations_of_the_docs(page):
     assert cited(page) <= set(numbers)
 
 
-def test_every_equation_of_the_default_method_is_in_a_margin():
-    assert cited("algorithm") == set(defined("algorithm"))
+@pytest.mark.parametrize("page", ["algorithm", "balance"])
+def test_every_equation_of_a_map_is_in_a_margin(page):
+    assert cited(page) == set(defined(page))

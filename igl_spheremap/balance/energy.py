@@ -110,7 +110,7 @@ class BalancedEnergy:
         free = images.s2 > 0
         s1, s2 = images.s1, np.where(free, images.s2, 1.0)
         with np.errstate(over="ignore", invalid="ignore"):  # a bad trial step
-            angles, areas = self.phi(s1 / s2), self.phi(s1 * s2 / self.aim[faces])
+            angles, areas = self.phi(s1 / s2), self.phi(s1 * s2 / self.aim[faces])  # balance (2)
             value = self.area[faces] * ((1 - self.weight) * angles + self.weight * areas)  # balance (3)
         return np.where(free, value, np.inf)
 

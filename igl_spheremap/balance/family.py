@@ -130,11 +130,11 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def log_factor(source: FlatFaces, x: FloatArray) -> FloatArray:
-    """Logarithm of image area over source area by face, averaged over neighbours, docs/balance.md (9)."""
+    """Logarithm of image area over source area by face, averaged over neighbours."""
     value = log_areas(source, x)
     corners, share = source.f.ravel(), np.repeat(source.area, 3)
     around = np.bincount(corners, share, source.n)
     for _ in range(_SMOOTHINGS):
         at_vertices = np.bincount(corners, share * np.repeat(value, 3), source.n) / around
-        value = at_vertices[source.f].mean(axis=1)
+        value = at_vertices[source.f].mean(axis=1)  # balance (9)
     return value
