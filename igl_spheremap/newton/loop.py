@@ -157,7 +157,7 @@ class LineSearch:
         c = _turned(self.system.f, before, old.axes, x, model.axes)
         load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])
         solved = self.system.solve(factor, np.stack((load.real, load.imag)))
-        turned = -c * (solved[0] + 1j * solved[1])
+        turned = -c * (solved[0] + 1j * solved[1])  # balance (11)
         step = np.stack((turned.real, turned.imag))
         predicted = -float((model.gradient * step).sum()) / 2
         if not predicted < self.tolerance * model.value:
