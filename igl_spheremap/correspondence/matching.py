@@ -43,7 +43,7 @@ def match(
     a, b : SphereMap or (v, f)
         The surfaces with their maps, preferably area-preserving; arrays are mapped at balance 1.
     reflect : bool
-        Mirror A (x to -x), reverse its faces, and map it anew: for left and right sides of a body.
+        Mirror A and its map (x to -x), and reverse its faces: for left and right sides of a body.
 
     Returns
     -------

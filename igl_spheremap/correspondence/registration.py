@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import check_number, own_errstate
-from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
-from ..maps.options import METHODS, Auto
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.check import check_mesh
 from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
@@ -121,7 +120,7 @@ def register(
         Of the elastic stage, beside features of unit variance: 0.1 by default for given features, 0.3 for those of the
         geometry. Lower values raise the correlation and not the precision: features differ between bodies, too.
     reflect : bool
-        Mirror the moving surface (x to -x), reverse its faces, and map it anew: for left and right sides of a body.
+        Mirror the moving surface and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
         Called with an `Iterate` after the rotation and after every step; may raise StopIteration to stop with the
         current map.
@@ -209,12 +208,12 @@ class _Course:
 
 
 def reflected(result: SphereMap) -> SphereMap:
-    """The mirror image of a surface, mapped anew by the method and options that made its map."""
-    options = {name: value for name, value in result.settings.items() if name != "balance"}
-    method = METHODS[result.method](**options) if result.method in METHODS else Auto()
-    mirrored = result.vertices * [-1.0, 1.0, 1.0]
-    faces = np.ascontiguousarray(result.faces[:, ::-1])
-    return balanced_spherical_map(mirrored, faces, result.balance, method=method)
+    """The mirror image of a surface with that of its map, x to -x, and faces reversed: angles and areas stay."""
+    mirror = np.array([-1.0, 1.0, 1.0])
+    mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], result.mesh.caps)
+    conformal = None if result.conformal is None else reflected(result.conformal)
+    return replace(certified(mesh, result.sphere * mirror), run=result.run, conformal=conformal)
+
 
 
 def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:

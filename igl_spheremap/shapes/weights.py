@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, plain_array
+from ..mesh.arrays import FloatArray, IntArray, check_directions, plain_array
 from ..mesh.measure import vertex_areas
 from ..result.sphere_map import SphereMap
+from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
 
 #: How a target takes its data: from the corners of the face that holds it, or so that integrals are kept.
@@ -94,7 +95,8 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     source : SphereMap
         Where the data are.
     target : SphereMap or (x, f)
-        Where they shall be. Areas of (x, f) are those of the source's surface resampled there.
+        Where they shall be; rows of x are scaled to unit length. Areas of (x, f) are those of the source's surface
+        resampled there.
 
     Returns
     -------
@@ -123,7 +125,7 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     ((162, 1001), True)
     """
     x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
-    here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(x, f)
+    here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(unit_rows(check_directions(x)), f)
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
     reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
     v = target.vertices if isinstance(target, SphereMap) else forward @ source.vertices

@@ -134,6 +134,8 @@ DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
               "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; or a file with a sphere mesh, such as "
               "another surface's map; default: ico:5", default="ico:5")
+REFLECT = switch("--reflect", help="mirror the surface and its sphere first (x to -x, faces reversed), as `register "
+                 "--reflect` did: the other side of a body, in that one's frame")
 GRADIENT_TOLERANCE = argument("--gradient-tolerance", "T", "norm of the gradient at which a minimisation ends; "
                               "default: the method's", type=FROM_ZERO)
 #: Where methods end, each by what it measures.

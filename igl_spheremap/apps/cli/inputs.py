@@ -7,7 +7,7 @@ import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,8 @@ from .exits import UsageError
 #: The name of stdin and stdout on the command line.
 STREAM = "-"
 _SAMPLE = "sample:"
+#: The factors of a mirror image.
+MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,13 @@ class InputMesh:
     #: (m,) of the faces that are caps, if there are any
     caps: BoolArray | None = None
 
+    def mirrored(self) -> "InputMesh":
+        """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""
+        sides = {"CortexLeft": "CortexRight", "CortexRight": "CortexLeft"}
+        structure = self.metadata.get("structure")
+        metadata = {"structure": sides.get(structure, structure)} if structure else {}
+        return replace(self, v=self.v * MIRROR, f=np.ascontiguousarray(self.f[:, ::-1]), metadata=metadata)
+
 
 @dataclass(frozen=True, eq=False)
 class InputMap:
@@ -54,6 +63,10 @@ class InputMap:
     source: InputMesh
     name: str
     x: FloatArray
+
+    def mirrored(self) -> "InputMap":
+        """The mirror images of both."""
+        return InputMap(self.source.mirrored(), self.name, self.x * MIRROR)
 
     @property
     def unit(self) -> FloatArray:
@@ -107,14 +120,15 @@ def read_source(
     return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, caps if caps.any() else None)
 
 
-def load_pair(args: Namespace) -> InputMap:
-    """The mesh and the map that the command line names."""
+def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
+    """The mesh and the map that the command line names, or the mirror images of both."""
     if args.source == STREAM and args.sphere in (None, STREAM):
         raise UsageError("stdin is read once: give the mesh or its map as a file")
     if args.sphere is None and not args.source.lower().endswith(".npz"):
         raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
     source = load_source(args)
-    return read_pair(source, args.sphere or source.name, args.format, args.progress.stage)
+    found = read_pair(source, args.sphere or source.name, args.format, args.progress.stage)
+    return found.mirrored() if mirror else found
 
 
 def read_pair(

@@ -128,6 +128,11 @@ class Findings:
             print(*self.lines, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
 
 
+def mirrored(args: Namespace) -> str:
+    """What --reflect did, for a summary."""
+    return ", mirrored (x to -x)" if args.reflect else ""
+
+
 def paragraph(label: str, text: str) -> str:
     """A labelled paragraph of the summary, wrapped behind a label of at most 12 characters.
 

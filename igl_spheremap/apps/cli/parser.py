@@ -73,7 +73,12 @@ COMMANDS = (
         *shared.OPTIONS,
         shared.BALANCE,
     )),
-    Command("check", "check", (*shared.pair(optional=True), *shared.OUTPUT)),
+    Command("check", "check", (
+        *shared.pair(optional=True),
+        switch("--directions", help="certify the directions of the vertices, whatever their distances"),
+        shared.REFLECT,
+        *shared.OUTPUT,
+    )),
     Command("info", "info", (*shared.source(), *shared.OUTPUT)),
     Command("samples", "info", shared.OUTPUT),
     Command("view", "view", (
@@ -102,6 +107,7 @@ COMMANDS = (
         *shared.pair("IN"),
         *shared.target("the resampled surface; - for stdout"),
         shared.TO,
+        shared.REFLECT,
         *shared.OUTPUT,
     )),
     Command("transfer", "transfer", (
@@ -114,6 +120,7 @@ COMMANDS = (
                "as HCP's ADAP_BARY_AREA", default="linear"),
         argument("--matrix", "FILE", "write the weights by scipy.sparse.save_npz: sources by targets, to be used as "
                  "values @ matrix, as in nitransforms (in Python the matrix is targets by sources)"),
+        shared.REFLECT,
         *shared.OUTPUT,
     )),
     Command("export", "transfer", (
@@ -161,7 +168,8 @@ COMMANDS = (
                  f"{','.join(STAGES)})", default=",".join(STAGES)),
         argument("--stiffness", "S", "of the elastic stage (default: 0.1, or 0.3 for features of the surfaces)",
                  type=POSITIVE),
-        switch("--reflect", help="mirror MOVING (x to -x) and map it anew first"),
+        switch("--reflect", help="register the mirror image of MOVING and its sphere (x to -x); OUT fits MOVING as it "
+               "is, and `transfer`, `resample` and `check` take it with --reflect"),
         switch("--show", help="open a window with both spheres, before and after, coloured by the first feature"),
         argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
         *shared.OUTPUT,

@@ -7,13 +7,14 @@ import numpy as np
 from ....descent.energies import HarmonicEnergy
 from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
+from ....mesh.arrays import check_directions
 from ....mesh.check import check_mesh
 from ....result import findings
-from ....sphere.rows import unit_rows
+from ....sphere.rows import row_lengths, unit_rows
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
 from ..exits import Exit
 from ..inputs import load_pair
-from ..output import Findings, check_outputs, write_target
+from ..output import Findings, check_outputs, mirrored, write_target
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
 
@@ -24,17 +25,27 @@ def run_check(args: Namespace) -> Exit:
     igl-spheremap check lh.pial lh.sphere.conformal
     igl-spheremap check bunny.obj their_sphere.ply --json -
     igl-spheremap check bunny_map.npz
+    igl-spheremap check lh.white their.sphere --directions
     """
     check_outputs(args)
-    pair = load_pair(args)
+    pair = load_pair(args, args.reflect)
     mesh = check_mesh(pair.source.v, pair.source.f, pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")
-    checked = certify_radius(pair.x, mesh.f)
+    x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
+    checked = certify_radius(x, mesh.f)
     found = Findings()
     found.source(pair.source)
-    found.add("sphere", f"{pair.name}: radius {checked.radius:.6g}", sphere=pair.name, radius=checked.radius)
+    found.add("sphere", f"{pair.name}{mirrored(args)}: radius {checked.radius:.6g}", sphere=pair.name,
+              radius=checked.radius, reflect=args.reflect, directions=args.directions)
+    off = checked.certificate.off_sphere
+    if len(off) and checked.radius > 0:
+        beyond = row_lengths(x[off]) / checked.radius - 1
+        low, high, farthest = beyond.min(), beyond.max(), int(off[np.abs(beyond).argmax()])
+        found.add("off radius", f"{len(off)} vertices are off by {low:+.2g} to {high:+.2g} of the radius, most at "
+                  f"vertex {farthest}; --directions certifies where they point to, `repair` moves them onto the sphere",
+                  off_radius={"lowest": low, "highest": high, "farthest": farthest})
     if not len(checked.certificate.not_finite) and checked.radius > 0:
-        unit, v, surface = pair.x / checked.radius, mesh.vertices, mesh.f[mesh.surface]
+        unit, v, surface = x / checked.radius, mesh.vertices, mesh.f[mesh.surface]
         found.extend([
             findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
             findings.angles(angle_differences(v, surface, unit)),

@@ -1,14 +1,16 @@
 """`register`: one mapped surface laid on another."""
 
 from argparse import Namespace
+from dataclasses import replace
 
 import numpy as np
 
 from ....correspondence import STAGES
-from ....correspondence.registration import Registration, register
+from ....correspondence.registration import Registration, reflected, register
 from ....io.written_map import write_map
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
+from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE
 from ...viewer.compare import registration_view
@@ -33,22 +35,32 @@ def run_register(args: Namespace) -> Exit:
         open_for(args, "igl_spheremap")
     pair = load_pair(args)
     moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
-    maps = pair.map(), read_pair(fixed, args.fixed_sphere).map()
+    maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(fixed, args.fixed_sphere).map()
     features = _features(args.feature, moving, fixed) if args.feature else None
     args.progress.stage(f"registering {moving.name}")
     listener = args.progress.listener(maps[0].faces)
-    result = register(*maps, features, stages, args.stiffness, reflect=args.reflect, listener=listener)
-    written = write_target(args, lambda path: write_map(path, result.map, force=args.force, metadata=moving.metadata))
+    result = register(*maps, features, stages, args.stiffness, listener=listener)
+    out = _of_the_file(result.map) if args.reflect else result.map
+    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=moving.metadata))
     found = Findings()
     found.mesh("moving", moving)
     found.mesh("fixed", fixed)
     _describe(found, result)
+    for note in out.run.notes:
+        found.add("note", note)
     found.add("written", f"{args.target}: {written.certificate}", target=args.target,
               certificate=certificate_numbers(written.certificate))
     found.report(args)
     if args.show or args.screenshot:
         run_app(registration_view(*maps, result, features), args)
     return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
+
+
+def _of_the_file(result: SphereMap) -> SphereMap:
+    """The map of the surface that was given, where its mirror image was registered; its mark has reflect=True."""
+    note = "the sphere fits MOVING as it is; x to -x of both lies on FIXED: give --reflect to transfer and resample"
+    run = replace(result.run, settings=result.settings | {"reflect": True}, notes=(*result.run.notes, note))
+    return replace(reflected(result), run=run)
 
 
 def _features(words: list[str], moving: InputMesh, fixed: InputMesh) -> tuple[FloatArray, FloatArray]:

@@ -19,15 +19,14 @@ from ....mesh.arrays import FloatArray
 from ....mesh.check import check_mesh
 from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
-from ....shapes.locate import SphereLocator
 from ....shapes.texture import checker_image, texture_atlas
-from ....shapes.transfer import interpolate, transfer
+from ....shapes.transfer import transfer
 from ....shapes.weights import apply_matrix, largest, transfer_weights
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
 from ..exits import UsageError
 from ..inputs import load_pair, read_data, read_maps, read_table, read_target_sphere
-from ..output import Findings, check_outputs, target_format, write_target
+from ..output import Findings, check_outputs, mirrored, target_format, write_target
 
 _TEXTURES = ("equirectangular", "octahedral")
 
@@ -40,14 +39,15 @@ def run_resample(args: Namespace) -> None:
     """
     check_outputs(args, surface=True)
     points, faces = read_target_sphere(args.to)
-    pair = load_pair(args)
+    pair = load_pair(args, args.reflect)
     source = pair.source
     args.progress.stage(f"resampling {source.name}")
-    v = interpolate(source.v, source.f, SphereLocator(pair.unit, source.f).locate(points))
+    v = transfer(pair.map(), source.v, points)
     write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
     found = Findings(target=args.target, vertices=len(v), faces=len(faces))
     found.mesh("source", source)
-    found.add("sphere", f"{pair.name}, resampled at the vertices of {args.to}", sphere=pair.name, to=args.to)
+    found.add("sphere", f"{pair.name}{mirrored(args)}, resampled at the vertices of {args.to}", sphere=pair.name,
+              to=args.to, reflect=args.reflect)
     found.add("written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(faces)} faces")
     found.report(args)
 
@@ -64,7 +64,7 @@ def run_transfer(args: Namespace) -> None:
     if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
         raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")
     there = read_target_sphere(args.to)
-    pair = load_pair(args)
+    pair = load_pair(args, args.reflect)
     source = pair.source
     maps, table = read_maps(args.data, source), read_table(args.data)
     labels, metadata = args.labels or table is not None, dict(source.metadata)
@@ -81,7 +81,8 @@ def run_transfer(args: Namespace) -> None:
             save_npz(partial, csr_array((largest(matrix) if labels else matrix).T))
     found = Findings(target=args.target, vertices=len(there[0]), matrix=args.matrix, maps={})
     found.mesh("source", source)
-    found.add("sphere", f"{pair.name}, at the {len(there[0])} vertices of {args.to}", sphere=pair.name, to=args.to)
+    found.add("sphere", f"{pair.name}{mirrored(args)}, at the {len(there[0])} vertices of {args.to}", sphere=pair.name,
+              to=args.to, reflect=args.reflect)
     for key, values in carried.items():
         low, high = found.figures["maps"][key] = float(values.min()), float(values.max())
         kind = f"{len(np.unique(values))} labels, " if labels else ""

@@ -43,6 +43,13 @@ def test_a_map_off_the_sphere_is_not_certified_until_it_is_repaired(sphere, tmp_
     write_mesh(bumpy, x * np.linspace(1, 1.1, len(x))[:, None], f)
     assert main(["check", SAMPLE, bumpy]) == 3
     assert f"no face folds, but: {len(x)} vertices off the unit sphere" in " ".join(capsys.readouterr().out.split())
+    assert main(["check", SAMPLE, bumpy, "--json", str(tmp_path / "off.json")]) == 3
+    out = " ".join(capsys.readouterr().out.split())
+    assert f"{len(x)} vertices are off by -0.048 to +0.048 of the radius, most at vertex " in out
+    off = json.loads((tmp_path / "off.json").read_text())["off_radius"]
+    assert off["farthest"] in (0, len(x) - 1)
+    assert abs(off["highest"] - (1.1 / 1.05 - 1)) < 1e-3
+    assert main(["check", SAMPLE, bumpy, "--directions", "-q"]) == 0
     assert main(["repair", SAMPLE, bumpy, round_]) == 0
     assert main(["check", SAMPLE, round_]) == 0
 

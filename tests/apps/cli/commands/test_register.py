@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io.files import read_mesh, write_mesh
-from igl_spheremap.io.scalars import write_scalars
+from igl_spheremap.io.scalars import read_scalars, write_scalars
 
 SOURCE = "sample:pear:n_vertices=800"
 V, F = ism.samples.make("pear", n_vertices=800)
@@ -84,6 +84,50 @@ def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(folder, monkeypa
     assert "mirrored.obj: the sphere is a reflection" in capsys.readouterr().err
     assert main(["register", SOURCE, "fixed.obj", "sample:pear:n_vertices=500", "fixed.obj", out]) == 2
     assert "give a map of this mesh" in capsys.readouterr().err
+
+
+def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monkeypatch, tmp_path, capsys):
+    """OUT is certified for MOVING as it is, and --reflect takes it into the frame of FIXED."""
+    monkeypatch.chdir(tmp_path)
+    right, faces = V * [-1, 1, 1], F[:, ::-1]
+    x = read_mesh(folder / "fixed.obj").v
+    write_mesh("right.obj", right, faces)
+    write_mesh("right_sphere.obj", (x * [-1, 1, 1]) @ R.T, faces)
+    write_scalars("right.npz", {"a": np.arange(len(x)) % 7.0})
+    data = f"f={folder / 'features.npz'},{folder / 'features.npz'}"
+    assert main(["register", "right.obj", "right_sphere.obj", SOURCE, str(folder / "fixed.obj"), "on_left.npz",
+                 "--reflect", "--feature", data]) == 0
+    out = capsys.readouterr().out
+    assert "start        correlation" in out
+    assert "the sphere fits MOVING as it is" in " ".join(out.split())
+    written = ism.read_map("on_left.npz")
+    assert np.array_equal(written.vertices, right)
+    assert written.settings["reflect"]
+    assert "--reflect" in written.run.notes[-1]
+    assert np.abs(written.sphere * [-1, 1, 1] - x).max() < 0.01
+    for words in (["check"], ["check", "--reflect"]):
+        assert main([*words, "on_left.npz", "-q"]) == 0
+    words = ["right.obj", "on_left.npz", "out.npz", "--reflect", "--to", str(folder / "fixed.obj")]
+    assert main(["transfer", *words, "--data", "right.npz", "--labels", "-q"]) == 0
+    assert np.mean(read_scalars("out.npz")["a"] == np.arange(len(x)) % 7.0) > 0.99
+    words[2] = "left.obj"
+    assert main(["resample", *words, "-q"]) == 0
+    again, g = read_mesh("left.obj")
+    assert np.array_equal(g, F)
+    assert np.abs(again - V).max() < 0.02 * np.ptp(V)
+
+
+def test_a_mirror_image_starts_from_the_sphere_that_was_given(folder, monkeypatch, tmp_path):
+    """No map is made anew: mirrored spheres agree before the first stage as well as the ones that they mirror."""
+    monkeypatch.chdir(tmp_path)
+    x = read_mesh(folder / "fixed.obj").v
+    write_mesh("right.obj", V * [-1, 1, 1], F[:, ::-1])
+    write_mesh("right_sphere.obj", x * [-1, 1, 1], F[:, ::-1])
+    data = f"f={folder / 'features.npz'}:a,{folder / 'features.npz'}:a"
+    assert main(["register", "right.obj", "right_sphere.obj", SOURCE, str(folder / "fixed.obj"), "out.obj", "--reflect",
+                 "--feature", data, "--stages", "rotation", "--json", "out.json", "-q"]) == 0
+    with open("out.json") as file:
+        assert json.load(file)["stages"][0]["correlation"][0] > 0.999
 
 
 @needs_drawing
