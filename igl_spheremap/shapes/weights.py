@@ -34,7 +34,7 @@ class TransferWeights:
     areas : (k,) float64 array
         The target's own areas, whose integrals deviate as far as the two surfaces differ.
     source_areas : (n,) float64 array
-        Areas of the source's vertices, a third of the faces around each.
+        Areas of the source's vertices, a third of the faces around each; caps have none.
     """
 
     matrix: csr_array
@@ -129,7 +129,8 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
     reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
     v = target.vertices if isinstance(target, SphereMap) else forward @ source.vertices
-    source_areas, areas = vertex_areas(source.vertices, source.faces), vertex_areas(v, there.f)
+    source_areas = vertex_areas(source.vertices, source.faces[source.mesh.surface])
+    areas = vertex_areas(v, there.f)
 
     both = (forward > 0).multiply(reverse > 0).sum(axis=1)
     skipping = (both < (reverse > 0).sum(axis=1)) * 1.0  # rows of `forward` that leave out vertices of the source
