@@ -50,6 +50,9 @@ def read_map(path: Path) -> SphereMap:
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
     mesh, runs = check_mesh(arrays["vertices"], arrays["faces"], arrays.get("caps")), json.loads(str(arrays["json"]))
+    if not isinstance(runs.get("sphere"), dict):
+        raise MeshError("the record of this map is of a version before 0.3; read_mesh and read_sphere read its "
+                        "surfaces, sphere_map(v, f, x) certifies them")
 
     def stored(name: str) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)

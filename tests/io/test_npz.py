@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
+import igl_spheremap as ism
 from igl_spheremap import (
     FileError,
     MeshError,
@@ -170,3 +172,12 @@ def test_texts_of_a_map_put_no_line_into_another_file(result, tmp_path, capsys):
         mark, *lines = (tmp_path / "map.obj").read_text().splitlines()
         assert mark.startswith("# igl_spheremap ")
         assert len(lines) == len(result.vertices) + len(result.faces)
+
+
+def test_a_record_of_an_earlier_version_is_named_and_its_surfaces_are_read(tmp_path):
+    v, f = ism.samples.sphere(42)
+    path = tmp_path / "old.npz"
+    np.savez(path, vertices=2 * v, faces=f, sphere=v, json=json.dumps({"energy": 12.6, "sphere": None}))
+    with pytest.raises(MeshError, match=r"before 0\.3; read_mesh and read_sphere"):
+        read_map(path)
+    assert ism.sphere_map(*read_mesh(path), read_sphere(path).v).certificate.folding_free
