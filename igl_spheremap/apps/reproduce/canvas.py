@@ -12,19 +12,19 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
 from ..viewer.body import clusters, follow
-from .runs import Surface
+from .runs import PaperSurface
 
 _NONE = np.empty(0, dtype=np.int64)
 _PIXELS = 500  # along a side of a picture
 
 
-def show_source(ax: Any, surface: Surface, x: FloatArray | None = None, *, title: str = "") -> None:
+def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = "") -> None:
     """The source, and in vermilion the faces that a map folds."""
     folded = _NONE if x is None else _folded(surface, x)
     _show(ax, surface, surface.v, _marked(surface, folded), title)
 
 
-def show_map(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
+def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """A map with the brightness of the source's faces; where it folds, through a lens on the largest cluster."""
     folded = _folded(surface, x)
     colours = _marked(surface, folded)
@@ -35,12 +35,12 @@ def show_map(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> No
     _show(ax, surface, lens(unit_rows(x)), colours, f"{title}, magnified {lens.power:,.0f}x", np.eye(3), folded)
 
 
-def show_shape(ax: Any, surface: Surface, x: FloatArray, *, title: str = "") -> None:
+def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """Other positions of the vertices, in vermilion the faces that face inwards."""
     _show(ax, surface, x, _marked(surface, _folded(surface, x)), title)
 
 
-def show_function(ax: Any, surface: Surface, values: FloatArray, *, title: str = "") -> None:
+def show_function(ax: Any, surface: PaperSurface, values: FloatArray, *, title: str = "") -> None:
     """A function of the vertices (n,) in colours on the source, with a colour bar; white is its median."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap, Normalize
@@ -61,7 +61,7 @@ def show_function(ax: Any, surface: Surface, values: FloatArray, *, title: str =
 
 def _show(
     ax: Any,
-    surface: Surface,
+    surface: PaperSurface,
     where: FloatArray,
     colours: FloatArray,
     title: str,
@@ -85,7 +85,7 @@ def _show(
     ax.set_title(title, fontsize=SMALL)
 
 
-def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None:
+def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) -> None:
     """A map around some of its faces, so close that folds of a millionth of the sphere are visible."""
     from matplotlib.collections import PolyCollection
 
@@ -106,17 +106,17 @@ def show_fold(ax: Any, surface: Surface, x: FloatArray, faces: IntArray) -> None
     ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=SMALL)
 
 
-def folded_patches(surface: Surface, x: FloatArray) -> list[IntArray]:
+def folded_patches(surface: PaperSurface, x: FloatArray) -> list[IntArray]:
     """Indices of folded faces, those that share a vertex together, the largest patch first."""
     folded = _folded(surface, x)
     return [folded[patch] for patch in clusters(surface.f[folded])]
 
 
-def _folded(surface: Surface, x: FloatArray) -> IntArray:
+def _folded(surface: PaperSurface, x: FloatArray) -> IntArray:
     return np.flatnonzero(folded_faces(x, surface.f))
 
 
-def _marked(surface: Surface, folded: IntArray) -> FloatArray:
+def _marked(surface: PaperSurface, folded: IntArray) -> FloatArray:
     """Face colours (m, 3) that mark folded faces."""
     colours = np.tile(SURFACE, (len(surface.f), 1))
     colours[folded] = FOLDED

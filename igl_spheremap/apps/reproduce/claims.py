@@ -21,7 +21,7 @@ from ...sphere.rows import row_dots, tangent, unit_rows, weighted_moment
 from ...start.star_map import project, stiffness
 from ...verify.distortion import angle_differences, mean_angle_difference
 from ...verify.signs import folded_faces
-from .runs import Outcome, Runs, Surface, all_surfaces
+from .runs import Outcome, PaperSurface, Runs, all_surfaces
 from .tables import TABLE_1, TABLE_3, markdown
 
 _TABLE_4 = """\
@@ -55,7 +55,7 @@ def table_4(runs: Runs) -> str:
     return f"{_TABLE_4}\n{markdown(head, rows)}"
 
 
-def _compared(surface: Surface, name: str, outcome: Outcome) -> list[str]:
+def _compared(surface: PaperSurface, name: str, outcome: Outcome) -> list[str]:
     """A row of Table 4."""
     if outcome.foldings < 0:
         return [f"{surface.name}: {surface.source}", name, outcome.status, *["-"] * 4]

@@ -19,7 +19,7 @@ from ...start.star_map import gauss_map, weighted_eigen_projection
 from ...verify.distortion import angle_differences, conformal_factor
 from ...verify.signs import folded_faces
 from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
-from .runs import Outcome, Runs, Surface
+from .runs import Outcome, PaperSurface, Runs
 from .tables import TABLE_1, TABLE_2
 
 #: Surfaces on which Algorithm 1 runs until rounding ends it.
@@ -112,7 +112,7 @@ def figure_5(runs: Runs) -> Any:
 def figure_6(runs: Runs) -> Any:
     """The first three nontrivial eigenfunctions of the sphere, and the surface that they make; needs no run."""
     v, f = samples.make("sphere", n_vertices=10_242)
-    surface = Surface("Sphere", v, f, "sample:sphere", "the same")
+    surface = PaperSurface("Sphere", v, f, "sample:sphere", "the same")
     projection = weighted_eigen_projection(v, f, v)
     figure, axes = new_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface")
     for k in range(3):
@@ -169,7 +169,7 @@ def figure_9(runs: Runs) -> Any:
     return figure
 
 
-def _removal(line: Any, surface: Surface, x: FloatArray, step: int) -> None:
+def _removal(line: Any, surface: PaperSurface, x: FloatArray, step: int) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
     folded = int(folded_faces(x, surface.f).sum())
     show_source(line[0], surface, x, title=f"{f'removal {step}' if step else surface.source}: {folded} foldings")
@@ -250,7 +250,7 @@ FIGURES = {
 }
 
 
-def _named(surface: Surface) -> str:
+def _named(surface: PaperSurface) -> str:
     return f"{surface.name}\n{surface.source}"
 
 
@@ -261,7 +261,7 @@ def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: 
                 arrowprops=style)
 
 
-def _angles(ax: Any, surface: Surface, outcome: Outcome) -> None:
+def _angles(ax: Any, surface: PaperSurface, outcome: Outcome) -> None:
     """Histogram of the angle differences of a run's result, on one scale in all figures."""
     if outcome.foldings < 0:
         ax.set_title("no map", fontsize=SMALL)
@@ -269,13 +269,13 @@ def _angles(ax: Any, surface: Surface, outcome: Outcome) -> None:
         plot_angles(ax, angle_differences(surface.v, surface.f, outcome.sphere), _REACH)
 
 
-def _dinosaurs(runs: Runs) -> list[Surface]:
+def _dinosaurs(runs: Runs) -> list[PaperSurface]:
     """The folder's dinosaur, if there is one, and the sample: meshes of different quality behave differently."""
     found = [runs.surface("Dino"), runs.surface("Dino", sample=True)]
     return found[found[0].source == found[1].source :]
 
 
-def _u(surface: Surface, x: FloatArray) -> FloatArray:
+def _u(surface: PaperSurface, x: FloatArray) -> FloatArray:
     """u of the conformal factor e^{2u}, eq. (14)."""
     factor = conformal_factor(surface.v, surface.f, x)
     return np.asarray(0.5 * np.log(np.maximum(factor, 1e-30)))

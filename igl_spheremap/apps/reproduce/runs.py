@@ -43,7 +43,7 @@ class Counterpart:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class PaperSurface:
     """A checked mesh under the paper's name, where it is from, and how it relates to the paper's."""
 
     name: str
@@ -64,7 +64,7 @@ _TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf
 COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
 
 
-def load_surface(name: str, folder: Path | None) -> Surface:
+def load_surface(name: str, folder: Path | None) -> PaperSurface:
     """The surface that stands for one of `COUNTERPARTS`: from the folder, from nilearn, or a sample.
 
     >>> load_surface("Bird 1", None).source
@@ -83,20 +83,20 @@ def load_surface(name: str, folder: Path | None) -> Surface:
         v, f = samples.from_spec(one.sample)
         source, relation = f"sample:{one.sample}", one.sample_relation
     check_mesh(v, f)
-    return Surface(name, v, f, source, relation)
+    return PaperSurface(name, v, f, source, relation)
 
 
-def all_surfaces(folder: Path | None) -> Iterator[Surface]:
+def all_surfaces(folder: Path | None) -> Iterator[PaperSurface]:
     """All samples, and all closed meshes of genus 0 of a folder and its subfolders."""
     for name in samples.names():
-        yield Surface(name, *samples.make(name), f"sample:{name}", "the sample")
+        yield PaperSurface(name, *samples.make(name), f"sample:{name}", "the sample")
     for path in sorted(folder.rglob("*.obj")) if folder else ():
         try:
             v, f = _read(path)
             check_mesh(v, f)
         except (FileError, MeshError):
             continue
-        yield Surface(path.stem, v, f, str(path), "the file")
+        yield PaperSurface(path.stem, v, f, str(path), "the file")
 
 
 def _read(path: Path) -> tuple[FloatArray, IntArray]:
@@ -163,7 +163,7 @@ class Outcome:
     maps: FloatArray = field(default_factory=_nothing)
     sphere: FloatArray = field(default_factory=_nothing)
 
-    def mean_angle(self, surface: Surface) -> float:
+    def mean_angle(self, surface: PaperSurface) -> float:
         """Mean size of the angle differences of the result in degrees; NaN if there is no map."""
         if self.foldings < 0:
             return float("nan")
@@ -193,11 +193,11 @@ class Runs:
         self._folder, self.meshes, self._cap = folder, meshes, max_iterations
         self._report, self._listen = report, listen
 
-    def surface(self, name: str, sample: bool = False) -> Surface:
+    def surface(self, name: str, sample: bool = False) -> PaperSurface:
         """The surface that stands for one of the paper's; a sample if asked, or where the meshes lack it."""
         return load_surface(name, None if sample else self.meshes)
 
-    def get(self, surface: Surface, name: str, method: Method | None = None) -> Outcome:
+    def get(self, surface: PaperSurface, name: str, method: Method | None = None) -> Outcome:
         """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""
         method = method or METHODS[name]
         if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
@@ -239,7 +239,7 @@ class _Timed(Recording):
             self._own += self.seconds - seconds
 
 
-def run(surface: Surface, method: Method, listener: Listener | None = None) -> Outcome:
+def run(surface: PaperSurface, method: Method, listener: Listener | None = None) -> Outcome:
     """Map a surface and record the run; an error that the method raises is the outcome's status."""
     record = _Timed(surface.f, listener)
     n = len(surface.v)

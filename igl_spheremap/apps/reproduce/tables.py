@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from .runs import Outcome, Runs, Surface, to_common_energy
+from .runs import Outcome, PaperSurface, Runs, to_common_energy
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Line:
     """What a line of a table is made of: the paper's row, the surface that stands for its own, and the runs."""
 
     paper: PaperRow
-    surface: Surface
+    surface: PaperSurface
     runs: Runs
 
     def outcome(self, method: str) -> Outcome:

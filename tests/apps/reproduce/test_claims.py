@@ -10,7 +10,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.reproduce import claims, runs
 from igl_spheremap.apps.reproduce.claims import in_a_row, predict
 from igl_spheremap.apps.reproduce.items import reproduce
-from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, Surface
+from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, PaperSurface
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
@@ -57,7 +57,7 @@ def test_a_puncture_without_a_map_is_counted(small, tmp_path, monkeypatch):
 
 def test_long_bodies_need_the_weights(small, tmp_path, monkeypatch):
     """The second eigenfunction of a long body is a wave along it, not across."""
-    bodies = [Surface(f"{aspect}", *ism.samples.make("spheroid", n_vertices=500, aspect=aspect), "", "")
+    bodies = [PaperSurface(f"{aspect}", *ism.samples.make("spheroid", n_vertices=500, aspect=aspect), "", "")
               for aspect in (1.2, 3)]
     monkeypatch.setattr(claims, "all_surfaces", lambda folder: bodies)
     short, long = rows(tmp_path, "eigenfunctions")

@@ -11,7 +11,7 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.reproduce import canvas, runs
 from igl_spheremap.apps.reproduce.figures import FIGURES, curvature_error
 from igl_spheremap.apps.reproduce.items import reproduce
-from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, Surface, load_surface
+from igl_spheremap.apps.reproduce.runs import COUNTERPARTS, Counterpart, PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3
 from igl_spheremap.draw.plot import pose, shading
 
@@ -83,7 +83,7 @@ def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_p
 
 def test_runs_are_distinguished_by_mesh_options_and_cap(small, tmp_path):
     surface = load_surface("Brain", None)
-    other = Surface(surface.name, 2 * surface.v, surface.f, surface.source, surface.relation)
+    other = PaperSurface(surface.name, 2 * surface.v, surface.f, surface.source, surface.relation)
     for cap in (10, 20):
         kept = runs.Runs(tmp_path, max_iterations=cap)
         for one in (surface, other):
@@ -116,7 +116,7 @@ def test_a_method_that_fails_leaves_its_message(small, tmp_path, monkeypatch):
 
 
 def test_common_energy_is_reached_by_both_and_not_before():
-    surface = Surface("S", *ism.samples.make("spheroid", n_vertices=300), "sample", "")
+    surface = PaperSurface("S", *ism.samples.make("spheroid", n_vertices=300), "sample", "")
     ours, theirs = (runs.run(surface, runs.METHODS[name]) for name in ("Algorithm 1", "Gu-Yau"))
     (a, _), (b, _) = runs.to_common_energy(ours, theirs)
     target = max(ours.energies.min(), theirs.energies.min()) * (1 + 1e-6)
@@ -156,7 +156,7 @@ def test_u_of_the_map_is_what_equation_24_makes_of_it():
 def test_a_map_that_counts_foldings_shows_them_however_small():
     images, plot = pytest.importorskip("PIL.Image"), pytest.importorskip("matplotlib.figure")
     v, f = ism.samples.make("dino", n_vertices=1500)
-    surface = Surface("Dino", v, f, "sample:dino", "the same")
+    surface = PaperSurface("Dino", v, f, "sample:dino", "the same")
     x = ism.spherical_conformal_map(v, f).sphere
     smallest = f[int(np.argmin(ism.area_distortion(v, f, x)))]
     folded = x.copy()
