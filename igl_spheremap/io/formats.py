@@ -48,6 +48,8 @@ class Format:
 #: FreeSurfer's kinds of surfaces, and two of this package, so that its results take no name of FreeSurfer's files.
 _KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg",
           "surf", "conformal", "balanced")
+#: How names of FreeSurfer's files begin.
+HEMISPHERES = ("lh.", "rh.")
 #: All formats. A further one is a module with `read` and `write`, and a row here.
 FORMATS = (
     Format("OBJ", "obj", (".obj",)),
@@ -66,11 +68,11 @@ FORMATS = (
 
 
 def format_of(path: PathLike) -> Format:
-    """The format of a file by its name, or else by its first bytes.
+    """The format of a file by its name, or else by its first bytes; other names with lh. or rh. are FreeSurfer's.
 
     Examples
     --------
-    >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.pial").name, format_of("lh.pial.surf.gii").name
+    >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.sphere.v2").name, format_of("lh.pial.surf.gii").name
     ('OBJ', 'FreeSurfer', 'GIFTI')
     """
     path = Path(path)
@@ -83,5 +85,7 @@ def format_of(path: PathLike) -> Format:
         for entry in FORMATS:
             if entry.magic and head.startswith(entry.magic):
                 return entry
+    if path.name.startswith(HEMISPHERES):
+        return next(entry for entry in FORMATS if entry.name == "FreeSurfer")
     known = ", ".join(f"{entry.name} ({', '.join(entry.suffixes)})" for entry in FORMATS)
     raise FileError(f"{path}: unknown format; the end of the name decides: {known}")

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
 from . import annot, freesurfer, gifti, npz
-from .formats import FORMATS, PathLike, format_of
+from .formats import FORMATS, HEMISPHERES, PathLike, format_of
 from .reading import read_lines, reading
 from .records import Label, Metadata
 from .replacing import replacing
 
-_HEMISPHERES = ("lh.", "rh.")
 #: Suffixes of lists of landmarks: vertices of a surface, without positions on a sphere.
 LANDMARK_LISTS = (".pinned", ".vts")
 
@@ -125,7 +124,7 @@ def write_scalars(
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels: they are whole numbers of at most 32 bits")
-    if write is freesurfer.write_scalars and not target.name.lower().startswith(_HEMISPHERES):
+    if write is freesurfer.write_scalars and not target.name.startswith(HEMISPHERES):
         raise FileError(f"{path}: scalar maps are written to .gii, .npz, .annot, and lh.NAME or rh.NAME files")
     if write in (freesurfer.write_scalars, annot.write_scalars) and len(maps) != 1:
         raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")

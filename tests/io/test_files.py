@@ -152,3 +152,5 @@ def test_names_of_results_are_known_and_not_those_of_freesurfer_s_own_files():
     for name in ("lh.sphere.conformal", "rh.sphere.balanced", "lh.sphere.balanced.reg"):
         assert format_of(name).name == "FreeSurfer"
         assert name.removeprefix("lh.").removeprefix("rh.") not in ("sphere", "sphere.reg")
+    for name in ("lh.on_right", "rh.my.sphere.v2", "surf/rh.left.reg.2"):
+        assert format_of(name).name == "FreeSurfer"

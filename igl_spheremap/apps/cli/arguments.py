@@ -132,8 +132,9 @@ DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one m
              "file of FreeSurfer")
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
-              "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; or a file with a sphere mesh, such as "
-              "another surface's map; default: ico:5", default="ico:5")
+              "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; fsaverage3 to fsaverage7 or fsLR-32k, "
+              "in their order, from a file of FreeSurfer, nilearn, neuromaps, TemplateFlow or HCP on this machine; or "
+              "a file with a sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
 REFLECT = switch("--reflect", help="mirror the surface and its sphere first (x to -x, faces reversed), as `register "
                  "--reflect` did: the other side of a body, in that one's frame")
 GRADIENT_TOLERANCE = argument("--gradient-tolerance", "T", "norm of the gradient at which a minimisation ends; "

@@ -19,6 +19,7 @@ from ...io.files import read_mesh, read_sphere
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
+from ...io.templates import TEMPLATES, template_sphere
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
@@ -180,8 +181,11 @@ def _read(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> Loa
             raise type(error)(str(error).replace(str(path), "stdin")) from None
 
 
-def read_target_sphere(to: str) -> tuple[FloatArray, IntArray]:
-    """Vertices and faces of the sphere mesh that --to names."""
+def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:
+    """Vertices and faces of the sphere mesh that --to names, of a template on the side of `source`."""
+    if to in TEMPLATES and not Path(to).exists():
+        x, f = template_sphere(to, source.metadata.get("structure") if source else None)
+        return x, check_faces(f, len(x))
     if not to.startswith("ico:"):
         x, f = read_sphere(to)
         return x, check_faces(f, len(x))

@@ -189,7 +189,7 @@ COMMANDS = (
         argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "
                  "scheduler file"),
         argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
-                 "targets"),
+                 "targets, or in --subjects-dir"),
         (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
                          "action": BooleanOptionalAction, "default": True}),
         switch("--retry-failed", help="run again what failed"),

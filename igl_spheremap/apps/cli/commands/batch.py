@@ -34,7 +34,10 @@ def run_batch(args: Namespace) -> Exit:
     sources, method = _sources(args), chosen_method(args)
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
-    _check_summary(args.summary, [*sources, *targets, args.manifest or manifest_of(pattern)])
+    manifest = args.manifest or manifest_of(pattern)
+    if args.manifest is None and args.subjects_dir is not None and not os.path.dirname(manifest):
+        manifest = os.path.join(args.subjects_dir, manifest)  # so that a run from any folder continues it
+    _check_summary(args.summary, [*sources, *targets, manifest])
     if args.report is not None:
         check_page(args.report)
     executor = connect(args.scheduler) if args.scheduler is not None else None
@@ -52,7 +55,7 @@ def run_batch(args: Namespace) -> Exit:
 
         rows = map_many(
             sources, pattern, executor=executor, processes=args.jobs, method=method,
-            balance=args.balance, repair=args.repair, force=args.force, manifest=args.manifest, resume=args.resume,
+            balance=args.balance, repair=args.repair, force=args.force, manifest=manifest, resume=args.resume,
             retry_failed=args.retry_failed, timeout=args.timeout, memory=args.memory, retries=args.retries,
             listener=listen, **repair_options(args) or {},
         )  # fmt: skip

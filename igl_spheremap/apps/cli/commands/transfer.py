@@ -38,9 +38,9 @@ def run_resample(args: Namespace) -> None:
     igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply
     """
     check_outputs(args, surface=True)
-    points, faces = read_target_sphere(args.to)
     pair = load_pair(args, args.reflect)
     source = pair.source
+    points, faces = read_target_sphere(args.to, source)
     args.progress.stage(f"resampling {source.name}")
     v = transfer(pair.map(), source.v, points)
     write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
@@ -63,9 +63,9 @@ def run_transfer(args: Namespace) -> None:
     check_outputs(args)
     if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
         raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")
-    there = read_target_sphere(args.to)
     pair = load_pair(args, args.reflect)
     source = pair.source
+    there = read_target_sphere(args.to, source)
     maps, table = read_maps(args.data, source), read_table(args.data)
     labels, metadata = args.labels or table is not None, dict(source.metadata)
     if labels:

@@ -210,6 +210,23 @@ def test_subjects_of_freesurfer_keep_their_files(desk):
     assert before == {path: path.read_bytes() for path in Path("subjects").rglob("*.white")}
 
 
+def test_a_run_over_subjects_is_continued_from_any_folder(desk, monkeypatch):
+    pytest.importorskip("nibabel")
+    os.makedirs("subjects/s1/surf")
+    write_mesh("subjects/s1/surf/lh.white", *read_mesh("300.ply"))
+    words = ["--surface", "lh.white", "-q"]
+    assert main(["batch", "--subjects-dir", "subjects", *words]) == 0
+    assert len(list(Path("subjects").glob("*.manifest.jsonl"))) == 1
+    assert not list(Path().glob("*.manifest.jsonl"))
+    os.mkdir("elsewhere")
+    monkeypatch.chdir("elsewhere")
+    assert main(["batch", "--subjects-dir", "../subjects", *words, "--summary", "all.tsv"]) == 0
+    assert [row.resumed for row in read_table("all.tsv")] == [True]
+    assert main(["batch", "--subjects-dir", "../subjects", *words, "--manifest", "own.jsonl", "--out",
+                 "{folder}/{name}.own.sphere"]) == 0
+    assert Path("own.jsonl").exists()
+
+
 def test_an_interrupted_batch_reports_what_is_left():
     done = [Row("a.ply", "b.ply"), Row("c.ply", "d.ply", status="folded", foldings=7)]
     text = counts(done, 5)
