@@ -26,6 +26,8 @@ from .io.coefficients import write_coefficients as write_coefficients
 from .io.files import read_mesh as read_mesh
 from .io.files import write_mesh as write_mesh
 from .io.records import LoadedMesh as LoadedMesh
+from .io.surface_maps import read_surface_map as read_surface_map
+from .io.surface_maps import write_surface_map as write_surface_map
 from .io.written_map import SphereCheck as SphereCheck
 from .io.written_map import read_map as read_map
 from .io.written_map import write_map as write_map

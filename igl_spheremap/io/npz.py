@@ -46,7 +46,11 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 def read_map(path: Path) -> SphereMap:
     """A map as it was written, its mesh checked, and certified anew."""
-    arrays = read_arrays(path)
+    return map_of(read_arrays(path))
+
+
+def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
+    """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
     mesh, runs = check_mesh(arrays["vertices"], arrays["faces"], arrays.get("caps")), json.loads(str(arrays["json"]))
@@ -63,15 +67,19 @@ def read_map(path: Path) -> SphereMap:
 
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
     """Write a map with all that is known of it, its conformal factor, and the versions of what made it."""
+    versions = {"libigl": getattr(igl, "__version__", ""), "numpy": np.__version__, "scipy": scipy.__version__}
+    more = {"conformal_factor": result.conformal_factor(), "versions": json.dumps(versions)}
+    write_arrays(path, arrays_of(result) | more, metadata)
+
+
+def arrays_of(result: SphereMap) -> dict[str, Any]:
+    """All that is known of a map; `map_of` makes it again."""
     maps = {"sphere": result} | ({"conformal": result.conformal} if result.conformal else {})
     arrays: dict[str, Any] = {"vertices": result.vertices, "faces": result.faces}
     arrays |= {name: each.sphere for name, each in maps.items()}
     if result.mesh.caps is not None:
         arrays["caps"] = result.mesh.caps
-    text = json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)
-    versions = {"libigl": getattr(igl, "__version__", ""), "numpy": np.__version__, "scipy": scipy.__version__}
-    more = {"conformal_factor": result.conformal_factor(), "json": text, "versions": json.dumps(versions)}
-    write_arrays(path, arrays | more, metadata)
+    return arrays | {"json": json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)}
 
 
 def read_arrays(path: Path) -> dict[str, NDArray[Any]]:

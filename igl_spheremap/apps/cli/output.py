@@ -21,7 +21,7 @@ from .arguments import WRITTEN
 from .exits import UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
-_INPUTS = ("source", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
+_INPUTS = ("source", "other", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
@@ -47,7 +47,7 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
     inputs = {os.path.realpath(path) for path in _inputs(args)}
-    for path in _paths(args, _OUTPUTS):
+    for path in (*_paths(args, _OUTPUTS), *(getattr(args, "overlay", None) or ())):
         check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
         if os.path.realpath(path) in inputs:
             raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
@@ -58,7 +58,8 @@ def _inputs(args: Namespace) -> list[str]:
     """The files that the command reads; of --data FILE:NAME and --feature NAME=MOVING,FIXED those within."""
     features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
-    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "onto", None) or ())]
+    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "onto", None) or ()),
+            *(getattr(args, "landmarks", None) or ())]
 
 
 def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:

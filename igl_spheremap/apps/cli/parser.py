@@ -20,7 +20,7 @@ from ...correspondence import STAGES
 from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
-from ..viewer.choices import PLAYER_SIZE, SHOWN
+from ..viewer.choices import CARRIED, CARRIED_SIZE, PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
 from .exits import HELP, UsageError
@@ -162,8 +162,7 @@ COMMANDS = (
         argument("fixed", "FIXED", "the surface to lay it on"),
         argument("fixed_sphere", "FIXED_SPHERE", "its map"),
         *shared.target("MOVING's map in the frame of FIXED; - for stdout"),
-        argument("--feature", "NAME=MOVING,FIXED", "files with what is compared, as for --data of other commands; "
-                 "may be given again; default: curvature and depth of the surfaces", action="append", default=[]),
+        shared.FEATURE,
         argument("--stages", "LIST", "which stages to run, separated by commas (default: "
                  f"{','.join(STAGES)})", default=",".join(STAGES)),
         argument("--stiffness", "S", "of the elastic stage (default: 0.1, or 0.3 for features of the surfaces)",
@@ -172,6 +171,26 @@ COMMANDS = (
                "is, and `transfer`, `resample` and `check` take it with --reflect"),
         switch("--show", help="open a window with both spheres, before and after, coloured by the first feature"),
         argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
+        *shared.OUTPUT,
+    )),
+    Command("match", "match", (
+        argument("source", "A", "a mesh file or sample:NAME, or an .npz with its map, which is kept; else it is mapped "
+                 "at balance 1"),
+        argument("other", "B", "the surface to map it to, likewise"),
+        *shared.target("B's positions on the connectivity of A; .npz holds the whole map; - for stdout"),
+        argument("--landmarks", ("A", "B"), "corresponding vertices of A and B, which are met exactly: .pinned or .vts "
+                 "lists", nargs=2),
+        switch("--soft", help="come near the landmarks, if they can't be met"),
+        shared.FEATURE,
+        argument("--position-weight", "W", "of squared distances between A and B, B in the best pose (default: 0)",
+                 type=FROM_ZERO, default=0.0),
+        switch("--reflect", help="match the mirror image of A (x to -x); OUT has it, too"),
+        argument("--overlay", ("ON_A", "ON_B"), "write the common refinement, one mesh, with its positions on A "
+                 "and on B", nargs=2),
+        choice("--colours", CARRIED, f"what pictures show on A and B; default: {CARRIED[0]}", default=CARRIED[0]),
+        switch("--show", help="open a window with A, B and what is between them"),
+        *shared.pictures(CARRIED_SIZE),
+        shared.FORMAT,
         *shared.OUTPUT,
     )),
     Command("batch", "batch", (

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-#: Width and height in pixels of a window, of the player's, of a registration's and of a comparison's.
+#: Width and height in pixels of a window, of the player's, of a registration's, of a comparison's and
+#: of a map's between surfaces.
 SIZE = (1000, 600)
 PLAYER_SIZE = (1400, 640)
 REGISTRATION_SIZE = (1200, 440)
 COMPARISON_SIZE = (1400, 780)
+CARRIED_SIZE = (1500, 560)
 #: Different pictures of a video at the most.
 LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.
@@ -19,6 +21,8 @@ _NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "your mesh")
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.
 SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
+#: What colours can show that a map carries from one surface to another.
+CARRIED = ("checkerboard", "places", "distortion")
 
 
 def guess_up(name: str) -> str:

@@ -36,7 +36,7 @@ def run_register(args: Namespace) -> Exit:
     pair = load_pair(args)
     moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(fixed, args.fixed_sphere).map()
-    features = _features(args.feature, moving, fixed) if args.feature else None
+    features = read_features(args.feature, moving, fixed) if args.feature else None
     args.progress.stage(f"registering {moving.name}")
     listener = args.progress.listener(maps[0].faces)
     result = register(*maps, features, stages, args.stiffness, listener=listener)
@@ -63,7 +63,7 @@ def _of_the_file(result: SphereMap) -> SphereMap:
     return replace(reflected(result), run=run)
 
 
-def _features(words: list[str], moving: InputMesh, fixed: InputMesh) -> tuple[FloatArray, FloatArray]:
+def read_features(words: list[str], moving: InputMesh, fixed: InputMesh) -> tuple[FloatArray, FloatArray]:
     """The columns of all `NAME=MOVING,FIXED`."""
     columns: tuple[list[FloatArray], list[FloatArray]] = [], []
     for word in words:

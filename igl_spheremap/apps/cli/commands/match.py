@@ -1,0 +1,115 @@
+"""`match`: a map from one surface to another."""
+
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+
+from ....correspondence.matching import match
+from ....correspondence.surface_map import SurfaceMap
+from ....io.files import write_mesh
+from ....io.npz import read_arrays
+from ....io.scalars import read_landmarks
+from ....io.surface_maps import write_surface_map
+from ....io.written_map import read_map
+from ....maps.balanced import balanced_spherical_map
+from ....mesh.arrays import IntArray
+from ....result.findings import certificate_numbers
+from ....result.sphere_map import SphereMap
+from ...viewer.app import open_for, run_app
+from ...viewer.carried_view import CarriedView
+from ...viewer.choices import guess_up
+from ..exits import Exit, UsageError
+from ..inputs import InputMesh, read_source
+from ..output import Findings, check_outputs, write_target
+from .register import read_features
+
+
+def run_match(args: Namespace) -> Exit:
+    """Map one surface onto another with low distortion, bijectively, with landmarks met.
+
+    igl-spheremap match cat.ply horse.ply horse_as_cat.ply
+    igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif
+    igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc
+    """
+    check_outputs(args, surface=True)
+    whole = args.target.lower().endswith(".npz")
+    pictured = args.show or args.screenshot or args.video
+    args.frame = None
+    if pictured:
+        open_for(args, "igl_spheremap")
+    sources = [read_source(name, kind=args.format, stage=args.progress.stage) for name in (args.source, args.other)]
+    landmarks = _landmarks(args.landmarks, sources) if args.landmarks else None
+    features = read_features(args.feature, *sources) if args.feature else None
+    a, b = (_mapped(args, source) for source in sources)
+    args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
+    result = match(a, b, landmarks, features, position_weight=args.position_weight, soft=args.soft,
+                   reflect=args.reflect, listener=args.progress.listener(a.faces))
+    if whole:
+        args.progress.stage(f"writing {args.target}")
+        write_surface_map(args.target, result, force=args.force)
+    else:
+        write_target(args, lambda path: write_mesh(path, result.positions, result.map.faces, force=args.force,
+                                                   metadata=sources[1].metadata))
+    args.progress.stage("measuring the map on the overlay")
+    if args.overlay:
+        common = result.overlay()
+        for path, v in zip(args.overlay, (common.on_a, common.on_b), strict=True):
+            write_mesh(path, v, common.faces, force=args.force)
+    found = Findings(target=args.target)
+    for label, source in zip(("A", "B"), sources, strict=True):
+        found.mesh(label, source)
+    _describe(found, result)
+    held = "both maps and the landmarks" if whole else "B's positions on the connectivity of A"
+    found.add("written", f"{args.target}: {held}")
+    if args.overlay:
+        found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on A and on B")
+    found.report(args)
+    if pictured:
+        run_app(CarriedView(result, up=args.up or guess_up(sources[0].name), subject=args.colours), args)
+    return Exit.OK
+
+
+def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
+    """The map that an archive holds, or the area-preserving one."""
+    path = Path(source.name)
+    if path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
+        return read_map(path)
+    args.progress.stage(f"mapping {source.name} to the sphere")
+    return balanced_spherical_map(source.v, source.f, 1.0, listener=args.progress.listener(source.f))
+
+
+def _landmarks(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:
+    """The vertices of A and of B in two lists of the same length."""
+    a, b = (read_landmarks(file) for file in files)
+    if len(a) != len(b):
+        raise UsageError(f"{files[0]} has {len(a)} landmarks but {files[1]} has {len(b)}; give lists of the same "
+                         "landmarks in the same order")
+    for file, source, vertices in zip(files, sources, (a, b), strict=True):
+        if vertices.max() >= len(source.v):
+            raise UsageError(f"{file} names vertex {vertices.max()} but {source.name} has vertices 0 to "
+                             f"{len(source.v) - 1}")
+    return a, b
+
+
+def _describe(found: Findings, result: SurfaceMap) -> None:
+    """Certificates, distortion in both directions, landmarks and notes."""
+    certificate = result.map.certificate
+    found.add("map", f"A to the sphere of B: {certificate}", certificate=certificate_numbers(certificate))
+    figures = result.distortion().figures
+    found.figures["distortion"] = figures
+    for over, name in (("over_a", "A"), ("over_b", "B")):
+        dirichlet, area, angle = (figures[over][key] for key in ("symmetric_dirichlet", "area", "angle"))
+        found.add(f"over {name}", f"symmetric Dirichlet energy {dirichlet['median']:.3g} (median; 4 is an isometry), "
+                  f"95% below {dirichlet['p95']:.3g}, {100 * dirichlet['above_100']:.2g}% of the area above 100; areas "
+                  f"times {area['median']:.3g}, 95% below {area['p95']:.3g}; angles by singular values' ratio "
+                  f"{angle['median']:.3g}, 95% below {angle['p95']:.3g}")
+    errors = result.landmark_errors
+    if len(errors):
+        size = float(np.ptp(result.target.vertices, axis=0).max())
+        missed = int(np.count_nonzero(errors > 1e-9 * size))
+        text = f"{len(errors)}, {missed} of them missed; the farthest by {errors.max():.3g} of B's units"
+        found.add("landmarks", text, landmark_errors=errors)
+    for note in result.notes:
+        found.add("note", note)
+    found.figures["notes"] = result.notes

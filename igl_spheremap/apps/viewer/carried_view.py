@@ -1,0 +1,122 @@
+"""A map between two surfaces: both and what lies between them, in colours that are carried from one to the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from ...correspondence.surface_map import SurfaceMap
+from ...draw.palette import LINES, SURFACE, round_up, sizes
+from ...draw.plot import fit, pose
+from ...mesh.arrays import FloatArray
+from ...mesh.measure import vertex_areas
+from ...shapes.transfer import interpolate
+from ...sphere.gauge import best_rotation
+from ...sphere.rows import unit_rows
+from .app import App, panel, paragraph
+from .body import Body
+from .choices import CARRIED
+from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places
+from .stage import PANEL, Stage
+from .window import imgui, is_offscreen
+
+_DIRICHLET = "symmetric Dirichlet energy above an isometry's"
+_DOT = 0.03
+
+
+class CarriedView(App):
+    """A, the surface part of the way from A to B, and B: one mesh, the overlay, in the same colours.
+
+    The frames are what the colours show, in the order of `CARRIED`; a film goes from A to B and back.
+    """
+
+    def __init__(self, result: SurfaceMap, *, up: str = "auto", subject: str = CARRIED[0]) -> None:
+        self.result, self.common = result, result.overlay()
+        self.distortion = result.distortion()
+        a, b, f = self.common.on_a, self.common.on_b, self.common.faces
+        turn = pose(a, up)
+        self.ends = fit(a, turn), fit(b @ _onto(b, a, vertex_areas(a, f) / vertex_areas(a, f).sum()), turn)
+        self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.location_a))
+        self.stage = Stage(1, 3, panel=0 if is_offscreen() else PANEL)
+        middle = (self.ends[0] + self.ends[1]) / 2
+        self.bodies = [self.stage.place(0, k, Body(name, x, f)) for k, (name, x) in enumerate(
+            (("A", self.ends[0]), ("between", middle), ("B", self.ends[1])))]
+        for name, each, over, body in (("A", result.map, "over_a", self.bodies[0]),
+                                       ("B", result.target, "over_b", self.bodies[2])):
+            figures = self.distortion.figures[over]["symmetric_dirichlet"]
+            body.caption = (f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
+                            f"95% below {figures['p95']:.3g} (4: isometry)")
+        self.way = -1.0
+        self.show_way(0.5)
+        self.show_subject(subject)
+
+    def show_subject(self, subject: str) -> None:
+        """Colour all three by one of `CARRIED`."""
+        if subject not in CARRIED:
+            raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(CARRIED)}")
+        self.subject = subject
+        mesh, faces = self.result.map.mesh, self.common.faces
+        none = np.empty(0, dtype=np.int64)
+        if subject == "checkerboard":
+            corners = SQUARES * mercator_corners(self._x, faces, deepest_tips(mesh, self.result.map.sphere))
+            colours = Colouring(np.tile(SURFACE, (len(faces), 1)), none, None, corners)
+        elif subject == "places":
+            colours = Colouring(places(mesh)[self.common.face_a], none, None)
+        else:
+            excess = self.distortion.symmetric_dirichlet - 4
+            p95 = self.distortion.figures["over_a"]["symmetric_dirichlet"]["p95"] - 4
+            ramp = sizes(_DIRICHLET, round_up(max(p95, 1e-9)))
+            colours = Colouring(ramp.colours(np.clip(excess, 0, ramp.high)), none, ramp)
+        colours.apply(*self.bodies)
+
+    def show_way(self, way: float) -> None:
+        """Move the surface between to a share of the way from A to B, and the landmarks with it."""
+        if way == self.way:
+            return
+        self.way = way
+        self.bodies[1].set_positions((1 - way) * self.ends[0] + way * self.ends[1])
+        self.bodies[1].caption = f"{100 * way:.0f}% of the way from A to B\n{len(self.common.faces):,} faces"
+        for body in self.bodies:
+            for k, landmark in enumerate(self.result.landmarks):
+                body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)], _DOT)
+
+    def frames(self) -> int:
+        return len(CARRIED)
+
+    def last_frame(self) -> int:
+        return CARRIED.index(self.subject)
+
+    def go_to(self, frame: int) -> None:
+        self.show_subject(CARRIED[frame])
+
+    def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
+        ways = (1 - np.cos(2 * math.pi * np.arange(length) / length)) / 2
+        return [(partial(self.show_way, float(way)), False) for way in ways]
+
+    def panel(self) -> None:
+        if not self.stage.panel:
+            return
+        with panel("Match", self.stage.panel):
+            _, chosen = imgui.Combo("colours", CARRIED.index(self.subject), list(CARRIED))
+            if CARRIED[chosen] != self.subject:
+                self.show_subject(CARRIED[chosen])
+            self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
+            paragraph("0 is A, 1 is B")
+            imgui.Separator()
+            for over, figures in self.distortion.figures.items():
+                paragraph(f"over {over[-1].upper()}")
+                for name, each in figures.items():
+                    paragraph(f"{name.replace('_', ' ')}: median {each['median']:.3g}, 95% below {each['p95']:.3g}")
+            errors = self.result.landmark_errors
+            if len(errors):
+                paragraph(f"{len(errors)} landmarks, the farthest missed by {errors.max():.3g}")
+            for note in self.result.notes:
+                paragraph(note)
+
+
+def _onto(b: FloatArray, a: FloatArray, weights: FloatArray) -> FloatArray:
+    """The rotation R for which ``b @ R`` lies on `a` best, corresponding points and their weights being given."""
+    return best_rotation(b - weights @ b, a - weights @ a, weights)

@@ -1,0 +1,83 @@
+"""The command match: what it writes, and how it fails."""
+
+import json
+
+import numpy as np
+import pytest
+from drawing import needs_drawing
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+from igl_spheremap.io.files import read_mesh
+
+A, B = "sample:pear:n_vertices=400", "sample:spheroid:n_vertices=500"
+
+
+@pytest.fixture
+def landmarks(tmp_path):
+    """Corresponding vertices of A and B as lists, and one of another length."""
+    for name, vertices in (("a.vts", (3, 200)), ("b.vts", (5, 300)), ("short.vts", (1,)), ("far.vts", (1, 9000))):
+        (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
+    return lambda a, b: ["--landmarks", str(tmp_path / a), str(tmp_path / b)]
+
+
+def test_b_lies_on_the_connectivity_of_a_and_the_overlay_on_both(tmp_path):
+    out, on_a, on_b, figures = (str(tmp_path / name) for name in ("out.ply", "a.ply", "b.ply", "figures.json"))
+    assert main(["match", A, B, out, "--overlay", on_a, on_b, "--json", figures, "-q"]) == 0
+    (v, f), (b, _) = (ism.samples.make(name, n_vertices=n) for name, n in (("pear", 400), ("spheroid", 500)))
+    found = read_mesh(out)
+    assert np.array_equal(found.f, f)
+    assert np.ptp(found.v, axis=0) == pytest.approx(np.ptp(b, axis=0), rel=0.1)
+    pieces = read_mesh(on_a), read_mesh(on_b)
+    assert np.array_equal(pieces[0].f, pieces[1].f)
+    assert np.allclose(pieces[0].v[: len(v)], v, atol=1e-6)
+    with open(figures) as file:
+        report = json.load(file)
+    assert report["certificate"]["folding_free"]
+    assert report["distortion"]["over_a"]["symmetric_dirichlet"]["median"] >= 4
+
+
+def test_an_archive_holds_the_whole_map_and_its_map_is_not_made_again(tmp_path, monkeypatch):
+    whole, again = str(tmp_path / "whole.npz"), str(tmp_path / "again.ply")
+    assert main(["match", A, B, whole, "-q"]) == 0
+    onto = ism.read_surface_map(whole)
+    assert len(onto.positions) == len(onto.map.vertices)
+    made = []
+    monkeypatch.setattr("igl_spheremap.apps.cli.commands.match.balanced_spherical_map",
+                        lambda *args, **options: made.append(args) or ism.balanced_spherical_map(*args, **options))
+    assert main(["match", whole, B, again, "-q"]) == 0
+    assert [len(v) for v, _, _ in made] == [len(onto.target.vertices)]
+    assert np.array_equal(read_mesh(again).f, onto.map.faces)
+
+
+@pytest.mark.parametrize(("lists", "words"), [
+    (("a.vts", "short.vts"), "give lists of the same landmarks"), (("a.vts", "far.vts"), "names vertex 9000"),
+    (("a.vts", "missing.vts"), "missing.vts"),
+])  # fmt: skip
+def test_lists_that_do_not_fit_are_named(lists, words, landmarks, tmp_path, capsys):
+    assert main(["match", A, B, str(tmp_path / "out.ply"), *landmarks(*lists)]) != 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert words in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out.ply").exists()
+
+
+def test_no_input_is_overwritten(landmarks, tmp_path, capsys):
+    lists = landmarks("a.vts", "b.vts")
+    assert main(["match", A, B, str(tmp_path / "out.ply"), *lists, "--overlay", lists[1], str(tmp_path / "b.ply"),
+                 "-f"]) == 64
+    assert "would be lost" in capsys.readouterr().err
+
+
+@needs_drawing
+@pytest.mark.parametrize("colours", ["checkerboard", "distortion"])
+def test_it_draws_without_a_display(colours, tmp_path):
+    picture = tmp_path / "picture.png"
+    assert main(["match", A, B, str(tmp_path / "out.ply"), "-q", "--colours", colours, "--screenshot",
+                 str(picture)]) == 0
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(picture).convert("RGB"))
+    columns = np.array_split(pixels, 3, axis=1)
+    assert all((column.min(axis=2) < 250).mean() > 0.1 for column in columns)

@@ -1,0 +1,53 @@
+"""Two surfaces and the way between them, in colours that a map carries."""
+
+import pytest
+from drawing import drive, needs_drawing
+
+pytestmark = needs_drawing
+
+_VIEW = """
+from igl_spheremap.apps.viewer.carried_view import CarriedView
+from igl_spheremap.draw.palette import LINES
+from igl_spheremap.shapes.locate import Location
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(1200, 500)), 'test')
+a, b = (ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=400), 1) for name in ('pear', 'dumbbell'))
+found = ism.match(a, b)
+front = np.argsort(-a.vertices[:, 1])[[40]]
+onto = ism.SurfaceMap(found.map, b, front, Location(np.array([0]), np.eye(3)[:1]))
+view = CarriedView(onto)
+ps.set_user_callback(lambda: app.draw_app(view))
+"""
+
+
+def test_the_way_leads_from_a_to_b_and_back():
+    figures = drive(_VIEW + """
+ways = []
+for show, _ in view.film(8):
+    show()
+    ways.append(view.way)
+view.show_way(0.0)
+start = float(np.abs(view.bodies[1].x - view.bodies[0].x).max())
+view.show_way(1.0)
+figures = dict(ways=ways, start=start, end=float(np.abs(view.bodies[1].x - view.bodies[2].x).max()),
+               captions=[body.caption for body in view.bodies], faces=len(onto.overlay().faces))
+""")
+    assert figures["ways"][0] == 0
+    assert max(figures["ways"]) == 1
+    assert figures["ways"][1:] == pytest.approx(figures["ways"][:0:-1])
+    assert figures["start"] == figures["end"] == 0
+    assert figures["captions"][1] == f"100% of the way from A to B\n{figures['faces']:,} faces"
+    assert "(4: isometry)" in figures["captions"][0]
+
+
+def test_every_subject_is_drawn_and_landmarks_are_seen_on_all_three():
+    figures = drive(_VIEW + """
+shots, dots = [], []
+for frame in range(view.frames()):
+    view.go_to(frame)
+    image = window.grab()
+    shots.append(drawn(image))
+    dots.append([sorted(body.points) for body in view.bodies])
+figures = dict(shots=shots, dots=dots, shares=[[float(abs(v).max()) for v in (body.x,)] for body in view.bodies])
+""")
+    assert min(figures["shots"]) > 0.1
+    assert all(labels == ["landmark 0"] for frame in figures["dots"] for labels in frame)
