@@ -296,7 +296,6 @@ class Descent(Method):
     """Options of Algorithm 1 on further problems."""
 
     may_fold: bool = False
-    gradient_tolerance: float = 1e-3
     max_iterations: int = 5000
     plateau: float = 5e-7
 
@@ -306,6 +305,7 @@ class PHarmonic(Descent):
     """The options of `igl_spheremap.p_harmonic_map`."""
 
     name: ClassVar[str] = "p-harmonic"
+    gradient_tolerance: float = 1e-3
     p: float = 2.0
 
 
@@ -316,6 +316,7 @@ class Landmarks(Descent):
     name: ClassVar[str] = "landmarks"
     max_iterations: int = 500
     plateau: float = 1e-6
+    sobolev_gradient_tolerance: float = 1e-3
 
 
 #: By the name that users give.

@@ -232,7 +232,8 @@ COMMANDS = (
     )),
     Command("landmarks", "map", (
         *shared.MAPPING,
-        shared.GRADIENT_TOLERANCE,
+        argument("--sobolev-gradient-tolerance", "T", "norm of the gradient in the metric of smooth fields at which "
+                 "the minimisation ends; default: the method's", type=FROM_ZERO),
         argument("--points", "FILE", "one landmark a line: vertex (from 0), then x y z of its target on the "
                  "sphere, and a weight if it is not --weight; or a .pinned or .vts list of vertices, with --onto",
                  required=True),

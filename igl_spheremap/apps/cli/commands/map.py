@@ -72,7 +72,7 @@ def run_landmarks(args: Namespace) -> Exit:
 
 
 def _variational(args: Namespace) -> dict[str, Any]:
-    return given(args, "gradient_tolerance", "max_iterations", "may_fold")
+    return given(args, "gradient_tolerance", "sobolev_gradient_tolerance", "max_iterations", "may_fold")
 
 
 def _misses(found: Findings, x: FloatArray, targets: FloatArray, vertices: IntArray) -> None:
