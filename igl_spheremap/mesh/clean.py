@@ -1,4 +1,4 @@
-"""Repair of input meshes, on request only: faults of the lists first, then holes."""
+"""Repair of input meshes, on request only: faults of the lists first, then holes and handles."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class RepairedMesh:
         Row of the input that each face comes from, -1 for the faces of caps.
     vertex_image : (n_input,) int64 array
         Vertex that each row of the input became, -1 for those that were dropped; the first one of those that became
-        several, where sheets touch.
+        several, where sheets touch or a handle was cut.
     actions : tuple of str
         What was done, a phrase each; empty for a mesh that was sound.
     """
@@ -56,13 +56,14 @@ def repair_mesh(
     f: ArrayLike,
     keep_largest: bool = False,
     holes: Literal["refuse", "fill"] = "refuse",
+    handles: Literal["refuse", "cut"] = "refuse",
 ) -> RepairedMesh:
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
     unreferenced vertices, makes the orientation consistent and outward, and gives each of the sheets that
     touch at a vertex one of its own. Coincident vertices elsewhere are left alone: thin sheets have them. New geometry,
-    which closes holes, is made where it is asked for.
+    which closes holes and handles, is made where it is asked for.
 
     Parameters
     ----------
@@ -74,6 +75,9 @@ def repair_mesh(
         Keep the component with the most faces and drop the others; by default several are refused.
     holes : {"refuse", "fill"}
         Fill each hole by a cap: rings of triangles that grow towards its centre.
+    handles : {"refuse", "cut"}
+        Cut each handle along a short loop, around it or through it, whichever is shorter, and fill both sides by caps.
+        Holes are filled first, if that is asked for. Caps may run through the body, which maps do not mind.
 
     Returns
     -------
@@ -83,9 +87,9 @@ def repair_mesh(
     Raises
     ------
     MeshError
-        If that is not enough: holes that are refused, handles, surplus sheets, several components, NaN.
+        If that is not enough: holes and handles that are refused, surplus sheets, several components, NaN.
     ValueError
-        If `holes` is another word.
+        If `holes` or `handles` is another word.
 
     Examples
     --------
@@ -96,19 +100,22 @@ def repair_mesh(
     >>> ism.repair_mesh(v[:4], [[0, 1, 2], [0, 2, 3], [0, 3, 1]], holes="fill").actions
     ('filled 1 hole (3 edges) near (-0.333, -0.333, -0.333)',)
     """
-    if holes not in ("refuse", "fill"):
-        raise ValueError(f"holes is {holes!r}; give 'refuse' or 'fill'")
+    for name, value, choices in (("holes", holes, ("refuse", "fill")), ("handles", handles, ("refuse", "cut"))):
+        if value not in choices:
+            raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         check_mesh(vertices, faces)  # raises
     work = Surface(vertices, faces)
-    work.clean(keep_largest)
-    asked = Remedy(keep_largest, holes == "fill")
+    parts = work.clean(keep_largest)
+    asked = Remedy(keep_largest, holes == "fill", handles == "cut")
     try:
         if not work.sound or (work.rims and not asked.holes):
             checked(work.v, work.f, None, asked)  # raises
         work.fill_holes()
+        if asked.handles and (keep_largest or parts == 1):
+            work.cut_handles()
         work.turn_outward()
         checked(work.v, work.f, None, asked)
     except MeshError as error:

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from .arrays import FloatArray, IntArray, count, examples, listed
+from .arrays import FloatArray, IntArray, count, examples, listed, place
 from .edges import components, direction_components, edge_keys
+from .handles import short_loop
 from .surface import Surface, holes_text
 
 
@@ -24,11 +25,12 @@ class Remedy:
 
     keep_largest: bool = False
     holes: bool = False
+    handles: bool = False
 
     @property
     def call(self) -> str:
         """The call with these options."""
-        words = ("keep_largest=True", "holes='fill'")
+        words = ("keep_largest=True", "holes='fill'", "handles='cut'")
         return f"repair_mesh({', '.join(('v', 'f', *(w for w, on in zip(words, astuple(self), strict=True) if on)))})"
 
 
@@ -97,8 +99,11 @@ class Refusal:
             self._refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
                          f"{examples(bad)}", "give each sheet a vertex of its own")
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2
-        self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} (Euler characteristic {2 - 2 * genus}, "
-                     "everywhere, not at one place), and only genus 0 maps to a sphere",
+        where = f"Euler characteristic {2 - 2 * genus}"
+        if self.v is not None:
+            loop = short_loop(self.v, self.f)
+            where = f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
+        self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
                      "cut and fill the handles")
 
     def _open(self, edges: IntArray) -> NoReturn:
@@ -125,8 +130,8 @@ class Refusal:
             holes = bool(work.rims)
             work.fill_holes()
             asked = self.asked
-            if work.genus == 0:
-                hint += f" ({Remedy(asked.keep_largest or parts > 1, asked.holes or holes).call} does)"
+            remedy = Remedy(asked.keep_largest or parts > 1, asked.holes or holes, asked.handles or work.genus > 0)
+            hint += f" ({remedy.call} does)"
         raise MeshError(f"{what}; {hint}")
 
 

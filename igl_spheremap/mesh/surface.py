@@ -6,6 +6,7 @@ import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
 from .edges import components, direction_components, edge_keys
+from .handles import cutting_loops
 from .holes import cap, rims, simple_rims
 from .measure import enclosed_volume
 
@@ -154,6 +155,23 @@ class Surface:
             text = holes_text(self.v, self.rims)
             self._close_rims()
             self.actions.append(f"filled {text}")
+
+    def cut_handles(self) -> None:
+        """Cut the handles of a closed surface along short loops, and close the cuts by caps."""
+        cuts: list[tuple[float, str]] = []
+        while self.genus > 0:
+            loops = cutting_loops(self.v, self.f)
+            for loop in loops:
+                p = self.v[loop]
+                length = float(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum())
+                text = f"a loop of {len(loop)} edges and length {length:.3g} near {place(p, self.v)}"
+                cuts.append((length, text))
+            n = len(self.v)
+            self.split_fans(np.concatenate([edge_keys(loop, np.roll(loop, -1), n) for loop in loops]))
+            self._close_rims()
+        if cuts:
+            plural = "s" if len(cuts) > 1 else ""
+            self.actions.append(f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}")
 
     def _close_rims(self) -> None:
         v, f, n = [self.v], [self.f], len(self.v)

@@ -36,6 +36,7 @@ def map_many(
     repair: bool = False,
     keep_largest: bool = False,
     holes: Literal["refuse", "fill"] = "refuse",
+    handles: Literal["refuse", "cut"] = "refuse",
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,
     resume: bool = True,
@@ -67,7 +68,7 @@ def map_many(
         As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
     repair : bool
         Repair the meshes first.
-    keep_largest, holes
+    keep_largest, holes, handles
         How to repair them, see `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
@@ -119,7 +120,7 @@ def map_many(
     check_listener(listener)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
-    repairs = {"keep_largest": keep_largest, "holes": holes} if repair else None
+    repairs = {"keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
     options = Options(method_of(method), float(balance), repairs, force, os.getcwd())
     rows: dict[str, Row] = {}
     todo: deque[Job] = deque()

@@ -121,6 +121,7 @@ REPAIR = (
            "surplus faces"),
     switch("--keep-largest", help="with --repair: keep only the largest component"),
     switch("--fill-holes", help="with --repair: close holes by caps"),
+    switch("--cut-handles", help="with --repair: cut handles along short loops, and close the cuts by caps"),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
@@ -191,10 +192,12 @@ def given(args: Namespace, *names: str) -> dict[str, Any]:
 def repair_options(args: Namespace) -> dict[str, Any] | None:
     """The options of `repair_mesh` that flags stand for; None without --repair."""
     if not args.repair:
-        if args.keep_largest or args.fill_holes:
-            raise UsageError(f"{'--keep-largest' if args.keep_largest else '--fill-holes'} goes with --repair")
+        for name in ("keep_largest", "fill_holes", "cut_handles"):
+            if getattr(args, name):
+                raise UsageError(f"--{name.replace('_', '-')} goes with --repair")
         return None
-    return {"keep_largest": args.keep_largest, "holes": "fill" if args.fill_holes else "refuse"}
+    return {"keep_largest": args.keep_largest, "holes": "fill" if args.fill_holes else "refuse",
+            "handles": "cut" if args.cut_handles else "refuse"}
 
 
 def chosen_method(args: Namespace) -> Method:

@@ -54,7 +54,7 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
 )
 
 #: Options in calls of `repair_mesh` that messages name, and the flags in the place of these calls.
-_REPAIR = {"keep_largest=True": " --keep-largest", "holes='fill'": " --fill-holes"}
+_REPAIR = {"keep_largest=True": " --keep-largest", "holes='fill'": " --fill-holes", "handles='cut'": " --cut-handles"}
 #: Other calls and arguments, and their flags.
 _FLAGS = {
     "read_mesh(path, triangulate=True)": "--repair",

@@ -20,6 +20,15 @@ def mesh(v, f):
     return "".join(f"v {x} {y} {z}\n" for x, y, z in v) + "".join(f"f {i} {j} {k}\n" for i, j, k in f + 1)
 
 
+def torus(n, k):
+    """Vertices and faces of a torus."""
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(k), indexing="ij"))
+    a, b = 2 * np.pi * i / n, 2 * np.pi * j / k
+    v = np.column_stack(((3 + np.cos(b)) * np.cos(a), (3 + np.cos(b)) * np.sin(a), np.sin(b)))
+    corner = [(i + di) % n * k + (j + dj) % k for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    return v, np.vstack((np.column_stack(corner[:3]), np.column_stack([corner[0], *corner[2:]])))
+
+
 @pytest.mark.parametrize(("text", "call", "flags"), [
     (mesh(V, np.vstack((F, [[3, 3, 4]]))), "repair_mesh(v, f)", ["--repair"]),
     (mesh(np.vstack((V, [[0, 0, 9]])), F), "repair_mesh(v, f)", ["--repair"]),
@@ -32,6 +41,7 @@ def mesh(v, f):
      ["--repair", "--keep-largest"]),
     (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
      "repair_mesh(v, f, keep_largest=True, holes='fill')", ["--repair", "--keep-largest", "--fill-holes"]),
+    (mesh(*torus(12, 6)), "repair_mesh(v, f, handles='cut')", ["--repair", "--cut-handles"]),
     (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
 ])
 def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
