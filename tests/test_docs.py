@@ -85,6 +85,9 @@ def files(tmp_path_factory):
     write_mesh(folder / "bunny.obj", v, f)
     write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
     write_mesh(folder / "X_surf.vtk", v, f)
+    for name, shape in (("cat", "pear"), ("horse", "spheroid")):
+        write_mesh(folder / f"{name}.ply", *ism.samples.make(shape, n_vertices=400))
+        (folder / f"{name}.vts").write_text("0\n200\n")
     (folder / "landmarks.txt").write_text("0 0.6 0 0.8\n")
     (folder / "bunny.vts").write_text("0 0 0 0\n")
     (folder / "scan.pinned").write_text("lk 7\n")
