@@ -52,7 +52,7 @@ READERS = {
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
     read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "point.vtp", "packed.vtp"),
     read_labels: ("lh.data.annot", "data.label.gii"),
-    read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
+    read_coefficients: ("ball.coef", "ball.coef.csv", "ball.npz.coef.npz"),
 }
 CASES = [(reader, name) for reader, names in READERS.items() for name in names]
 

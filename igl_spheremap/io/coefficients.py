@@ -1,4 +1,4 @@
-"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, and NPZ."""
+"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, tables with aics-shparam's names, and NPZ."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .reading import reading
 from .replacing import replacing
 
 _NUMBER = re.compile(r"[^\s{},]+")
+_AICS = re.compile(r"shcoeffs_L([0-9]{1,4})M[0-9]{1,4}[CS]")
 
 
 def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
@@ -25,8 +26,9 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
     Parameters
     ----------
     path : str or path-like
-        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only), or an `.npz` file, which keeps the
-        source's data, too. Both are exact.
+        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only); a `.csv` file, a row for each column of
+        the data under aics-shparam's names (shcoeffs_L2M1C); or an `.npz` file, which keeps the source's data, too.
+        Coefficients that need no factor are exact, others to a rounding.
     harmonics : SphericalHarmonics
         The coefficients.
     force : bool
@@ -60,6 +62,11 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
             order, factors = _pdm_rows(harmonics.degree)
             rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in (c[order] * factors[:, None]).tolist())
             partial.write_text(f"{{ {len(c)},{rows}}}")
+        elif kind == ".csv":
+            names, order, factors = _aics_columns(harmonics.degree)
+            values = np.vstack((c, np.zeros_like(c[:1])))[order].T * factors
+            lines = [names, *([repr(value) for value in row] for row in values.tolist())]
+            partial.write_text("".join(",".join(line) + "\n" for line in lines))
         else:
             source = {} if harmonics.source is None else vars(harmonics.source)
             npz.write_arrays(partial, {"coefficients": c, **source})
@@ -71,12 +78,13 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     Parameters
     ----------
     path : str or path-like
-        A `.coef` file of SPHARM-PDM, ktch or this package, or an `.npz` file of this package.
+        A `.coef` file of SPHARM-PDM, ktch or this package, a `.csv` file with aics-shparam's names, or an `.npz` file
+        of this package.
 
     Returns
     -------
     SphericalHarmonics
-        In this package's basis; of a `.coef` file without a source.
+        In this package's basis; of `.coef` and `.csv` files without a source.
 
     Raises
     ------
@@ -99,6 +107,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     with reading(path):
         if _kind(path) == ".coef":
             return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
+        if _kind(path) == ".csv":
+            return SphericalHarmonics(_parse_table(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
         source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
@@ -107,8 +117,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
 
 def _kind(path: PathLike) -> str:
     suffix = Path(path).suffix.lower()
-    if suffix not in (".coef", ".npz"):
-        raise FileError(f"{path}: coefficients are kept in .coef and .npz files")
+    if suffix not in (".coef", ".csv", ".npz"):
+        raise FileError(f"{path}: coefficients are kept in .coef, .csv and .npz files")
     return suffix
 
 
@@ -133,3 +143,29 @@ def _pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
     ell, m = np.array([(ell, m) for ell in range(degree + 1)
                        for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))]).T
     return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))
+
+
+def _parse_table(text: str) -> FloatArray:
+    """The coefficients of a table whose columns have aics-shparam's names, among others."""
+    head, *lines = (line.split(",") for line in text.splitlines() if line.strip())
+    degree = max((int(match[1]) for match in map(_AICS.fullmatch, head) if match), default=-1)
+    if degree < 0 or len(head) < 2 * (degree + 1) ** 2 or not lines:
+        raise ValueError("columns from shcoeffs_L0M0C on, all with M from 0 to the largest L, and a row are expected")
+    names, order, factors = _aics_columns(degree)
+    place = {name: k for k, name in enumerate(head)}
+    values = np.array([[float(line[place[name]]) for name in names] for line in lines]).T
+    c = np.empty(((degree + 1) ** 2 + 1, len(lines)))
+    c[order] = values / factors[:, None]
+    return check_values(c[:-1], len(c) - 1, "coefficients")
+
+
+def _aics_columns(degree: int) -> tuple[list[str], IntArray, FloatArray]:
+    """Names in aics-shparam's order, which of our rows each is (the one behind the last where m > l), and its factor.
+
+    There the mean square of a basis function is 1, and longitudes are counted from -x.
+    """
+    keys = [(part, ell, m) for part in "CS" for ell in range(degree + 1) for m in range(degree + 1)]
+    rows = [ell * ell + ell + (m if part == "C" else -m) if m <= ell and (part == "C" or m) else (degree + 1) ** 2
+            for part, ell, m in keys]
+    factors = np.array([(-1.0) ** m / math.sqrt(4 * math.pi) for _, _, m in keys])
+    return [f"shcoeffs_L{ell}M{m}{part}" for part, ell, m in keys], np.array(rows), factors

@@ -136,7 +136,7 @@ COMMANDS = (
     )),
     Command("harmonics", "transfer", (
         *shared.pair("SURFACE"),
-        *shared.target("coefficients: .coef as SPHARM-PDM writes them, or .npz"),
+        *shared.target("coefficients: .coef as SPHARM-PDM writes them, .csv with aics-shparam's names, or .npz"),
         argument("--degree", "L", "the largest degree (default: 15)", type=_DEGREE, default=15),
         shared.DATA,
         switch("--align", help="put the shape into the frame of its first-order ellipsoid"),
