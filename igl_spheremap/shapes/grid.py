@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from ..sphere.rows import unit_rows
 from .basis import gauss_rows, grid_points, longitudes
 from .transfer import check_map, transfer, weighted
 
-Kind = Literal["equirectangular", "gauss"]
+Kind = Literal["equirectangular", "equiangular", "gauss"]
 
 
 @own_errstate
@@ -24,6 +24,7 @@ def to_grid(
     kind: Kind = "equirectangular",
     rows: int = 180,
     labels: bool = False,
+    columns: int | None = None,
 ) -> NDArray[Any]:
     """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes.
 
@@ -33,18 +34,22 @@ def to_grid(
         The surface and its map.
     values : (n,) or (n, ...) array_like, optional
         Data at the vertices; by default the positions, which gives a geometry image.
-    kind : {"equirectangular", "gauss"}
+    kind : {"equirectangular", "equiangular", "gauss"}
         "equirectangular": cell centres of a picture whose upper edge is the north pole (+z) and whose left edge has
-        longitude -180 degrees, as `texture_atlas` lays it out. "gauss": rows at Gauss-Legendre latitudes from north to
-        south, columns from longitude 0, the usual grid of spherical harmonic transforms.
+        longitude -180 degrees, as `texture_atlas` lays it out. The others have rows from north to south and columns
+        from longitude 0, as spherical harmonic transforms take them. "equiangular": rows at equal steps from pole to
+        pole, both included (torch-harmonics: "equiangular"; s2fft: "mwss", of L + 1 rows and 2 L columns). "gauss":
+        Gauss-Legendre latitudes (torch-harmonics: "legendre-gauss"; s2fft: "gl", of L rows and 2 L - 1 columns).
     rows : int
-        Rows of the grid, 180 by default; it has twice as many columns.
+        Rows of the grid, 180 by default; at least 2 of "equiangular".
     labels : bool
         The values are labels: take the nearest corner's; linear by default.
+    columns : int, optional
+        Columns of the grid, twice the rows by default.
 
     Returns
     -------
-    (rows, 2 rows) or (rows, 2 rows, ...) array
+    (rows, columns) or (rows, columns, ...) array
         Values on the grid.
 
     Raises
@@ -65,9 +70,10 @@ def to_grid(
     >>> ism.to_grid(result, rows=32).shape
     (32, 64, 3)
     """
-    check_whole(rows, "rows", 1)
+    check_whole(rows, "rows", 2 if kind == "equiangular" else 1)
+    columns = check_whole(2 * int(rows) if columns is None else columns, "columns", 1)
     check_map(result)
-    theta, phi = _coordinates(kind, int(rows), 2 * int(rows))
+    theta, phi = _coordinates(kind, int(rows), columns)
     points = grid_points(np.cos(theta), phi).reshape(-1, 3)
     sampled = transfer(result, result.vertices if values is None else values, points, labels)
     return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
@@ -85,7 +91,7 @@ def from_grid(
         Values laid out as `to_grid` does; an even number of columns.
     target : SphereMap or (k, 3) array_like
         Where they are wanted.
-    kind : {"equirectangular", "gauss"}
+    kind : {"equirectangular", "equiangular", "gauss"}
         As for `to_grid`.
     labels : bool
         Take the nearest grid point's value; bilinear by default, across the poles and the seam.
@@ -122,9 +128,11 @@ def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatA
     """Colatitudes and longitudes of a grid."""
     if kind == "gauss":
         return np.arccos(gauss_rows(rows)[0]), longitudes(columns)
+    if kind == "equiangular":
+        return np.linspace(0, np.pi, rows), longitudes(columns)
     if kind == "equirectangular":
         return np.pi * (np.arange(rows) + 0.5) / rows, longitudes(columns) - np.pi + np.pi / columns
-    raise ValueError(f"unknown kind of grid {kind!r}: choose equirectangular or gauss")
+    raise ValueError(f"unknown kind of grid {kind!r}: choose from {', '.join(get_args(Kind))}")
 
 
 def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -133,7 +141,8 @@ def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray,
     theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles
     here = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2])
     i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
-    down = (here - theta[i]) / (theta[i + 1] - theta[i])
+    step = theta[i + 1] - theta[i]
+    down = (here - theta[i]) / np.where(step > 0, step, 1)  # 0 beyond a row at a pole
     turn = (np.arctan2(x[:, 1], x[:, 0]) - phi[0]) * columns / (2 * np.pi)
     j = np.floor(turn).astype(np.int64)
     east = turn - j

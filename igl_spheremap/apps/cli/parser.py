@@ -151,10 +151,12 @@ COMMANDS = (
         *shared.pair("SURFACE"),
         *shared.target("a picture (.png), or the numbers (.npz, array `grid`)"),
         shared.DATA,
-        choice("--kind", ("equirectangular", "gauss"), "cell centres of a picture (default), or Gauss-Legendre "
-               "latitudes", default="equirectangular"),
-        argument("--rows", "N", "latitudes; twice as many longitudes (default: 180)", type=POSITIVE_COUNT,
-                 default=180),
+        choice("--kind", ("equirectangular", "equiangular", "gauss"), "cell centres of a picture (default); equal "
+               "steps from pole to pole (torch-harmonics: equiangular; s2fft: mwss, of L + 1 rows and 2 L columns); or "
+               "Gauss-Legendre latitudes (legendre-gauss; gl, of L rows and 2 L - 1 columns)",
+               default="equirectangular"),
+        argument("--rows", "N", "latitudes (default: 180)", type=POSITIVE_COUNT, default=180),
+        argument("--columns", "N", "longitudes; default: twice the latitudes", type=POSITIVE_COUNT),
         *shared.OUTPUT,
     )),
     Command("register", "register", (

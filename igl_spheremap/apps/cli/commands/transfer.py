@@ -101,11 +101,14 @@ def run_grid(args: Namespace) -> None:
     """Sample a mapped surface, or data over it, on latitudes and longitudes.
 
     igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128
     igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
     """
     target: str = args.target
     if not target.lower().endswith((".png", ".npz")):
         raise UsageError(f"OUT is a .png or .npz file, not {target}")
+    if args.kind == "equiangular" and args.rows < 2:
+        raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
     if target.lower().endswith(".png"):
         import_optional("PIL.Image", "a picture", "io")
@@ -113,7 +116,7 @@ def run_grid(args: Namespace) -> None:
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
     args.progress.stage(f"sampling {source.name}")
-    grid = to_grid(pair.map(), values, args.kind, args.rows)
+    grid = to_grid(pair.map(), values, args.kind, args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
