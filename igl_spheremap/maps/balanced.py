@@ -13,7 +13,7 @@ from ..errors import FoldingsRemain, check_number, own_errstate
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status
 from ..result.sphere_map import SphereMap
-from ..sphere.gauge import turn_to_gauss_map
+from ..sphere.moebius import turn_to_gauss_map
 from ..verify.certificate import Certificate
 from .options import Method
 from .spherical_conformal_map import spherical_conformal_map

@@ -10,9 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..descent.algorithm_1 import CayleyBB
+from ..descent.algorithm_1 import CayleyBB, ProjectedDescent, step_metric
 from ..descent.energies import HarmonicEnergy
-from ..descent.gu_yau import ProjectedDescent, step_metric
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
 from ..descent.problem import Problem, harmonic_problem
@@ -23,8 +22,7 @@ from ..mesh.measure import vertex_normals
 from ..operators.laplacian import Operators, build_operators, laplacian, usable_laplacian
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
-from ..sphere.gauge import fix_gauge
-from ..sphere.moebius import center
+from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere

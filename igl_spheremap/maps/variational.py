@@ -19,8 +19,7 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Run
 from ..result.sphere_map import SphereMap
-from ..sphere.gauge import best_rotation
-from ..sphere.moebius import moebius
+from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from .methods import auto, check_start, in_gauge

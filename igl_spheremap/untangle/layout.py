@@ -25,8 +25,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
 from ..operators.flips import twins
-from ..sphere.gauge import best_rotation, orientation_target
-from ..sphere.moebius import conformal_barycentre
+from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
 from ..sphere.rows import INFINITE, tangent_axes, to_chart, unit_rows
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces

@@ -11,7 +11,7 @@ import numpy as np
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..sphere.gauge import fix_gauge
+from ..sphere.moebius import fix_gauge
 from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows, weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate

@@ -1,14 +1,14 @@
-"""Algorithm 1 as it runs: descent, the rule of the search, steps, and what is kept."""
+"""Algorithm 1 as it runs: descent, the rule of the search, steps, and what is kept; and so for Gu and Yau's descent."""
 
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from triangulations import icosphere
+from triangulations import icosphere, wild
 
 import igl_spheremap as ism
-from igl_spheremap.descent.algorithm_1 import CayleyBB
+from igl_spheremap.descent.algorithm_1 import CayleyBB, ProjectedDescent, step_metric
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import harmonic_problem
 from igl_spheremap.mesh.measure import vertex_normals
@@ -79,3 +79,50 @@ def test_a_start_without_foldings_is_kept_so():
         assert ism.certify(iterate.x, F).folding_free
 
     run(CayleyBB(may_fold=False), x=crumpled, listener=check, max_iterations=100)
+
+
+def safe(problem):
+    """The problem in the metric that its own Laplacian bounds."""
+    return replace(problem, metric=step_metric(problem.energy.L))
+
+
+def test_a_step_of_one_never_raises_the_energy_but_by_centring():
+    """Without the gauge's part, each step lowers the energy, from whatever map."""
+    metric = step_metric(PROBLEM.energy.L)
+    x = wild(X, noise=0.8)
+    energies = []
+    for _ in range(200):
+        energy, derivative = PROBLEM.energy.evaluate(x)
+        energies.append(energy)
+        x = unit_rows(x - metric.gradient(x, derivative))
+    assert (np.diff(energies) < 0).all()
+
+
+def test_iterates_stay_on_the_sphere_and_keep_their_mass_centre():
+    iterates = ProjectedDescent().iterates(safe(PROBLEM), wild(X, noise=0.8))
+    for _ in range(30):
+        x = next(iterates).x
+        assert np.allclose((x**2).sum(axis=1), 1, atol=1e-14)
+        assert np.linalg.norm(PROBLEM.A @ x) < 2e-4
+
+
+def test_a_harmonic_map_is_at_rest():
+    """The icosphere's identity is harmonic by symmetry: five solid angles of it do not move."""
+    x, f = icosphere(0)
+    problem = harmonic_problem(ism.check_mesh(x, f))
+    iterates = ProjectedDescent().iterates(safe(problem), unit_rows(x))
+    start = next(iterates)
+    assert start.residual < 1e-12
+    assert np.allclose(next(iterates).x, start.x, atol=1e-12)
+
+
+def test_it_needs_more_iterations_than_algorithm_1():
+    """The paper's Table 2, in kind."""
+    counts = [
+        minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
+        for iterates in (
+            ProjectedDescent().iterates(safe(PROBLEM), START),
+            CayleyBB().iterates(PROBLEM, START),
+        )
+    ]
+    assert counts[0] > 3 * counts[1]

@@ -8,8 +8,7 @@ import pytest
 from triangulations import icosphere, wild
 
 import igl_spheremap as ism
-from igl_spheremap.descent.algorithm_1 import CayleyBB
-from igl_spheremap.descent.gu_yau import step_metric
+from igl_spheremap.descent.algorithm_1 import CayleyBB, step_metric
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import PreconditionedCayley
 from igl_spheremap.descent.problem import Diagonal, SobolevH1, SobolevH2, harmonic_problem, remove_boosts

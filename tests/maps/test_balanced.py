@@ -7,7 +7,7 @@ import pytest
 from bodies import random_body
 
 import igl_spheremap as ism
-from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.moebius import best_rotation
 from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.certificate import orientation_signs
 

@@ -5,8 +5,7 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.sphere.gauge import best_rotation
-from igl_spheremap.sphere.moebius import center
+from igl_spheremap.sphere.moebius import best_rotation, center
 from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)

@@ -10,7 +10,7 @@ import pytest
 from triangulations import icosphere, random_rotation, unit
 
 import igl_spheremap as ism
-from igl_spheremap.sphere.gauge import best_rotation
+from igl_spheremap.sphere.moebius import best_rotation
 
 METHODS = ["auto", "lai2014"]
 V, F = ism.samples.make("dino", n_vertices=1500)

@@ -1,11 +1,11 @@
-"""Moebius maps keep cross-ratios, and centring undoes them."""
+"""Moebius maps keep cross-ratios, and centring undoes them; the gauge sees neither them nor the surface's motion."""
 
 import numpy as np
 import pytest
-from triangulations import random_points, unit
+from triangulations import icosphere, random_points, random_rotation, unit
 
-from igl_spheremap.sphere.gauge import best_rotation
-from igl_spheremap.sphere.moebius import center, conformal_barycentre, moebius
+from igl_spheremap import check_mesh
+from igl_spheremap.sphere.moebius import best_rotation, center, conformal_barycentre, fix_gauge, moebius
 
 
 def test_moebius_takes_its_centre_to_the_origin_and_keeps_cross_ratios():
@@ -50,3 +50,23 @@ def test_centring_gives_up_where_half_the_weight_is_at_one_point():
     x = random_points(50)
     weights = np.where(np.arange(50) == 0, 1.0, 1e-6)
     assert np.isfinite(center(x, weights)).all()
+
+
+def test_best_rotation_recovers_a_rotation_and_never_mirrors():
+    x = random_points()
+    turn = random_rotation(4)
+    assert np.allclose(best_rotation(x, x @ turn, np.ones(200)), turn)
+    assert np.isclose(np.linalg.det(best_rotation(x, x * [1, 1, -1], np.ones(200))), 1)
+    assert np.isclose(np.linalg.det(best_rotation(x, np.zeros_like(x), np.ones(200))), 1)
+
+
+def test_the_gauge_does_not_see_moebius_maps_and_turns_with_the_surface():
+    x, f = icosphere(3)
+    v = x * [1, 1.3, 2]
+    mesh = check_mesh(v, f)
+    turn = random_rotation(4)
+    expected = fix_gauge(mesh, x)
+    assert np.abs(mesh.A @ expected).max() < 1e-9
+    assert np.allclose(fix_gauge(mesh, moebius(x, [0.3, -0.5, 0.6]) @ turn), expected, atol=1e-9)
+    turned = check_mesh(v @ turn, f)
+    assert np.allclose(fix_gauge(turned, x), expected @ turn, atol=1e-9)

@@ -14,7 +14,7 @@ from igl_spheremap.mesh.measure import corner_angles
 from igl_spheremap.newton.loop import Levenberg, bordered_step, newton
 from igl_spheremap.newton.system import PAIRS, VertexSystem
 from igl_spheremap.operators.laplacian import build_operators
-from igl_spheremap.sphere.gauge import fix_gauge
+from igl_spheremap.sphere.moebius import fix_gauge
 from igl_spheremap.sphere.rows import tangent_axes
 from igl_spheremap.untangle.match_angles import AngleProblem, polish_map
 from igl_spheremap.verify.certificate import Certificate

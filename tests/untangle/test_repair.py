@@ -14,8 +14,7 @@ from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.result.run import Run, Status
 from igl_spheremap.result.sphere_map import SphereMap
-from igl_spheremap.sphere.gauge import fix_gauge
-from igl_spheremap.sphere.moebius import center
+from igl_spheremap.sphere.moebius import center, fix_gauge
 from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.repair import left_out, repair

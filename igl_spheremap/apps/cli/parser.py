@@ -244,7 +244,7 @@ COMMANDS = (
         argument("--weight", "W", "of squared distances to targets (default: 100)", type=FROM_ZERO, default=100.0),
         shared.MAY_FOLD,
     )),
-    Command("reproduce", "reproduce", (
+    Command("reproduce", "batch", (
         argument("names", "WHAT", f"{', '.join(ITEMS)}, or {ALL}", nargs="+", choices=(*ITEMS, ALL)),
         argument("--meshes", "DIR", "folder of real counterparts of the paper's surfaces; without it samples stand "
                  "in, and nilearn's cortex if installed", type=Path),

@@ -14,7 +14,7 @@ from ...draw.plot import fit, pose
 from ...mesh.arrays import FloatArray
 from ...mesh.measure import vertex_areas
 from ...shapes.transfer import interpolate
-from ...sphere.gauge import best_rotation
+from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
 from .app import App, panel, paragraph
 from .body import Body

@@ -1,4 +1,4 @@
-"""`batch` and `summarise`: maps of many files, and which of them stand out."""
+"""`batch`, `summarise` and `reproduce`: maps of many files and of the paper's surfaces, and which of them stand out."""
 
 import os
 from argparse import Namespace
@@ -13,6 +13,7 @@ from ....populations.job import Options
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.page import check_page, write_page
 from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
+from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
@@ -159,3 +160,24 @@ def _outliers(rows: Sequence[Row]) -> list[str]:
         name, label = labels[int(beyond[k].argmax())]
         lines.append(paragraph("", f"{rows[k].source}: {label} {getattr(rows[k], name):.4g}"))
     return lines
+
+
+def run_reproduce(args: Namespace) -> None:
+    """Compute the paper's tables and figures, beside its own numbers.
+
+    igl-spheremap reproduce table2
+    igl-spheremap reproduce all --meshes meshes --out reproduction
+    """
+    names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
+    report = (lambda line: None) if args.quiet else args.progress.write
+    written = reproduce(
+        names,
+        args.out,
+        meshes=args.meshes,
+        max_iterations=args.max_iterations,
+        report=report,
+        listen=args.progress.listener,
+    )
+    args.progress.close()
+    if not args.quiet:
+        print(*written, sep="\n")
