@@ -104,9 +104,13 @@ class BalancedEnergy:
         identity = np.broadcast_to(np.eye(d)[:, :, None], (d, d, len(x)))
         return float(self.by_face(x).sum()), self.derivatives(x, identity)[0].T
 
+    def images(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+        """Images of the given faces."""
+        return FaceImages.of(self.source, x, faces)
+
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
         """Energies of the given faces; infinite where one is folded."""
-        images = FaceImages.of(self.source, x, faces)
+        images = self.images(x, faces)
         free = images.s2 > 0
         s1, s2 = images.s1, np.where(free, images.s2, 1.0)
         with np.errstate(over="ignore", invalid="ignore"):  # a bad trial step
@@ -159,7 +163,7 @@ class BalancedEnergy:
         The first curvature is that of mode 0 with `mix` times mode 1 added to it.
         """
         area = self.area[chunk]
-        images = FaceImages.of(self.source, x, chunk)
+        images = self.images(x, chunk)
         s1, s2, w = images.s1, images.s2, self.weight
         q1, q2 = ((1 - w) * slope for slope in self.slopes(s1 / s2))
         p1, p2 = (w * slope for slope in self.slopes(s1 * s2 / self.aim[chunk]))
@@ -218,21 +222,40 @@ class FaceImages:
         first = np.sqrt(_dots(u, u))
         u /= np.where(first > 0, first, 1.0)
         v = np.stack((-u[1], u[0])) if len(p) == 2 else column_crosses(outward, u)
-        across, up = _dots(sides[:, 1], u), _dots(sides[:, 1], v)  # corner 1 lies at (first, 0), corner 2 here
+        across, up = _dots(sides[:, 1], u), _dots(sides[:, 1], v)
+        return cls._laid(hats, area, (first, across, up), heights / np.where(length > 0, length, 1.0), (u, v))
+
+    @classmethod
+    def spanned(cls, source: FlatFaces, p: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+        """Some faces as flat triangles with corners in a space of any dimension, (n, d), each seen in its own plane."""
+        q = np.ascontiguousarray(p.T).take(source.corners[:, faces], axis=1)
+        sides = q[:, 1:] - q[:, :1]
+        u, v = sides[:, 0], sides[:, 1]
+        first = np.sqrt(_dots(u, u))
+        u = u / np.where(first > 0, first, 1.0)
+        across = _dots(v, u)
+        v = v - across * u
+        up = np.sqrt(_dots(v, v))
+        v /= np.where(up > 0, up, 1.0)
+        return cls._laid(source.hats[:, :, faces], source.area[faces], (first, across, up),
+                         np.zeros((2, len(first))), (u, v))
+
+    @classmethod
+    def _laid(cls, hats: FloatArray, area: FloatArray, corners: tuple[FloatArray, FloatArray, FloatArray],
+              heights: FloatArray, plane: tuple[FloatArray, FloatArray]) -> FaceImages:
+        """Images whose corner 1 lies at (first, 0), and corner 2 at (across, up)."""
+        first, across, up = corners
         straight, turned = first * hats[:, 0] + across * hats[:, 1], up * hats[:, 1]
         alpha, beta = ((straight[0] + turned[1], turned[0] - straight[1]),
                        (straight[0] - turned[1], turned[0] + straight[1]))
         sizes = [np.sqrt(real * real + imag * imag) for real, imag in (alpha, beta)]
         s1 = (sizes[0] + sizes[1]) / 2
         s2 = first * up / (2 * area * np.where(s1 > 0, s1, 1.0))  # balance (1)
-        return cls(s1, s2, hats, heights / np.where(length > 0, length, 1.0), (u, v), (*alpha, sizes[0]),
-                   (*beta, sizes[1]))
+        return cls(s1, s2, hats, heights, plane, (*alpha, sizes[0]), (*beta, sizes[1]))
 
-    def modes(self, axes: FloatArray) -> FloatArray:
-        """Stretch 1, stretch 2, twist and shear (mode, axis, corner, face) as corners move along axes (k, d, 3, m).
-
-        A mode is the relative change of the map in the frame of its singular vectors.
-        """
+    def frame(self) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
+        """Directions of the two singular vectors in the image, (d, m) each, and corners' hats along those of the
+        source, (2, 3, m)."""
         (ar, ai, a), (br, bi, b) = self.alpha, self.beta
         sizes = np.where(b > 0, a * b, 1.0)
         real, imag = np.where(b > 0, (ar * br + ai * bi) / sizes, 1.0), (ai * br - ar * bi) / sizes
@@ -243,12 +266,19 @@ class FaceImages:
         cos, sin = cos / unit, sin / unit
         left_cos, left_sin = (cos * ar + sin * ai) / a, (cos * ai - sin * ar) / a
         u, v = self.plane
-        along = [np.einsum("acim,cm->aim", axes, direction)
-                 for direction in (left_cos * u + left_sin * v, left_cos * v - left_sin * u)]
         # The plane of projection turns with the corners, by their sum's share across it.
         turn = self.heights[0] * self.hats[:, 0] + self.heights[1] * self.hats[:, 1]
         hats = np.stack((-self.hats[:, 0] - self.hats[:, 1], self.hats[:, 0], self.hats[:, 1]), axis=1) - turn[:, None]
-        right = cos * hats[0] - sin * hats[1], cos * hats[1] + sin * hats[0]
+        right = np.stack((cos * hats[0] - sin * hats[1], cos * hats[1] + sin * hats[0]))
+        return (left_cos * u + left_sin * v, left_cos * v - left_sin * u), right
+
+    def modes(self, axes: FloatArray) -> FloatArray:
+        """Stretch 1, stretch 2, twist and shear (mode, axis, corner, face) as corners move along axes (k, d, 3, m).
+
+        A mode is the relative change of the map in the frame of its singular vectors.
+        """
+        left, right = self.frame()
+        along = [np.einsum("acim,cm->aim", axes, direction) for direction in left]
         mean = np.sqrt(2 * self.s1 * self.s2)
         modes = np.empty((4, *along[0].shape))
         np.multiply(along[0], right[0] / self.s1, out=modes[0])

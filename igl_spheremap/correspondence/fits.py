@@ -1,4 +1,4 @@
-"""Fits of one surface's features to another's: by a Moebius map, and by an elastic deformation of the sphere."""
+"""Fits of one surface's features to another's: by a Moebius map, and as a term of second-order steps."""
 
 from __future__ import annotations
 
@@ -8,11 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ..balance.energy import BalancedEnergy, FlatFaces
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
-from ..newton.faces import FaceProblem
-from ..newton.loop import LineSearch, newton
-from ..newton.system import VertexSystem
 from ..shapes.features import Picture
 from ..sphere.moebius import moebius
 from ..verify.signs import folded_faces
@@ -24,8 +20,6 @@ Report = Callable[[FloatArray, float], None]
 _RIDGE = 1e-3
 #: A fit by Moebius maps ends at a gain of this share, or after this number of steps: unlike surfaces gain little each.
 _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
-#: Elastic steps at each width at the most, and the share of the energy below which a gain ends them.
-_STEPS, _SMALLEST_GAIN = 20, 1e-3
 
 
 def fit_moebius(
@@ -69,10 +63,14 @@ def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
     return moebius(x, centre) @ Rotation.from_rotvec(t[:3]).as_matrix().T
 
 
-class FeatureMisfit:
-    """Half the weighted sum of squares of features - fixed(x), with the Hessian of Gauss and Newton."""
+class Misfit:
+    """Half the weighted sum of squares of features - fixed(x), with the Hessian of Gauss and Newton.
 
-    def __init__(self, weights: FloatArray, features: FloatArray, fixed: Picture) -> None:
+    Features are any values at the vertices; `fixed` gives the values (n, k) and gradients (n, k, 3) to compare with.
+    """
+
+    def __init__(self, weights: FloatArray, features: FloatArray,
+                 fixed: Callable[[FloatArray], tuple[FloatArray, FloatArray]]) -> None:
         self._weights, self._features, self._fixed = weights, features, fixed
         self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
@@ -94,28 +92,3 @@ class FeatureMisfit:
             values, gradients = self._fixed(x)
             self._last = x, self._features - values, gradients
         return self._last[1:]
-
-
-class ElasticFit:
-    """Deformations of a map of the sphere that are strained against the map x0, by angles and areas alike."""
-
-    def __init__(self, x0: FloatArray, f: IntArray) -> None:
-        self.energy = BalancedEnergy(FlatFaces.of(x0, f), weight=0.5, power=1, target=np.zeros(len(f)))
-        self._system = VertexSystem(f, len(x0))
-
-    def fit(
-        self, x: FloatArray, weights: FloatArray, features: FloatArray, fixed: Picture, stiffness: float, report: Report
-    ) -> None:
-        """Lower sum w |features - fixed(x)|^2 / 2 + stiffness * strain by projected Newton steps, through bijections.
-
-        The features (n, k) have unit variance, the weights sum 1.
-        """
-        misfit = FeatureMisfit(4 * np.pi * weights, features, fixed)  # as the areas of the energy
-        # x0 has no energy: let every face grow as if it were strained by a neper.
-        problem = FaceProblem(self.energy, (misfit,), scale=stiffness, slack=self.energy.area)
-        value = problem.value(x)
-        for k, trial in enumerate(newton(problem, LineSearch(self._system), x), 1):
-            report(trial.x, trial.value)
-            gain, value = value - trial.value, trial.value
-            if k == _STEPS or gain < _SMALLEST_GAIN * (value + gain):
-                break

@@ -2,74 +2,202 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import MapError, MeshError, check_number, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
-from ..mesh.arrays import FloatArray
-from ..result.run import Listener
+from ..maps.variational import check_landmarks, match_landmarks
+from ..mesh.arrays import FloatArray, IntArray, listed, plain_array
+from ..mesh.timings import timed
+from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..shapes.features import SurfacePair
 from ..shapes.locate import Location
+from ..shapes.rotation import RotationCandidate
+from ..sphere.rows import unit_rows
 from ..untangle.local_repair import repair_locally
-from ..verify.certificate import Certificate
+from ..verify.signs import folded_faces
+from .descent import SHARES, Descent
 from .fits import fit_moebius
-from .registration import reflected
-from .surface_map import SurfaceMap
+from .levels import Level
+from .registration import FIRST_WIDTH, reflected
+from .surface_map import SurfaceMap, checked_location
 
-_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
+#: From so many landmarks on the Moebius map at the start is theirs; its boost has this weight beside their mean squared
+#: miss.
+_ENOUGH, _STIFFNESS = 3, 1e-2
+#: So many of the landmarks that miss their goals are named in the error.
+_NAMED = 5
+
+Points = ArrayLike | Location
 
 
 @own_errstate
+@timed()
 def match(
     a: SphereMap | tuple[ArrayLike, ArrayLike],
     b: SphereMap | tuple[ArrayLike, ArrayLike],
-    landmarks: tuple[Any, Any] | None = None,
+    landmarks: tuple[Points, Points] | None = None,
     features: tuple[ArrayLike, ArrayLike] | None = None,
     *,
+    feature_weight: float = 0.1,
     position_weight: float = 0.0,
     soft: bool = False,
     reflect: bool = False,
     listener: Listener | None = None,
 ) -> SurfaceMap:
-    """Map one closed genus-0 surface onto another with low distortion, bijectively.
+    """Map one closed genus-0 surface onto another: bijectively, with low distortion, landmarks met.
+
+    The map goes through the sphere, and what is minimised is the strain of A's faces as they lie on B: angles and
+    areas alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
 
     Parameters
     ----------
     a, b : SphereMap or (v, f)
-        The surfaces with their maps, preferably area-preserving; arrays are mapped at balance 1.
+        The surfaces with their maps, best area-preserving ones; arrays are mapped at balance 1.
+    landmarks : (points of A, points of B), optional
+        Points that belong together, the same number of either: (k,) vertex indices, or for B a `Location`. They are
+        met bit for bit on the sphere; three and more of them decide how the surfaces face each other.
+    features : (A's values, B's values), optional
+        Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
+        surfaces and compared at unit variance. Without them curvature and depth choose starts, nothing else.
+    feature_weight : float
+        Of the features' squared differences beside the strain, both summed over an area of 4 pi.
+    position_weight : float
+        Of the squared distances between points of A and B after a similarity, likewise; 1 lowers them a little.
+    soft : bool
+        Draw landmarks together instead of meeting them, where they may contradict each other.
     reflect : bool
         Mirror A and its map (x to -x), and reverse its faces: for left and right sides of a body.
+    listener : callable, optional
+        Called with an `Iterate` after every step on A's own mesh; may raise StopIteration to stop with the current map.
 
     Returns
     -------
     SurfaceMap
         A's map in the frame of B's, certified, and what follows from it.
 
+    Raises
+    ------
+    MeshError
+        If a mesh, a landmark or a feature is invalid.
+    FoldingsRemain
+        If a given map is not certified folding-free.
+    MapError
+        If landmarks can't be met; the message names those that are furthest from their points.
+    ValueError
+        If a weight is negative.
+
     Examples
     --------
     >>> import igl_spheremap as ism
     >>> a, b = (ism.samples.make("pear", n_vertices=n) for n in (500, 700))
-    >>> onto = ism.match(a, b)
-    >>> onto.map.certificate.folding_free, onto.positions.shape == a[0].shape
+    >>> onto = ism.match(a, b, landmarks=([0, 100, 200], [0, 140, 280]))
+    >>> onto.map.certificate.folding_free, bool(onto.landmark_errors.max() < 1e-12)
     (True, True)
     """
+    history = History(listener)
+    for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
+        check_number(weight, name)
     a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(*each, 1.0) for each in (a, b))
+    a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
+    vertices, goals = _checked(landmarks, a, b)
     a = reflected(a) if reflect else a
-    pair = SurfacePair(a, b, features, [_WIDTH])
-    candidates = tuple(pair.rotations())
-    x = a.sphere @ candidates[0].rotation.T
-    if not Certificate.of(x, a.faces).folding_free:
-        x = repair_locally(a.mesh, x)
-    found = [x]
+    own, other = Level.of(a, vertices), Level.of(b, np.empty(0, dtype=np.int64))
+    directions = unit_rows(np.einsum("ij,ijk->ik", goals.weights, b.sphere[b.faces[goals.face]]))
+    pair = SurfacePair(a, b, features, [FIRST_WIDTH, *(SHARES.values() if features is not None else ())])
+    descent = Descent(own, other, directions, None if features is None else (pair, feature_weight), position_weight,
+                      soft)
+    candidates: tuple[RotationCandidate, ...] = ()
+    if len(vertices) >= _ENOUGH:
+        start = match_landmarks(a.sphere, check_landmarks(len(a.sphere), vertices, directions, 1.0), _STIFFNESS)
+    else:
+        candidates = tuple(pair.rotations())
+        starts = [_start(a, pair, candidate) for candidate in candidates]
+        best = descent.best(starts)
+        start = starts[best]
+        candidates = (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
+    found = [_unfolded(a, start)]
+
+    def report(y: FloatArray, energy: float) -> None:
+        found.append(y)
+        del found[0]
+        history(Iterate("match", 0, len(history.steps), y, energy))
+
+    with suppress(StopIteration):  # of a listener
+        found[0] = descent.run(found[0], report)
+    result = certified(a.mesh, found[0])
+    result = replace(result, run=history.complete(result.run, "match"))
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(found[0][vertices] - directions, axis=1) / 2))
+    if apart.any() and not soft:
+        worst = np.argsort(-apart)[:_NAMED]
+        worst = worst[apart[worst] > 0]
+        raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
+                       f"without a fold; furthest off, by {apart.max():.3g} degrees, is landmark {listed(worst)}: "
+                       "correct it, or give soft=True", result)
+    return SurfaceMap(result, b, vertices, goals, candidates)
+
+
+def _start(a: SphereMap, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:
+    """A's sphere after a rotation, and the Moebius map that its features ask for."""
+    found = [_unfolded(a, a.sphere @ candidate.rotation.T)]
 
     def keep(y: FloatArray, _: float) -> None:
         found[0] = y
 
-    fit_moebius(x, a.faces, pair.weights, pair.features[0], pair.picture(0), keep)
-    nothing = Location(np.empty(0, dtype=np.int64), np.empty((0, 3)))
-    return SurfaceMap(certified(a.mesh, found[0]), b, nothing.face, nothing, candidates)
+    fit_moebius(found[0], a.faces, pair.weights, pair.features[0], pair.picture(0), keep)
+    return found[0]
+
+
+def _unfolded(a: SphereMap, x: FloatArray) -> FloatArray:
+    """A map whose slivers rounding may have folded, repaired."""
+    return repair_locally(a.mesh, x) if folded_faces(x, a.faces).any() else x
+
+
+def _checked(landmarks: tuple[Points, Points] | None, a: SphereMap, b: SphereMap) -> tuple[IntArray, Location]:
+    """Landmarks as vertices of A and points of B; a MeshError that names the one that is wrong."""
+    if landmarks is None:
+        nothing = np.empty(0, dtype=np.int64)
+        return nothing, Location(nothing, np.empty((0, 3)))
+    if not isinstance(landmarks, Sequence) or len(landmarks) != 2:
+        raise MeshError("landmarks are no pair; give (points of A, points of B)")
+    first, second = landmarks
+    if isinstance(first, Location):
+        raise MeshError("landmarks of A are a Location; give vertex indices")
+    vertices = _vertices(first, len(a.sphere), "A")
+    goals = checked_location(second, b.faces, "B") if isinstance(second, Location) else _at_vertices(
+        b.faces, _vertices(second, len(b.sphere), "B"))
+    if len(vertices) != len(goals.face):
+        raise MeshError(f"{len(vertices)} landmarks of A have {len(goals.face)} points of B; give one for each")
+    on_b = np.einsum("ij,ijk->ik", goals.weights, b.sphere[b.faces[goals.face]])
+    for points, name in ((a.sphere[vertices], "A"), (on_b, "B")):
+        order = np.lexsort(points.T)
+        equal = np.flatnonzero((points[order[1:]] == points[order[:-1]]).all(axis=1))
+        if len(equal):
+            i, j = sorted(order[equal[0] : equal[0] + 2])
+            raise MeshError(f"landmarks {i} and {j} are one point of {name}; give each its own")
+    return vertices, goals
+
+
+def _vertices(values: ArrayLike, n: int, name: str) -> IntArray:
+    """Vertex indices, at least one."""
+    index = plain_array(values, f"landmarks of {name}")
+    if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
+        raise MeshError(f"landmarks of {name} are no list of vertex indices; give one whole number each, at least one")
+    bad = np.flatnonzero((index < 0) | (index >= n))
+    if len(bad):
+        raise MeshError(f"landmark {bad[0]} of {name} is vertex {index[bad[0]]}, but there are vertices 0 to {n - 1}")
+    return index.astype(np.int64)
+
+
+def _at_vertices(f: IntArray, vertices: IntArray) -> Location:
+    """Vertices as points of faces."""
+    corner = np.empty(int(f.max()) + 1, dtype=np.int64)
+    corner[f.ravel()] = np.arange(f.size)
+    return Location(corner[vertices] // 3, np.eye(3)[corner[vertices] % 3])

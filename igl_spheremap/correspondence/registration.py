@@ -22,12 +22,11 @@ from ..shapes.rotation import RotationCandidate
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from . import STAGES
-from .fits import ElasticFit, fit_moebius
+from .descent import SHARES, Descent
+from .fits import fit_moebius
+from .levels import Level
 
-_FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
-#: Radians that the features of each elastic level are smoothed by, and its least stiffness: wide features of unit
-#: variance have steep gradients that carry little information.
-_LEVELS = {0.5: 0.5, 0.3: 0.3, 0.2: 0.0, 0.12: 0.0, 0.07: 0.0, 0.04: 0.0}
+FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
 #: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
 _STIFFNESS, _GEOMETRY_STIFFNESS = 0.1, 0.3
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
@@ -157,7 +156,7 @@ def register(
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     moving = reflected(moving) if reflect else moving
-    pair = SurfacePair(moving, fixed, features, [_FIRST_WIDTH, *(_LEVELS if "elastic" in stages else ())])
+    pair = SurfacePair(moving, fixed, features, [FIRST_WIDTH, *(SHARES.values() if "elastic" in stages else ())])
     course = _Course(moving, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
@@ -174,10 +173,10 @@ def register(
         if "elastic" in stages:
             last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
             with course.stage("elastic", course.x):
-                elastic = ElasticFit(course.x, moving.faces)
-                for level, least in enumerate(_LEVELS.values(), 1):
-                    stiff = max(least, last)
-                    elastic.fit(course.x, pair.weights, pair.features[level], pair.picture(level), stiff, course)
+                nothing = np.empty(0, dtype=np.int64)
+                descent = Descent(Level.of(moving, nothing), Level.of(fixed, nothing), np.empty((0, 3)),
+                                  (pair, 1 / last))
+                descent.run(course.x, course)
     result = certified(moving.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
@@ -233,7 +232,4 @@ def _doubts(candidates: tuple[RotationCandidate, ...], stages: list[Registration
         if lost > _LOSS:
             notes.append(f"the stage {after.name} lowered the correlation by {lost:.3f}: parts of the surface are too "
                          "small on these maps; register area-preserving ones")
-        if after.name == "elastic" and after.strain == 0:
-            notes.append("the stage elastic took no step: faces are too small on these maps; "
-                         "register area-preserving ones")
     return tuple(notes)

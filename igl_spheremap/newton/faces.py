@@ -62,11 +62,14 @@ class FaceProblem:
     turns : bool
         Whether the rotation nearest to a step is left in it. An energy that rotations do not change gains nothing by
         it, but vertices move along straight lines, which strain what turns.
+    held : (n,) bool array, optional
+        Vertices that stay where they are, bit for bit.
     """
 
     def __init__(self, energy: FaceEnergy, terms: Sequence[VertexTerm] = (), *, scale: float = 1.0,
-                 slack: FloatArray | float = 0.0, turns: bool = True) -> None:
+                 slack: FloatArray | float = 0.0, turns: bool = True, held: BoolArray | None = None) -> None:
         self.energy, self._terms, self._scale, self._slack, self._turns = energy, terms, scale, slack, turns
+        self._held = held
         self._known: list[tuple[FloatArray, FloatArray]] = []  # the last two maps and their energies by face
 
     def axes(self, x: FloatArray) -> FloatArray:
@@ -88,8 +91,11 @@ class FaceProblem:
     def model(self, x: FloatArray) -> Model:
         """Value, gradient and Hessian at a map."""
         axes = self.axes(x)
-        gradient, blocks = self.energy.derivatives(x, axes)
         at_vertices = None
+        if self._held is not None:
+            axes[:, :, self._held] = 0  # no move along them changes anything
+            at_vertices = np.eye(2)[:, :, None] * self._held
+        gradient, blocks = self.energy.derivatives(x, axes)
         if self._scale != 1:
             gradient, blocks = self._scale * gradient, self._scale * blocks
         for term in self._terms:

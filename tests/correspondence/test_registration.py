@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.correspondence.registration import reflected
+from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.shapes.basis import synthesis
 from igl_spheremap.shapes.features import FeatureSurface, Picture
 from igl_spheremap.shapes.rotation import rotation_angle
@@ -102,12 +103,15 @@ def test_a_planted_warp_comes_back_through_bijections(ball):
     assert 0 < result.stages[-1].strain < result.stages[-1].strain_95
 
 
-def test_stiffer_maps_are_strained_less(ball):
+def test_stiffer_maps_agree_less_and_strain_the_surfaces_less(ball):
     fixed, values = ball
-    warped = moved(fixed, warp(fixed.sphere, 0.06))
-    strains = [ism.register(warped, fixed, (values, values), stages=["elastic"], stiffness=s).stages[-1].strain
-               for s in (0.1, 1.0, 1e6)]
-    assert strains[0] > strains[1] > 0.01 > 1e-3 > strains[2]
+    off = values + 0.5 * np.random.default_rng(1).normal(size=values.shape)
+    results = [ism.register(fixed, fixed, (off, values), stages=["elastic"], stiffness=s) for s in (0.1, 10.0, 1e6)]
+    agree = [result.stages[-1].correlation.mean() for result in results]
+    strain = [np.abs(np.log(face_areas(r.map.sphere, fixed.faces) / face_areas(fixed.sphere, fixed.faces))).mean()
+              for r in results]
+    assert agree[0] > agree[1] > agree[2]
+    assert strain[0] > strain[1] > 1e-3 > strain[2]
 
 
 def test_a_listener_may_stop(ball):
@@ -165,12 +169,9 @@ def test_unlike_shapes_are_certified_and_doubted():
     assert result.margin < 0.1 * result.candidates[0].correlation
 
 
-def test_limbs_of_conformal_maps_are_named(dino):
-    """Its arms are too small on the sphere for steps of the elastic stage."""
+def test_limbs_of_conformal_maps_keep_their_certificate(dino):
     other = ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=2500))
-    result = ism.register(other, dino)
-    assert result.map.certificate.folding_free
-    assert any("register area-preserving ones" in note for note in result.notes)
+    assert ism.register(other, dino).map.certificate.folding_free
 
 
 def test_pictures_are_the_function_and_its_gradient():

@@ -1,0 +1,136 @@
+"""Maps to the sphere of least strain from one surface to another: from coarse levels to fine ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray
+from ..newton.faces import FaceProblem, VertexTerm
+from ..newton.loop import LineSearch, newton
+from ..shapes.features import SurfacePair
+from ..shapes.transfer import weighted
+from .fits import Misfit
+from .flow import meet
+from .levels import Level
+from .strain import ComposedStrain, Lift, log_strain
+
+#: Points of the coarse levels. The first is fast enough for every start; from there to 10,000 and more vertices at once
+#: faces in limbs are strained too much to come back.
+_SIZES = (642, 2562)
+#: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
+SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
+#: Weights of the sphere's strain: on the way, and at the end.
+_GUARD, _LAST_GUARD = 0.05, 0.01
+#: Newton steps at each share and at the end, at most, and the share of the energy below which two gains end them.
+_STEPS, _LAST_STEPS, _GAIN = 5, 30, 2e-3
+
+#: Weight of a soft landmark's squared chord: it leaves distances of some .01.
+_SOFT = 10.0
+
+#: Takes each iterate on A's own mesh and its energy.
+Report = Callable[[FloatArray, float], None]
+
+
+class Descent:
+    """Maps of A to B's sphere, lowered in strain from A to B, and what is to agree beside it.
+
+    Parameters
+    ----------
+    a, b : Level
+        The surfaces on their own meshes.
+    goals : (k, 3) float64 array
+        Points of B's sphere that A's landmarks are to meet.
+    features : (SurfacePair, float), optional
+        Features, smoothed by the widths of `SHARES` and one before them, and their weight.
+    position_weight : float
+        Weight of the squared distances between the surfaces' points, after a similarity.
+    soft : bool
+        Whether landmarks are drawn to their goals instead of being held there.
+    """
+
+    def __init__(self, a: Level, b: Level, goals: FloatArray, features: tuple[SurfacePair, float] | None = None,
+                 position_weight: float = 0.0, soft: bool = False) -> None:
+        self._a, self._b, self._goals, self._soft = a, b, goals, soft
+        self._features, self._position_weight = features, position_weight
+
+    @cached_property
+    def _levels(self) -> list[tuple[Level, Level]]:
+        """Levels of A, each with one of B, its own mesh last."""
+        coarse = [(self._a.coarser(size), self._b.coarser(size)) for size in _SIZES]
+        return [*coarse, (self._a, self._b)]
+
+    def best(self, starts: Sequence[FloatArray]) -> int:
+        """The start that leads to the least strain from A to B on the coarsest level."""
+        a, b = self._levels[0]
+        ends = [log_strain(a, b, self.lowered(a, b, self._a.carried(x, a))) for x in starts]
+        return int(np.argmin(ends))
+
+    def run(self, start: FloatArray, report: Report) -> FloatArray:
+        """The map that a start on A's own mesh leads to."""
+        before, y = self._a, start
+        for a, b in self._levels:
+            y = self.lowered(a, b, before.carried(y, a), report if a is self._a else None)
+            before = a
+        return y
+
+    def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> FloatArray:
+        """A map of a level of less strain, landmarks held."""
+        held = None
+        if len(self._goals) and not self._soft:
+            y, _ = meet(a, y, self._goals)
+            held = np.zeros(len(y), dtype=bool)
+            held[a.landmarks] = True
+        for number, share in enumerate(SHARES, 1):
+            last = number == len(SHARES)
+            strain = ComposedStrain(a, b, share, _LAST_GUARD if last else _GUARD)
+            problem = FaceProblem(strain, self._terms(a, b, y, number), held=held)
+            value, small = problem.value(y), 0
+            for k, trial in enumerate(newton(problem, LineSearch(a.system), y), 1):
+                y, gain, value = trial.x, value - trial.value, trial.value
+                if report is not None:
+                    report(y, value)
+                small = small + 1 if gain < _GAIN * (value + gain) else 0
+                if small == 2 or k == (_LAST_STEPS if last else _STEPS):
+                    break
+        return y
+
+    def _terms(self, a: Level, b: Level, y: FloatArray, number: int) -> list[VertexTerm]:
+        """What is to agree beside low strain at one of the shares."""
+        terms: list[VertexTerm] = []
+        areas = 4 * np.pi * a.mesh.A
+        if self._features is not None:
+            pair, weight = self._features
+            values = pair.features[number]
+            if a.location is not None:
+                values = weighted(values, self._a.f[a.location.face], a.location.weights, labels=False)
+            terms.append(Misfit(weight * areas, values, pair.picture(number)))
+        if self._soft:
+            weights, rows = np.zeros(len(y)), np.zeros_like(y)
+            weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals
+            terms.append(Misfit(weights, rows, _position))
+        if self._position_weight:
+            on_b = Lift(b.locator, b.v).values(y)
+            scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
+            aligned = similar(on_b, a.v, a.mesh.A, b.v)
+            terms.append(Misfit(self._position_weight * areas * scale, a.v, Lift(b.locator, aligned)))
+        return terms
+
+
+def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points of the sphere themselves, and their gradients."""
+    return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
+
+
+def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
+    """Points after the similarity that brings rows p nearest to rows q, in the weighted mean of squares."""
+    weights = weights / weights.sum()
+    centre, goal = weights @ p, weights @ q
+    P, Q = p - centre, q - goal
+    U, s, Vt = np.linalg.svd((P * weights[:, None]).T @ Q)
+    s[2] *= np.sign(np.linalg.det(U @ Vt))
+    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))
+    scale = s.sum() / (weights @ (P * P).sum(axis=1))
+    return np.asarray(scale * (points - centre) @ (U @ Vt) + goal)

@@ -1,0 +1,130 @@
+"""The strain of a map from one surface to another, as an energy of maps to the other one's sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..balance.energy import BalancedEnergy, FaceImages, FlatFaces
+from ..mesh.arrays import FloatArray, IntArray
+from ..newton.system import PAIRS
+from ..shapes.locate import SphereLocator
+from ..shapes.transfer import weighted
+from ..sphere.rows import row_crosses, row_dots
+from .levels import Level
+
+#: Of angles and areas alike: MIPS and J + 1/J.
+_WEIGHT, _POWER = 0.5, 1
+
+
+class Lift:
+    """Values over a surface, linear in its faces, as functions on its sphere."""
+
+    def __init__(self, locator: SphereLocator, values: FloatArray) -> None:
+        self._locator, self._values = locator, values
+
+    def values(self, y: FloatArray) -> FloatArray:
+        """Values (n, d) at points of the sphere."""
+        face, weights = self._locator.locate(y)
+        return weighted(self._values, self._locator.f[face], weights, labels=False)
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
+        face, weights = self._locator.locate(y)
+        corners = self._locator.f[face]
+        values = weighted(self._values, corners, weights, labels=False)
+        # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
+        # from y keep digits in faces of any size.
+        a, b, c = (self._locator.x[corners[:, k]] - y for k in range(3))
+        normal = row_crosses(b - a, c - a)
+        total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
+        changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
+        changes /= total[:, None, None]
+        return values, np.einsum("nkd,nkj->ndj", self._values[corners] - values[:, None], changes)
+
+
+class SpaceStrain(BalancedEnergy):
+    """The balanced energy of triangles in a space of any dimension, `x` the positions (n, d) of their corners."""
+
+    def images(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+        """Images of the given faces, each in its plane."""
+        return FaceImages.spanned(self.source, x, faces)
+
+    def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:
+        """Gradient (k, n) as vertices move along axes (k, d, n), and the Hessian's blocks.
+
+        To those within the plane come moves across it, which stretch a face by their squares.
+        """
+        gradient, blocks = super().derivatives(x, axes, convex)
+        images = self.images(x)
+        (left, right), s = images.frame(), np.stack((images.s1, images.s2))
+        q, p = (self.weight * slope for slope in (self.slopes(s[0] / s[1])[0], self.slopes(s[0] * s[1])[0]))
+        tension = self.area * np.maximum(np.stack((p + q, p - q)), 0.0) / s**2
+        moves = axes.take(self.source.corners, axis=2)
+        for direction in left:
+            moves = moves - np.einsum("acim,cm->aim", moves, direction)[:, None] * direction[:, None]
+        for k, (i, j) in enumerate(PAIRS):
+            share = (tension * right[:, i] * right[:, j]).sum(axis=0)
+            blocks[k] += share * np.einsum("acm,bcm->abm", moves[:, :, i], moves[:, :, j])
+        return gradient, blocks
+
+
+class ComposedStrain:
+    """Strain of A's faces on B, and a share of the strain of A's sphere, which alone knows the faces' orientation.
+
+    Metrics of sphere and surface are blended on either side.
+
+    Parameters
+    ----------
+    a, b : Level
+        The surfaces.
+    share : float
+        Of the surfaces' metrics: at 0 rotations are minima, at 1 the spheres have no part.
+    guard : float
+        Weight of the sphere's own strain.
+    """
+
+    def __init__(self, a: Level, b: Level, share: float, guard: float) -> None:
+        self.f, self._guard = a.f, guard
+        zero = np.zeros(len(a.f))
+        self._strain = SpaceStrain(FlatFaces.of(_blended(a, share), a.f), _WEIGHT, _POWER, zero)
+        self._sphere = BalancedEnergy(FlatFaces.of(a.x, a.f), _WEIGHT, _POWER, zero)
+        self._lift = Lift(b.locator, _scaled(_blended(b, share), b.f))
+
+    @property
+    def area(self) -> FloatArray:
+        """Areas of A's faces, 4 pi together."""
+        return self._strain.area
+
+    def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
+        """Energies of the given faces; infinite where one is folded."""
+        used = np.unique(self.f[faces])
+        on_b = self._lift.values(y[used])
+        everywhere = np.zeros((len(y), on_b.shape[1]))
+        everywhere[used] = on_b
+        return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
+
+    def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
+        on_b, gradients = self._lift(y)
+        gradient, blocks = self._strain.derivatives(on_b, np.einsum("ndj,ajn->adn", gradients, axes))
+        own = self._sphere.derivatives(y, axes)
+        return gradient + self._guard * own[0], blocks + self._guard * own[1]
+
+
+def log_strain(a: Level, b: Level, y: FloatArray) -> float:
+    """Sum of squared logarithms of stretches from A to B: what single faces of high strain leave comparable."""
+    strain = SpaceStrain(FlatFaces.of(a.v, a.f), _WEIGHT, 0, np.zeros(len(a.f)))
+    return float(strain.by_face(Lift(b.locator, _scaled(b.v, b.f)).values(y)).sum())
+
+
+def _blended(level: Level, share: float) -> FloatArray:
+    """Positions whose squared lengths are the weighted mean of the sphere's and the surface's."""
+    v = _scaled(level.v, level.f)
+    return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.x, np.sqrt(share) * v), axis=1)
+
+
+def _scaled(p: FloatArray, f: IntArray) -> FloatArray:
+    """Positions of any dimension whose faces have the area 4 pi together."""
+    a, b = (p[f[:, k]] - p[f[:, 0]] for k in (1, 2))
+    doubled = np.sqrt(np.maximum(row_dots(a, a) * row_dots(b, b) - row_dots(a, b) ** 2, 0))
+    return np.asarray(p * np.sqrt(8 * np.pi / doubled.sum()))
