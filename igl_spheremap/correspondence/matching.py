@@ -46,7 +46,7 @@ def match(
     landmarks: tuple[Points, Points] | None = None,
     features: tuple[ArrayLike, ArrayLike] | None = None,
     *,
-    feature_weight: float = 0.1,
+    feature_weight: float = 0.4,
     position_weight: float = 0.0,
     soft: bool = False,
     reflect: bool = False,

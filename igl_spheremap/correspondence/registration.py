@@ -28,7 +28,7 @@ from .levels import Level
 
 FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
 #: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
-_STIFFNESS, _GEOMETRY_STIFFNESS = 0.1, 0.3
+_STIFFNESS, _GEOMETRY_STIFFNESS = 0.15, 2.5
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
 
