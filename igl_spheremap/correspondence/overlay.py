@@ -57,6 +57,9 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
     nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
+    Vertices that differ by rounding, as those of a map that was turned there and back, are merged, and so are edges
+    between them. Where edges are nearer to each other than some 1e-14 and yet apart, float64 can't tell the places of
+    their crossings: single faces may have an area of rounding, of either sign.
 
     Parameters
     ----------
@@ -90,8 +93,9 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     first = len(own) + int(alone.sum())
     cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
     half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
-    location_a = _joined(_at_vertices(A), _rows(of_b.location, alone), _at_crossings(A, half_a, B, half_b))
-    location_b = _joined(of_a.location, _rows(_at_vertices(B), alone), _at_crossings(B, half_b, A, half_a))
+    crossed = _crossings(A, half_a, B, half_b)
+    location_a = _joined(_at_vertices(A), _rows(of_b.location, alone), crossed[0])
+    location_b = _joined(of_a.location, _rows(_at_vertices(B), alone), crossed[1])
     x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, _rows(location_a, slice(first, None))))))
     on_a, on_b = interpolate(a.vertices, A.f, location_a), interpolate(b.vertices, B.f, location_b)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
@@ -123,15 +127,35 @@ def _at_vertices(T: Triangulation) -> Location:
     return Location(corner // 3, np.eye(3)[corner % 3])
 
 
-def _at_crossings(T: Triangulation, half: IntArray, other: Triangulation, across: IntArray) -> Location:
-    """Points of half-edges of T where they cross half-edges of another mesh."""
-    origin = other.x[other.start[across]]
-    normal = row_crosses(origin, other.x[other.end[across]] - origin)
-    start, end = (np.abs(row_dots(normal, T.x[vertex[half]] - origin)) for vertex in (T.start, T.end))
+def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray) -> tuple[Location, Location]:
+    """Points where half-edges of A cross half-edges of B, as points of both."""
+    a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
+    on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
+    along, across = b - a, d - c
+    sine = row_crosses(along, across)
+    flat = row_dots(sine, sine) < HALF_DIGITS**2 * row_dots(along, along) * row_dots(across, across)
+    # Where they are as good as parallel, their distances are rounding: any point that both have will do.
+    a, along, c, across = a[flat], along[flat], c[flat], across[flat]
+    ends = [row_dots(p - a, along) / row_dots(along, along) for p in (c, d[flat])]
+    low, high = np.clip(np.sort(ends, axis=0), 0, 1)
+    on_a[flat] = np.clip(on_a[flat], low, high)
+    point = a + on_a[flat, None] * along
+    on_b[flat] = np.clip(row_dots(point - c, across) / row_dots(across, across), 0, 1)
+    return _on_sides(half_a, on_a), _on_sides(half_b, on_b)
+
+
+def _crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
+    """The weight of `b` where edges a-b are crossed by edges c-d."""
+    normal = row_crosses(c, d - c)
+    start, end = (np.abs(row_dots(normal, p - c)) for p in (a, b))
     total = start + end
-    start = np.divide(start, total, out=np.full(len(half), 0.5), where=total > 0)
+    return np.divide(start, total, out=np.full(len(a), 0.5), where=total > 0)
+
+
+def _on_sides(half: IntArray, end: FloatArray) -> Location:
+    """Points of half-edges by the weights of their ends."""
     weights, rows = np.zeros((len(half), 3)), np.arange(len(half))
-    weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - start, start
+    weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - end, end
     return Location(half // 3, weights)
 
 
