@@ -1,12 +1,18 @@
 """Sphinx configuration: `sphinx-build -W -b html docs OUT`, without network."""
 
+import logging
 import shutil
 from pathlib import Path
+
+from sphinx_gallery.scrapers import figure_rst
 
 from igl_spheremap import __version__
 
 # Names that are gone shall leave no page behind.
 shutil.rmtree(Path(__file__).parent / "reference" / "generated", ignore_errors=True)
+
+# One of the packages of the theme prints whatever is logged, and examples log their stages.
+logging.getLogger("igl_spheremap").setLevel(logging.WARNING)
 
 project = "igl_spheremap"
 author = "the igl_spheremap authors"
@@ -20,9 +26,10 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "examples"]
 default_role = "py:obj"
 
 autosummary_generate = True
@@ -33,6 +40,32 @@ numpydoc_xref_param_type = False
 
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
+
+
+def figures(block, block_vars, gallery_conf):
+    """The picture of a block of an example: its `figure`, which is drawn without pyplot."""
+    figure = block_vars["example_globals"].pop("figure", None)
+    if figure is None:
+        return ""
+    path = next(block_vars["image_path_iterator"])
+    figure.savefig(path, dpi=150)
+    return figure_rst([path], gallery_conf["src_dir"])
+
+
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": "plot_",
+    "image_scrapers": (figures,),
+    "capture_repr": (),
+    "reset_modules": (),  # no example changes matplotlib's state
+    "within_subsection_order": "FileNameSortKey",
+    "write_computation_times": False,
+    "abort_on_example_error": True,
+}
+
+# The scraper is a function of this file, which each build reads anew; pages of the API list no examples.
+suppress_warnings = ["config.cache", "sphinx_gallery.config"]
 
 html_theme = "furo"
 html_title = f"igl_spheremap {release}"

@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import os
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -26,7 +27,7 @@ from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.formats import FORMATS
 
 DOCS = ROOT / "docs"
-BUILT = {DOCS / "_build", DOCS / "reference" / "generated"}
+BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated"}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",)}
@@ -212,6 +213,17 @@ def test_every_page_is_reachable():
     listed = re.findall(r"^(?:guide|reference)/\w+$|^\*$", index, re.MULTILINE)
     reached = {page for entry in listed for page in DOCS.glob(f"{entry}.md")}
     assert reached == {page for page in PAGES if DOCS in page.parents}
+
+
+EXAMPLES = sorted((DOCS / "examples").glob("plot_*.py"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_a_screen_long_and_draw_a_picture(example, tmp_path):
+    pytest.importorskip("matplotlib")
+    assert example.read_text("utf-8").count("\n") <= 50
+    figure = runpy.run_path(str(example))["figure"]
+    figure.savefig(tmp_path / "figure.png", dpi=50)
 
 
 def test_every_command_is_documented():

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .palette import LINES
+from .palette import LINES, SURFACE, sequential
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
+_PIXELS = 420  # along a side of a picture of a surface
+_AMBIENT = 0.5  # brightness where light grazes a surface
 _BINS = 81
 
 
@@ -140,6 +142,28 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> Flo
     """Brightness (m,) of the faces between `ambient`, where the light grazes, and 1."""
     normals = igl.per_face_normals(v @ view, f, np.zeros(3))
     return np.asarray(ambient + (1 - ambient) * np.abs(normals @ LIGHT))
+
+
+def draw_surfaces(*views: tuple[str, FloatArray, IntArray, FloatArray | None], up: str = "auto") -> Any:
+    """A figure of surfaces side by side, without OpenGL; all are seen as the first one stands.
+
+    A view is a caption, positions (n, 3), faces (m, 3), and values at vertices or faces, face colours (m, 3), or None.
+    """
+    figure, (axes,) = new_figure(1, len(views), "", (2.6, 2.9))
+    turn = pose(views[0][1], up)
+    for ax, (caption, x, f, values) in zip(axes, views, strict=True):
+        if values is None:
+            colours = np.tile(SURFACE, (len(f), 1))
+        elif values.ndim == 2:
+            colours = values
+        else:
+            at_faces = values[f].mean(axis=1) if len(values) == len(x) else values
+            low, high = np.percentile(at_faces, [1, 99])
+            colours = sequential("", low, high).colours(at_faces)
+        ax.imshow(raster(x @ turn.T, f, colours * shading(x, f, turn.T, _AMBIENT)[:, None], _PIXELS))
+        ax.axis("off")
+        ax.set_title(caption, fontsize=SMALL)
+    return figure
 
 
 def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArray[np.uint8]:

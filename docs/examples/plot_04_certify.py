@@ -1,0 +1,30 @@
+"""
+Certify a map of another program
+================================
+
+A certificate needs only the images of the vertices and the faces. It names what is wrong, and where. Here a vertex of
+a sound map is moved across its neighbours.
+"""
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.draw.palette import FOLDED, SURFACE
+from igl_spheremap.draw.plot import draw_surfaces, pose
+
+v, f = ism.samples.make("pear", n_vertices=600)
+x = ism.spherical_conformal_map(v, f).sphere.copy()
+assert ism.certify(x, f).folding_free
+
+moved = int(np.argmax(x @ pose(v)[2]))  # in the middle of the picture
+x[moved] += 0.3 * pose(v)[1]
+x[moved] /= np.linalg.norm(x[moved])
+found = ism.certify(x, f)
+print(found)
+assert not found.folding_free
+assert set(found.flipped) <= set(np.flatnonzero((f == moved).any(axis=1)))
+
+colours = np.tile(SURFACE, (len(f), 1))
+colours[found.flipped] = FOLDED
+figure = draw_surfaces(("the surface", v, f, colours), (f"{found.foldings} folded faces", x, f, colours))
+figure

@@ -1,0 +1,24 @@
+"""
+Angles or areas?
+================
+
+A conformal map shrinks limbs. A balance between 0 and 1 gives up angles for areas: at 1 each face has its share of the
+sphere. All of these maps are without foldings.
+"""
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.draw.plot import draw_surfaces
+
+v, f = ism.samples.make("octopus", n_vertices=3000, arm_length=1)
+views = [("the surface", v, f, v[:, 2])]
+for balance in (0, 0.5, 1):
+    result = ism.balanced_spherical_map(v, f, balance)
+    assert result.certificate.folding_free
+    angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.area_ratios()).mean())
+    caption = f"balance {balance}: angles off by {angle:.1f}°,\nareas by a factor of {area:.3g}"
+    views.append((caption, result.sphere, f, v[:, 2]))
+
+figure = draw_surfaces(*views)
+figure

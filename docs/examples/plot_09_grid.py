@@ -1,0 +1,24 @@
+"""
+A surface as an image
+=====================
+
+Positions, or any data, on a grid of latitudes and longitudes: an image that networks and transforms on the sphere take.
+"""
+
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.draw.plot import new_figure
+
+v, f = ism.samples.make("bunny", n_vertices=5000)
+result = ism.balanced_spherical_map(v, f, 0.75)  # room for the ears
+image = ism.to_grid(result, rows=128)
+back = ism.from_grid(image, result)
+size = np.ptp(v, axis=0).max()
+print(f"read back at the vertices, off by {np.linalg.norm(back - v, axis=1).mean() / size:.2%} of the body's length")
+
+figure, ((ax,),) = new_figure(1, 1, "", (6.5, 3.4))
+ax.imshow((image - v.min(axis=0)) / np.ptp(v, axis=0))
+ax.set(title="x, y, z as red, green, blue", xticks=[0, 255], xticklabels=["-180°", "180°"], yticks=[0, 127],
+       yticklabels=["north", "south"])
+figure
