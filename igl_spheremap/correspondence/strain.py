@@ -12,7 +12,7 @@ from ..shapes.transfer import weighted
 from ..sphere.rows import row_crosses, row_dots
 from .levels import Level
 
-#: Of angles and areas alike: MIPS and J + 1/J.
+#: Angles and areas count alike, by MIPS and J + 1/J.
 _WEIGHT, _POWER = 0.5, 1
 
 

@@ -292,7 +292,7 @@ class Stereographic(Method):
 
 
 @dataclass(frozen=True)
-class Descent(Method):
+class Variational(Method):
     """Options of Algorithm 1 on further problems."""
 
     may_fold: bool = False
@@ -301,7 +301,7 @@ class Descent(Method):
 
 
 @dataclass(frozen=True)
-class PHarmonic(Descent):
+class PHarmonic(Variational):
     """The options of `igl_spheremap.p_harmonic_map`."""
 
     name: ClassVar[str] = "p-harmonic"
@@ -310,7 +310,7 @@ class PHarmonic(Descent):
 
 
 @dataclass(frozen=True)
-class Landmarks(Descent):
+class Landmarks(Variational):
     """The options of `igl_spheremap.landmark_map`."""
 
     name: ClassVar[str] = "landmarks"

@@ -23,7 +23,7 @@ from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from .methods import auto, check_start, in_gauge
-from .options import Auto, Descent, Landmarks, PHarmonic
+from .options import Auto, Landmarks, PHarmonic, Variational
 
 
 @own_errstate
@@ -252,7 +252,7 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
     return unit_rows(y @ best_rotation(y[landmarks.vertices], landmarks.targets, w))
 
 
-def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Descent, tolerance: float,
+def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
             listener: Listener) -> SphereMap:
     """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
     began = time.perf_counter()

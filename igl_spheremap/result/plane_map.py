@@ -15,7 +15,7 @@ from ..verify.distortion import angle_differences, area_distortion, edge_distort
 from .findings import Finding, angles, areas, edges, verdict
 from .run import Run, Status
 
-#: Of views that agree as well, but for rounding, the first is taken.
+#: Views that agree as well differ by rounding: the first one within this share of the best is taken.
 _NEARLY = 1 - 1e-6
 
 
