@@ -25,6 +25,7 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
 from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.formats import FORMATS
+from igl_spheremap.io.scalars import write_scalars
 
 DOCS = ROOT / "docs"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated"}
@@ -97,8 +98,12 @@ def files(tmp_path_factory):
     write_mesh(folder / "folded.ply", x, f)
     if importlib.util.find_spec("nibabel") is not None:
         brain = ism.samples.make("brain", n_vertices=3500)
-        for name in ("lh.pial", "rh.white", "lh.pial.surf.gii"):
+        for name in ("lh.pial", "lh.white", "lh.pial.surf.gii"):
             write_mesh(folder / name, *brain)
+        write_mesh(folder / "rh.white", brain[0] * [-1, 1, 1], brain[1][:, ::-1])
+        for name, values in (("sulc", np.linalg.norm(brain[0], axis=1)), ("thickness", brain[0][:, 2])):
+            for side in ("lh", "rh"):
+                write_scalars(folder / f"{side}.{name}", {name: values})
         write_mesh(folder / "lh.sphere", ism.spherical_conformal_map(*brain).sphere, brain[1])
     return folder
 
