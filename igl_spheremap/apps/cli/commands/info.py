@@ -6,7 +6,8 @@ from dataclasses import asdict
 
 from .... import samples
 from ....errors import import_optional
-from ....mesh.check import MeshQuality, check_mesh, mesh_quality
+from ....mesh.check import check_mesh
+from ....mesh.quality import MeshQuality, mesh_quality
 from ....operators.laplacian import build_operators
 from ..inputs import load_source
 from ..output import Findings, check_outputs
