@@ -25,6 +25,11 @@ from .io.coefficients import read_coefficients as read_coefficients
 from .io.coefficients import write_coefficients as write_coefficients
 from .io.files import read_mesh as read_mesh
 from .io.files import write_mesh as write_mesh
+from .io.patch import Patch as Patch
+from .io.patch import read_patch as read_patch
+from .io.patch import write_patch as write_patch
+from .io.plane_map import read_plane_map as read_plane_map
+from .io.plane_map import write_plane_map as write_plane_map
 from .io.records import LoadedMesh as LoadedMesh
 from .io.surface_maps import read_surface_map as read_surface_map
 from .io.surface_maps import write_surface_map as write_surface_map

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from corpus import ROOT
+from disks import half
 from drawing import missing
 
 import igl_spheremap as ism
@@ -90,6 +91,7 @@ def files(tmp_path_factory):
     for name, shape in (("cat", "pear"), ("horse", "spheroid")):
         write_mesh(folder / f"{name}.ply", *ism.samples.make(shape, n_vertices=400))
         (folder / f"{name}.vts").write_text("0\n200\n")
+    write_mesh(folder / "face.ply", *half(v, f)[:2])
     (folder / "landmarks.txt").write_text("0 0.6 0 0.8\n")
     (folder / "bunny.vts").write_text("0 0 0 0\n")
     (folder / "scan.pinned").write_text("lk 7\n")

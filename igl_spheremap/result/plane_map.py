@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..draw.markup import table
+from ..draw.plane import plot_plane
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
@@ -102,6 +104,26 @@ class PlaneMap:
             Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
         """
         return edge_distortion(self.mesh.v, self.mesh.f, self.image)
+
+    def plot(self, title: str = "") -> Any:
+        """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.
+
+        Parameters
+        ----------
+        title : str
+            Above the figure.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Notebooks show it; save it by its ``savefig``.
+
+        Raises
+        ------
+        FileError
+            If matplotlib is not installed.
+        """
+        return plot_plane(self.plane, self.faces, self.rim, self.angle_differences(), self.area_ratios(), title)
 
     def _repr_html_(self) -> str:
         """The figures as notebooks show them."""

@@ -83,7 +83,8 @@ def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
 
 def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
     """The mesh and its map; the map may be optional, where the mesh's archive holds it."""
-    left_out = f"; may be left out where {name} is an .npz that holds the map" if optional else ""
+    left_out = (f"; or a map to the plane of a surface with a boundary; may be left out where {name} is an .npz that "
+                "holds the map, or an .obj with texture coordinates") if optional else ""
     help = "its map: the same faces, vertices on a sphere of any radius about the origin; - for stdin" + left_out
     return *source(name), argument("sphere", "SPHERE", help, nargs="?" if optional else None)
 
@@ -170,6 +171,17 @@ MAPPING = (
     switch("--timings", help="print the time of each stage"),
     *OUTPUT,
     switch("-v", "--verbose", help="log every iteration on stderr"),
+)
+#: What `disk` and `flatten` take.
+PLANE = (
+    argument("source", "IN", "a mesh file with one boundary loop, sample:NAME[:key=value,...], or - for stdin"),
+    FORMAT,
+    *REPAIR[:2],
+    argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds, such as lh.cortex.patch.3d"),
+    *target("the map: .obj (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
+            "mesh"),
+    argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
+    *OUTPUT,
 )
 #: Options of single methods, which name them.
 OPTIONS = (

@@ -106,7 +106,7 @@ def read_source(
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
     """
     stage(f"reading {name}")
-    mesh = _read(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
+    mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
     name = "stdin" if name == STREAM else name
     stage(f"checking {name}")
     try:
@@ -137,7 +137,7 @@ def read_pair(
 ) -> InputMap:
     """A mesh and a map of it from a file or stdin; a MeshError if its vertices or faces are not those of the mesh."""
     stage(f"reading {name}")
-    x, f = _read(name, kind, read_sphere)
+    x, f = read_any(name, kind, read_sphere)
     name = "stdin" if name == STREAM else name
     if len(x) != len(source.v):
         raise MeshError(
@@ -157,7 +157,7 @@ def _face_set(f: IntArray) -> IntArray:
     return f[np.lexsort(f.T)]
 
 
-def _read(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
+def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
     """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
     if name.startswith(_SAMPLE):
         try:

@@ -21,7 +21,7 @@ from .arguments import WRITTEN
 from .exits import UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
-_INPUTS = ("source", "other", "sphere", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
+_INPUTS = ("source", "other", "sphere", "patch", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
 LISTED = 20

@@ -79,6 +79,12 @@ COMMANDS = (
         shared.REFLECT,
         *shared.OUTPUT,
     )),
+    Command("disk", "plane", (*shared.PLANE, shared.BALANCE)),
+    Command("flatten", "plane", (
+        *shared.PLANE,
+        argument("--balance", "T", "between 0, conformal, and 1, area-preserving; default: 0.7, where lengths change "
+                 "least", type=shared.FROM_0_TO_1, default=0.7),
+    )),
     Command("info", "info", (*shared.source(), *shared.OUTPUT)),
     Command("samples", "info", shared.OUTPUT),
     Command("view", "view", (

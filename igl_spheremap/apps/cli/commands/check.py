@@ -5,6 +5,8 @@ from argparse import Namespace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
+from ....errors import MeshError
+from ....io.plane_map import is_patch
 from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import check_directions
@@ -12,23 +14,33 @@ from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import row_lengths, unit_rows
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
-from ..exits import Exit
+from ..exits import Exit, UsageError
 from ..inputs import load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
+from .plane import check_plane_map, find_patch, find_plane_map
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
 
 
 def run_check(args: Namespace) -> Exit:
-    """Certify a map to the sphere, from any program.
+    """Certify a map to the sphere, or of a surface with a boundary to the plane, from any program.
 
     igl-spheremap check lh.pial lh.sphere.conformal
     igl-spheremap check bunny.obj their_sphere.ply --json -
     igl-spheremap check bunny_map.npz
     igl-spheremap check lh.white their.sphere --directions
+    igl-spheremap check lh.white lh.cortex.patch.flat
+    igl-spheremap check face_flat.obj
     """
     check_outputs(args)
-    pair = load_pair(args, args.reflect)
+    if args.sphere is not None and is_patch(args.sphere):
+        return check_plane_map(args, *find_patch(args))
+    try:
+        pair = load_pair(args, args.reflect)
+    except (MeshError, UsageError):
+        if (plane := find_plane_map(args)) is None:
+            raise
+        return check_plane_map(args, *plane)
     mesh = check_mesh(pair.source.v, pair.source.f, pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x

@@ -1,0 +1,162 @@
+"""`disk` and `flatten`: maps of surfaces with one boundary loop to the plane, and their check."""
+
+from argparse import Namespace
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....draw.plot import FORMATS
+from ....errors import MeshError, import_optional
+from ....io.files import read_mesh
+from ....io.patch import read_patch
+from ....io.plane_map import is_patch, read_plane_map, write_plane_map
+from ....io.replacing import replacing
+from ....mesh.arrays import FloatArray, IntArray
+from ....mesh.disk import check_disk
+from ....mesh.surface import Surface
+from ....plane.disk_map import disk_conformal_map
+from ....plane.flat_map import flatten
+from ....result import findings
+from ....result.plane_map import PlaneMap, in_space, plane_findings, plane_rows
+from ....result.run import Status
+from ....verify.certificate import Certificate
+from ....verify.distortion import angle_differences, area_distortion, edge_distortion
+from ..exits import Exit, Interrupt, UsageError
+from ..inputs import STREAM, read_any
+from ..output import Findings, check_outputs
+
+
+@dataclass(frozen=True, eq=False)
+class InputDisk:
+    """A mesh as it was read, and the rows of the whole surface that its vertices are."""
+
+    name: str
+    v: FloatArray
+    f: IntArray
+    rows: IntArray
+    repairs: tuple[str, ...] = ()
+
+
+def run_disk(args: Namespace) -> Exit:
+    """Map a surface with one boundary loop to the unit disk and certify the map.
+
+    igl-spheremap disk face.ply face_disk.obj
+    igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png
+    """
+    return _map_by(args, disk_conformal_map)
+
+
+def run_flatten(args: Namespace) -> Exit:
+    """Lay a surface with one boundary loop out in the plane, without folds and overlaps.
+
+    igl-spheremap flatten face.ply face_flat.obj
+    igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d
+    """
+    return _map_by(args, flatten)
+
+
+def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
+    """Map, write, certify what was written, and report."""
+    check_outputs(args, surface=not is_patch(args.target))
+    if args.plot is not None:
+        if Path(args.plot).suffix.lower() not in FORMATS:
+            raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
+        import_optional("matplotlib", "--plot", "plot")
+    source = _load(args)
+    args.progress.stage(f"mapping {source.name}")
+    with Interrupt() as interrupt:
+        show = args.progress.listener(source.f)
+
+        def listen(iterate: Any) -> None:
+            interrupt(iterate)
+            if iterate.x.shape[1] == 3:
+                show(iterate)
+
+        try:
+            result = solve(source.v, source.f, args.balance, listener=listen)
+        except MeshError as error:
+            raise MeshError(f"{source.name}: {error}") from None
+    args.progress.stage(f"writing {args.target}")
+    written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
+    if args.plot is not None:
+        with replacing(args.plot, force=True) as partial:
+            result.plot(source.name).savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
+    found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
+                     faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
+    labels = {"mesh", "method", "note"}
+    for label, text in plane_rows(result):
+        if label in labels:
+            found.add(label, text)
+    found.extend(plane_findings(result))
+    as_written = "certified as written" if written.folding_free else f"but as written it is {written}"
+    found.add("written", f"{args.target}, {as_written}")
+    found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
+    found.report(args)
+    if interrupt.asked and result.status is Status.STOPPED:
+        return interrupt.status
+    return Exit.OK if result.certificate.folding_free and written.folding_free else Exit.UNCERTIFIED
+
+
+def _load(args: Namespace) -> InputDisk:
+    """The mesh that the command line names, or the part of it that a patch holds, repaired if that is asked for."""
+    args.progress.stage(f"reading {args.source}")
+    mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
+    v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
+    actions: tuple[str, ...] = ()
+    if args.patch is not None:
+        patch = read_patch(args.patch)
+        rows = patch.rows
+        v, f = patch.part(v, f)
+    if args.repair or args.patch is not None:  # the faces of a patch may touch at vertices, or leave some apart
+        work = Surface(v, f)
+        work.clean(args.keep_largest)
+        v, f, rows, actions = work.v, work.f, rows[work.vertex_source], tuple(work.actions)
+        if actions:
+            args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(actions)}")
+    return InputDisk(args.source, v, f, rows, actions)
+
+
+def find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
+    """The part of the surface that a patch holds, and where the patch has it."""
+    mesh, patch = read_any(args.source, args.format, read_mesh), read_patch(args.sphere)
+    v, f = patch.part(mesh.v, mesh.f)
+    return InputDisk(args.sphere, v, f, patch.rows), patch.positions[:, :2]
+
+
+def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
+    """A surface and its map to the plane, if that is what the command line of `check` names; None if it is not."""
+    name = args.sphere or args.source
+    if STREAM in (args.source, args.sphere) or args.repair:
+        return None
+    mesh = read_any(args.source, args.format, read_mesh)
+    try:
+        p = read_plane_map(name)
+    except MeshError:
+        return None
+    if len(p) != len(mesh.v):
+        raise MeshError(f"{name} has {len(p)} vertices but {args.source} has {len(mesh.v)}; give a map of this mesh")
+    return InputDisk(args.source, mesh.v, mesh.f, np.arange(len(p))), p
+
+
+def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
+    """Certify a map of a disk to the plane, and report what it does."""
+    name = args.sphere or args.source
+    args.progress.stage(f"certifying {name}")
+    disk = check_disk(source.v, source.f)
+    certificate = Certificate.of_plane(p, disk.f, disk.rim)
+    found = Findings(source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim))
+    found.add("source", f"{args.source}: {len(disk.v)} vertices, {len(disk.f)} faces, {len(disk.rim)} on the rim")
+    found.add("plane", name)
+    if not len(certificate.not_finite):
+        image = in_space(p)
+        found.extend([
+            findings.angles(angle_differences(disk.v, disk.f, image)),
+            findings.areas(area_distortion(disk.v, disk.f, image)),
+            findings.edges(edge_distortion(disk.v, disk.f, image)),
+        ])
+    found.extend([findings.verdict(certificate)])
+    found.report(args)
+    return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED

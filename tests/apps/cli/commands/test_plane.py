@@ -1,0 +1,81 @@
+"""`disk`, `flatten` and `check` of their maps."""
+
+import json
+
+import numpy as np
+import pytest
+from disks import half
+from shell import one_line
+from triangulations import icosphere
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
+
+V, F = icosphere(3)
+W, G, ROWS = half(V, F)
+
+
+@pytest.fixture
+def face(tmp_path):
+    ism.write_mesh(tmp_path / "face.ply", W, G)
+    return str(tmp_path / "face.ply")
+
+
+@pytest.mark.parametrize("command", ["disk", "flatten"])
+@pytest.mark.parametrize("name", ["a.obj", "a.npz", "a.ply"])
+def test_a_map_is_written_and_checked(face, tmp_path, command, name, capsys):
+    out, figures = str(tmp_path / name), tmp_path / "figures.json"
+    assert main([command, face, out, "--json", str(figures)]) == Exit.OK
+    assert "boundary crosses itself nowhere" in " ".join(capsys.readouterr().out.split())
+    numbers = json.loads(figures.read_text())
+    assert numbers["certificate"]["folding_free"]
+    assert numbers["rim"] == len(ism.check_disk(W, G).rim)
+    own = [out] if name.endswith((".obj", ".npz")) else [face, out]
+    assert main(["check", *own, "-q"]) == Exit.OK
+
+
+def test_patches_go_in_and_out(tmp_path):
+    whole, cut, flat = (str(tmp_path / name) for name in ("lh.ply", "lh.half.patch.3d", "lh.half.patch.flat"))
+    ism.write_mesh(whole, V, F)
+    ism.write_patch(cut, ism.Patch(ROWS, W, np.zeros(len(W), dtype=bool)))
+    assert main(["flatten", whole, flat, "--patch", cut, "-q"]) == Exit.OK
+    assert main(["check", whole, flat, "-q"]) == Exit.OK
+    patch = ism.read_patch(flat)
+    assert (patch.rows == ROWS).all()
+    folded = patch.positions.copy()
+    folded[0] += 10
+    ism.write_patch(flat, ism.Patch(patch.rows, folded, patch.border), force=True)
+    assert main(["check", whole, flat, "-q"]) == Exit.UNCERTIFIED
+
+
+def test_what_is_welded_is_reported(tmp_path, capsys):
+    soup = str(tmp_path / "soup.stl")
+    ism.write_mesh(soup, W, G)
+    assert main(["flatten", soup, str(tmp_path / "a.obj"), "-q"]) == Exit.OK
+    ism.write_mesh(tmp_path / "loose.ply", np.vstack((W, [[9, 9, 9]])), G)
+    assert main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q"]) == Exit.NO_MESH
+    capsys.readouterr()
+    assert main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q", "--repair"]) == Exit.OK
+    assert "unreferenced" in capsys.readouterr().err
+
+
+def test_a_closed_mesh_is_refused_in_one_line(tmp_path, capsys):
+    assert main(["disk", "sample:spheroid:n_vertices=500", str(tmp_path / "a.obj")]) == Exit.NO_MESH
+    assert "closed surface" in one_line(capsys)
+
+
+def test_other_maps_of_a_face_fail(face, tmp_path):
+    ism.write_mesh(tmp_path / "folded.ply", W * [1, 1, 0], G[:, ::-1])
+    assert main(["check", face, str(tmp_path / "folded.ply"), "-q"]) == Exit.OK  # seen from above it is one
+    ism.write_mesh(tmp_path / "mirrored.ply", W * [-1, 1, 0], G)
+    assert main(["check", face, str(tmp_path / "mirrored.ply"), "-q"]) == Exit.UNCERTIFIED
+    assert main(["check", face, face, "-q"]) == Exit.NO_MESH
+
+
+def test_a_plot_is_drawn(face, tmp_path):
+    pytest.importorskip("matplotlib")
+    plot = tmp_path / "a.png"
+    assert main(["flatten", face, str(tmp_path / "a.obj"), "--plot", str(plot), "-q"]) == Exit.OK
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert main(["flatten", face, str(tmp_path / "b.obj"), "--plot", "a.txt", "-q"]) == Exit.USAGE
