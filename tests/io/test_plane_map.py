@@ -48,7 +48,7 @@ HEAD = "v 0 0 0\nv 1 0 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.5 0.5\n"
     ("f 1/1 2/2 3/4", None),
     ("f 1/1 2/2 3/3\nf 1/4 2/2 3/3", "seams"),
     ("f 1 2 3", "without texture"),
-    ("f 1/1 2/2 3/9", ""),
+    ("f 1/1 2/2 3/9", "a.obj"),
     ("f -3/1 -2/2 -1/3", "negative"),
 ])
 def test_texture_coordinates_of_others(tmp_path, face, words):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ....draw.plot import FORMATS
-from ....errors import MeshError, import_optional
+from ....errors import FileError, MeshError, import_optional
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_plane_map, write_plane_map
@@ -134,7 +134,7 @@ def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
     mesh = read_any(args.source, args.format, read_mesh)
     try:
         p = read_plane_map(name)
-    except MeshError:
+    except (MeshError, FileError):  # what is wrong with it was found before
         return None
     if len(p) != len(mesh.v):
         raise MeshError(f"{name} has {len(p)} vertices but {args.source} has {len(mesh.v)}; give a map of this mesh")
