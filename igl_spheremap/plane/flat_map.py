@@ -116,9 +116,10 @@ def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tu
 
 
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
-    """A layout about the origin, upright, with the area of the surface in its own units."""
+    """A layout about the origin, upright, with the area of the surface in its own units, if it has any."""
     q = p[disk.rim]
-    area = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
+    image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
+    source = surface_area(disk.v, disk.f)
     size = np.ptp(disk.vertices, axis=0).max() / np.ptp(disk.v, axis=0).max()
     p = upright(p - disk.A @ p, disk)
-    return np.asarray(p * (size * np.sqrt(surface_area(disk.v, disk.f) / area)))
+    return np.asarray(p * (size * np.sqrt(source / image if source > 0 else 1.0)))

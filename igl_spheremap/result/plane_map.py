@@ -72,6 +72,11 @@ class PlaneMap:
         """Images as points of space, (n, 3): x, y, and 0."""
         return in_space(self.plane)
 
+    @property
+    def _scaled(self) -> FloatArray:
+        """The image with coordinates up to 1: squares of what is measured stay within float64."""
+        return self.image / np.abs(self.plane).max()
+
     @own_errstate
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
@@ -81,7 +86,7 @@ class PlaneMap:
         (m, 3) float64 array
             Column k belongs to corner ``faces[:, k]``; zero for a conformal map.
         """
-        return angle_differences(self.mesh.v, self.mesh.f, self.image)
+        return angle_differences(self.mesh.v, self.mesh.f, self._scaled)
 
     @own_errstate
     def area_ratios(self) -> FloatArray:
@@ -92,7 +97,7 @@ class PlaneMap:
         (m,) float64 array
             Zero for an area-preserving map.
         """
-        return area_distortion(self.mesh.v, self.mesh.f, self.image)
+        return area_distortion(self.mesh.v, self.mesh.f, self._scaled)
 
     @own_errstate
     def edge_ratios(self) -> FloatArray:
@@ -103,7 +108,7 @@ class PlaneMap:
         (m, 3) float64 array
             Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
         """
-        return edge_distortion(self.mesh.v, self.mesh.f, self.image)
+        return edge_distortion(self.mesh.v, self.mesh.f, self._scaled)
 
     def plot(self, title: str = "") -> Any:
         """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.

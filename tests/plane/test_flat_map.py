@@ -44,6 +44,16 @@ def test_units_area_and_direction_are_the_surface_s():
     assert surface_area(image, g) == pytest.approx(surface_area(w, g))
 
 
+@pytest.mark.parametrize("scales", [(1e300, 1e300), (1e-310, 1e-310), (1, 1e-160), (1, 0)])
+def test_extreme_scales_and_surfaces_without_area(scales):
+    p, f = grid(6, 11)
+    flat = ism.flatten(np.column_stack((p * scales, 0 * p[:, 0])), f)
+    assert flat.certificate.folding_free
+    assert np.isfinite(flat.plane).all()
+    if scales[0] == scales[1]:
+        assert np.abs(flat.edge_ratios()).max() < 1e-6
+
+
 def test_turning_the_surface_turns_nothing_but_the_image():
     v, f, _ = cap(8, 1.8)
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
