@@ -151,7 +151,7 @@ def _start(a: SphereMap, pair: SurfacePair, candidate: RotationCandidate) -> Flo
     def keep(y: FloatArray, _: float) -> None:
         found[0] = y
 
-    fit_moebius(found[0], a.faces, pair.weights, pair.features[0], pair.picture(0), keep)
+    fit_moebius(found[0], a.faces, pair.weights, pair.features[0], pair.fixed_features(0), keep)
     return found[0]
 
 

@@ -169,7 +169,7 @@ def register(
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
-                fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.picture(0), course)
+                fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.fixed_features(0), course)
         if "elastic" in stages:
             last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
             with course.stage("elastic", course.x):

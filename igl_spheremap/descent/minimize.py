@@ -1,4 +1,4 @@
-"""The only iteration loop: it takes iterates from a solver, notifies a listener, and decides when to end."""
+"""The loop around every first-order solver: it draws iterates, notifies a listener, and decides when to end."""
 
 from __future__ import annotations
 

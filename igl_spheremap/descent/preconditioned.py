@@ -27,7 +27,7 @@ from .problem import Problem, SobolevH1
 TOLERANCE = 1e-3
 #: Steps at the most; on most meshes one or two reach the tolerance.
 MAX_ITERATIONS = 30
-#: Rise of the energy, as a share of it, that is rounding.
+#: A rise of the energy by this share of it is rounding.
 _ROUNDING = 1e-13
 #: Halvings of a step at the most. Shorter ones are of bodies with limbs beyond float64, whose maps fold anyway: they
 #: gained less than 1e-4 of the energy, and went on doing so until rounding stopped them.
@@ -40,25 +40,26 @@ _FAR_LESS = 0.5
 
 @dataclass(frozen=True)
 class PreconditionedCayley:
-    """Newton steps of a sphere's own harmonic map, by which that of any surface converges fast, too.
+    """Cayley steps along P^-1 H: near a conformal map, of whatever surface, they are almost Newton's.
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
     which the gauge fixes. With P = L + tiny M, factorised, P^-1 times it is 1 + 2 / (l (l + 1)) on gradients and
     1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l + 1,
-    and of degree l. So steps along P^-1 H (eq. (11) with that for H) are Newton's for fine fields, and leave a third of
-    those of degree 2, whose ten are taken by their own Hessian instead: then a sixth is left of degree 3, and less of
-    all others. The search of Algorithm 1 shortens a step only where bad triangles make the energy rise.
+    and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves a
+    third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
+    leaves a sixth of degree 3, and less of all others. The search of Algorithm 1 shortens a step only where bad
+    triangles make the energy rise.
     """
 
     def iterates(
         self, problem: Problem, x: FloatArray, evaluated: tuple[float, FloatArray] | None = None
     ) -> Iterator[Iterate]:
-        """Yield the start and every iterate after it.
+        """Yield the start and every iterate after it; end where no step lowers the energy.
 
-        `evaluated` are the energy and its derivatives at a start that is centred, where they are known.
-        Their residual is the energy that is estimated to be left above the minimum, in units of the gap between
-        energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
+        An iterate's residual is an estimate of what is left of the energy above its minimum, in units of the gap
+        between energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
+        `evaluated` are the energy and its derivatives at a start that is centred already, where they are known.
         """
         if evaluated is None:
             x = problem.centred(x, OFF_CENTRE)

@@ -63,7 +63,7 @@ def sequential(label: str, low: float, high: float) -> Ramp:
 
 
 def sizes(label: str, high: float) -> Ramp:
-    """Light yellow over green to dark blue, from 0: for sizes of what is best if it is 0."""
+    """Light yellow over green to dark blue, from 0: for sizes of errors."""
     return Ramp(label, 0.0, high, _stops(_LIGHT_BLUE))
 
 

@@ -74,7 +74,7 @@ def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, 
 #: Where the light comes from, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 _MARGIN = 1.06  # half the side of a picture, in half the body's longer side
-#: Angles from which a pose sees the broad side of a surface: from aside, and from above.
+#: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
 #: Share of the height that is the lowest part of a surface, on which it may stand.
 _LOWEST = 0.04

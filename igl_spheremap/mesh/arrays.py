@@ -16,7 +16,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
-#: Half of float64's digits, 1.5e-8: what is smaller is rounding once it was squared, or divided by a difference.
+#: Root of float64's epsilon, 1.5e-8: half of the digits. The square of a relative error below it is rounding.
 HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
 
 
@@ -107,7 +107,7 @@ def listed(items: NDArray[Any], most: int = 5) -> str:
 
 
 def listed_words(items: Sequence[object], most: int = 5) -> str:
-    """The first items in words.
+    """The first items as a phrase.
 
     >>> listed_words([40, 12, 7]), listed_words([7]), listed_words(range(9))
     ('40, 12 and 7', '7', '0, 1, 2, 3, 4 and 4 more')

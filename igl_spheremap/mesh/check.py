@@ -40,9 +40,10 @@ class Mesh:
         The pattern of sparse matrices on the mesh.
     A : (n,) float64 array
         Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean; all equal where the surface has
-        no area. What the gauge balances: caps have no share, and weights given to `SphereMapper.map` take their place.
+        no area. They are what the Moebius gauge balances, unless `SphereMapper.map` is given other weights. Caps have
+        no share in them.
     areas : (n,) float64 array
-        The same with the areas of caps: the L2 metric.
+        The same with the areas of caps included: the weights of the L2 metric.
     caps : (m,) bool array or None
         Faces that only close holes and cuts; None if there are none.
     """
@@ -105,7 +106,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mes
 
 
 def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
-    """`check_mesh`, whose errors name the options of a repair that were asked for, too."""
+    """`check_mesh` of what a repair has made: the call that an error names keeps the options `asked` of that repair."""
     vertices, faces = check_positions(v), check_triangles(f)
     edges = _check_sphere(faces, len(vertices), vertices, asked)
     return _mesh(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
@@ -131,7 +132,7 @@ class MapLike(Protocol):
 
 
 def rows_and_faces(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None) -> tuple[ArrayLike, ArrayLike | Mesh]:
-    """Images and faces, for which one map can stand; a TypeError where faces are missing."""
+    """Images and faces, where a map may be given for both; a TypeError where faces are missing."""
     if isinstance(x, MapLike):
         return x.sphere, x.mesh if f is None else f
     if f is None:
@@ -197,7 +198,7 @@ def _check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
 
 
 def check_indices(f: IntArray, n: int) -> None:
-    """MeshError unless faces are of n vertices."""
+    """MeshError unless all indices are below n and none is negative."""
     low, high = int(f.min()), int(f.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
@@ -225,7 +226,7 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
     twin = twin[: 3 * m]
-    ones = np.broadcast_to(1.0, 3 * m)  # no memory, and scipy's graphs take no other type as it is
+    ones = np.broadcast_to(1.0, 3 * m)  # takes no memory; of another type scipy's graphs make a copy
     neighbours = csr_matrix((ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         refusal.components(connected_components(neighbours, directed=False)[1])

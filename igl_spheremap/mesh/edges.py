@@ -66,7 +66,7 @@ def half_edges(f: IntArray, n: int) -> HalfEdges | None:
 
 
 def _numbered(faces: Indices, n: int) -> csr_matrix:
-    """Matrix of the numbers of half-edges, from 1, then of vertices on the diagonal; those of one entry are added."""
+    """Matrix of the numbers of half-edges, from 1, then of vertices on the diagonal; numbers at one entry are added."""
     loops = np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))

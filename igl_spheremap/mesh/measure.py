@@ -13,14 +13,14 @@ from .arrays import HALF_DIGITS, FloatArray, IntArray
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
-#: Faces that libigl measures at once: from 1,000 on it starts threads, which take longer than they save, and its
-#: temporaries for a million come from the system page by page, at each call.
+#: Faces that libigl measures at once: from 1,000 on it starts threads, which take longer than they save; and for a
+#: million faces every call has to get its temporaries from the system, page by page.
 _LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
 #: Next to coordinates of size 1, edges below this length have less than three digits in float64.
 FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
-#: Shorter normals have lost digits, for their squares underflow.
+#: Vectors shorter than this have lost digits of their length, for its square underflows.
 _SHORTEST = np.sqrt(np.finfo(float).tiny)
 #: Sums of unit vectors shorter than this are rounding.
 _CANCELLED = 4096 * np.finfo(float).eps

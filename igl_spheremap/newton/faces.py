@@ -81,7 +81,7 @@ class FaceProblem:
         return unit_rows(points)
 
     def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
-        """Which of some faces no map may have, by exact signs."""
+        """Which of some faces are folded, by exact signs; no map may have such faces."""
         return folded_faces(x, self.energy.f[faces])
 
     def value(self, x: FloatArray) -> float:

@@ -19,10 +19,10 @@ _DECREASE = 1e-4
 _SHORTEST = 1e-3
 #: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
 _FAITHFUL = 0.15
-#: Newton's gains fall by their squares, and as a rule faster: such a step may gain less than a share t of the value if
-#: the last one gained less than this many times t, squared.
+#: The gains of Newton's steps, as shares of the value, fall like their squares, as a rule faster: a gain may be below t
+#: if the square of the last one is below t times this.
 _SQUARES = 10.0
-#: Shares of such a step that are tried.
+#: Shares of a step with an old factor that are tried.
 _LAST_LENGTHS = (1.0, 0.5)
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
@@ -146,8 +146,10 @@ class LineSearch:
         return None
 
     def _last_step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
-        """A step with the factor of the last one, if it is short enough; around each vertex the map has turned since,
-        and grown, by a complex factor c: step = c H^-1 (conj(c) g)."""
+        """A step with the factor of the last one; None unless its gain would be below the tolerance.
+
+        Since then the map has turned and grown around each vertex, by a complex factor c: step = c H^-1 (conj(c) g).
+        """
         self.ahead = np.inf
         if self._kept is None or self.tolerance == 0:
             return None

@@ -131,7 +131,8 @@ class Operators:
 def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None = None) -> Operators:
     """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 
-    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: it is lost.
+    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: `reuse`
+    can't be used any more.
 
     Raises FactorisationFailed if even uniform weights can't be, for want of memory.
     """

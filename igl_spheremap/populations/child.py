@@ -26,8 +26,8 @@ from ..errors import FileError
 T = TypeVar("T")
 _SERVE = "import sys; sys.path[:] = sys.argv[1:]; from igl_spheremap.populations.child import serve; serve()"
 _INTERVAL = 0.05  # seconds between two measurements of a child's memory
-#: Processes share the processors already. And glibc is to keep what a map frees for the next one: from the system each
-#: page comes cleared, which takes a tenth to a fifth of a map of 50,000 vertices or more.
+#: One thread each, since the processes share the processors. And glibc is to keep the memory that a map frees for the
+#: next one: the system clears each page that it gives, which takes a tenth to a fifth of a map of 50,000 vertices.
 _ENVIRONMENT = (
     dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1")
     | dict.fromkeys(("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"), str(1 << 40))
@@ -77,12 +77,12 @@ class Child:
         return value
 
     def _running(self, function: Callable[..., Any]) -> subprocess.Popen[bytes]:
-        """The process, which has the function's modules loaded: what that takes is no call's."""
+        """The process, with the function's modules loaded, so that no call's time or memory includes that."""
         if self._process is None or self._process.poll() is not None:
             self._process = subprocess.Popen([sys.executable, "-c", _SERVE, *sys.path], stdin=subprocess.PIPE,
                                              stdout=subprocess.PIPE, env=_ENVIRONMENT | os.environ,
                                              start_new_session=True)
-            with contextlib.suppress(EOFError, OSError):  # what goes wrong here will in the call
+            with contextlib.suppress(EOFError, OSError):  # a fault here will show in the call
                 _ask(self._process, _load, function)
         return self._process
 

@@ -20,7 +20,7 @@ from .child import ProcessPool, WorkerDied, check_memory_limit
 from .job import Job, Options, failed, map_in_child, map_one
 from .manifest import Result
 
-_AHEAD = 2  # jobs in flight for each worker: one that runs, and one that is there when it ends
+_AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
 _INTERVAL = 1.0  # seconds between two calls of `idle`
 
 
@@ -115,7 +115,7 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
         raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
                                  "`dask scheduler`") from None
     client = distributed.Client(address, set_as_default=False, timeout=seconds)
-    # An expression, since a worker may lack the module that a function of this package would be found in.
+    # An expression, since a worker of another version may lack the module of a function that is sent to it.
     versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
     for worker, version in versions.items():
         if version != __version__:

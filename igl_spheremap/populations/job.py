@@ -37,7 +37,10 @@ _STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "fo
 
 @dataclass(frozen=True)
 class Options:
-    """What is done to every mesh, by which version; `folder` is where relative paths begin, `repair` are options."""
+    """What is done to every mesh, and by which version.
+
+    `repair` holds the options of `repair_mesh`, None for no repair; relative paths begin in `folder`.
+    """
 
     method: Method
     balance: float
@@ -54,7 +57,6 @@ class Options:
     def place(self, path: str) -> str:
         """Where a path is, on a machine whose working directory may be another."""
         return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
-
 
     def read(self, source: str) -> LoadedMesh:
         """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
@@ -86,7 +88,8 @@ def key_of(target: str, options: Options) -> str:
 def map_one(job: Job, options: Options) -> Result:
     """Map one file; whatever is wrong with it is in its row."""
     if options.version != __version__:
-        raise WorkersUnavailable(f"{here()} has igl_spheremap {__version__} where {options.version} is asked for")
+        raise WorkersUnavailable(f"{host_and_process()} has igl_spheremap {__version__} where {options.version} is "
+                                 "asked for")
     began = time.perf_counter()
     source, target = options.place(job.source), options.place(job.target)
     row, read = Row(job.source, job.target), fingerprint(source)
@@ -97,7 +100,7 @@ def map_one(job: Job, options: Options) -> Result:
         row = replace(row, status=status, notes=one_line(error))
         if status == "file" or not is_still(source, read):
             read = None
-    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=here())
+    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process())
     return Result(row, read, fingerprint(target))
 
 
@@ -113,13 +116,13 @@ def map_in_child(job: Job, options: Options, timeout: float | None, memory: floa
 
 
 def failed(job: Job, options: Options, reason: str) -> Result:
-    """The result of a job that ended with its process."""
+    """The result of a job whose process ended before it did."""
     row = Row(job.source, job.target, status="failed", notes=reason)
     return Result(row, fingerprint(options.place(job.source)), fingerprint(options.place(job.target)))
 
 
-def here() -> str:
-    """Host and process."""
+def host_and_process() -> str:
+    """What runs this, as `host:pid`."""
     return f"{socket.gethostname()}:{os.getpid()}"
 
 

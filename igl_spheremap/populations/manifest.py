@@ -1,7 +1,7 @@
 """The manifest of a population: every run and every result, in a file that only grows.
 
-A result counts again while its input and its output still have the content that they had. A file is known again by its
-size and the time of its last change, or else by its digest.
+A result is taken again as long as its input and its output still have the same content. A file counts as the same if
+its size and the time of its last change are, or else if its digest is.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def is_still(path: str, known: Fingerprint | None) -> bool:
 class Result:
     """A row, the file that was read for it, and the file that is at its target now.
 
-    ``read`` is None where another run may end otherwise though the input is the same: its result is not taken again.
+    ``read`` is None where another run of the same input may end in another way: such a result is not taken again.
     """
 
     row: Row
@@ -92,7 +92,7 @@ class Manifest:
             self._file.close()
             raise
         if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
-            self._file.write(b"\n")  # a run that was killed cut its last line off
+            self._file.write(b"\n")  # an earlier run was killed within its last line
         self._flushed = time.monotonic()
         self._append({"igl_spheremap run": dict(run)})
         self._results.update(self._earlier())

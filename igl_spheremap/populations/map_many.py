@@ -16,7 +16,7 @@ from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Method, method_of
 from .executors import workers_of
-from .job import Job, Options, here, key_of
+from .job import Job, Options, host_and_process, key_of
 from .manifest import Manifest
 from .page import check_page, write_page
 from .table import MAPPED, Row
@@ -154,7 +154,8 @@ def map_many(
 
 def _run(options: Options) -> dict[str, str]:
     """A run as the manifest records it."""
-    return {"options": options.text(), "began": datetime.now(timezone.utc).isoformat(timespec="seconds"), "by": here()}
+    began = datetime.now(timezone.utc).isoformat(timespec="seconds")
+    return {"options": options.text(), "began": began, "by": host_and_process()}
 
 
 def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> dict[str, Row]:

@@ -97,7 +97,7 @@ def _legend(ramp: Ramp) -> str:
 
 
 def _toolbar(rows: Sequence[Row]) -> str:
-    """What sorts, filters and exports; population.js gives it life."""
+    """What sorts, filters and exports; population.js makes it work."""
     sorts = "".join(f'<option value="{key}">{escape(label)}</option>' for key, label in _SORTS.items())
     shown = ["all", *sorted({row.status for row in rows}), "passed", "failed by you", "not rated"]
     statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)

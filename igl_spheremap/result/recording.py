@@ -1,4 +1,4 @@
-"""What a run went through, kept by a listener, so that whoever shows it never runs it again; and its curves."""
+"""A listener that keeps the iterates of a run, so that nothing is run twice to be shown; and plots of a run."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from .run import History, Iterate, Step
 BUDGET = 400_000_000
 #: Stages that minimise another energy than the one before them.
 _OWN_ENERGY = ("opening", "balance")
-#: Energies that end so near to 4 pi are compared with it: the harmonic energy, with or without landmarks.
+#: Energies that end nearer to 4 pi than this are plotted less 4 pi: the harmonic energy, with or without landmarks.
 _NEAR_4_PI = 1.0
 #: Values in a wider ratio than this need a logarithmic axis.
 _WIDE = 30.0
-#: Counts up to this have an axis of their own numbers.
+#: Axes of counts up to this have a tick for each number.
 _FEW = 9
 
 

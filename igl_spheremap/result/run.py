@@ -221,7 +221,7 @@ class Run:
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
-    Made when a call begins, it puts on record what is known when it ends.
+    It is made when a public call begins; `complete` adds what is known when the call ends.
     """
 
     def __init__(self, listener: Listener | None = None) -> None:

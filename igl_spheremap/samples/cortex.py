@@ -42,7 +42,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
 
     def field(p: FloatArray) -> FloatArray:
         below = lower(p)
-        open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)  # a sulcus that ran on beneath would be a tunnel
+        open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)  # beneath the cerebellum a sulcus would be a tunnel
         return np.minimum(_cerebrum(p, depth * open_air), below)
 
     box = np.stack([np.minimum(-1.1 * AXES, lower.box()[0]), 1.1 * AXES])

@@ -32,15 +32,15 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     points = len(weight)
     corner = np.broadcast_to(sides[:, None, :], (len(sides), points, 3)).reshape(-1, 3)
     weight = np.tile(weight, (len(sides), 1))
-    # a point on an edge is met from two faces, a corner from five: give it one name, corners in rising order
+    # A point on an edge belongs to two faces, a corner to five: give it the same key in all, corners in rising order.
     corner = np.where(weight > 0, corner, 0)
     order = np.argsort(corner + 100 * (weight == 0), axis=1)
     corner, weight = np.take_along_axis(corner, order, axis=1), np.take_along_axis(weight, order, axis=1)
-    name = (corner @ [1, 12, 144]) * (k + 1) ** 2 + weight[:, :2] @ [1, k + 1]
+    key = (corner @ [1, 12, 144]) * (k + 1) ** 2 + weight[:, :2] @ [1, k + 1]
     common = np.gcd.reduce(weight, axis=1)
-    halvings = common & -common  # 2^a: the point is one of the sphere with k / 2^a, too
-    name += (k - halvings) * 12**3 * (k + 1) ** 2
-    _, first, index = np.unique(name, return_index=True, return_inverse=True)
+    halvings = common & -common  # 2^a: the sphere with k / 2^a has the point, too
+    key += (k - halvings) * 12**3 * (k + 1) ** 2
+    _, first, index = np.unique(key, return_index=True, return_inverse=True)
     v = np.einsum("ij,ijk->ik", weight[first], corners[corner[first]])
     f = index.reshape(len(sides), points)[:, triangles].reshape(-1, 3)
     return v / np.linalg.norm(v, axis=1, keepdims=True), np.ascontiguousarray(f, dtype=np.int64)

@@ -103,7 +103,7 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
     check_number(n_vertices, "n_vertices", len(v) // 3, 1e9)
     levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
     scale = detail * np.sqrt(len(v))
-    for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; the next one is unlikely to
+    for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; one a little finer is unlikely to
         v, f = _march_to_count(field, box, surplus * n_vertices / 4**levels, scale)
         if len(v) - len(f) // 2 == 2:
             break

@@ -120,7 +120,7 @@ class SurfaceOfRevolution:
 
     @cached_property
     def _excess(self) -> Chebyshev:
-        """u(c) - atanh(c): what the isometric latitude is ahead of the sphere's at the same c."""
+        """u(c) - atanh(c): the isometric latitude, less that of the sphere at the same c."""
 
         def derivative(c: FloatArray) -> FloatArray:
             q = self._stretch(c)

@@ -97,7 +97,7 @@ def gauss_rows(n: int) -> tuple[FloatArray, FloatArray]:
         slope = n * (z * P - last) / np.sin(theta)  # dP_n / dtheta
         theta = theta - P / slope
     z, w = np.cos(theta), 2 / slope**2
-    z.flags.writeable = w.flags.writeable = False  # they are kept
+    z.flags.writeable = w.flags.writeable = False  # the cache returns them again
     return z, w
 
 

@@ -75,8 +75,8 @@ def check_varies(values: FloatArray, name: str) -> None:
         raise MeshError(f"{name} are constant in column {constant[0]}; give data that vary over the surface")
 
 
-class Picture:
-    """The function with coefficients ((L + 1)^2, k); a call gives its values (n, k) and gradients (n, k, 3)."""
+class GridFunction:
+    """The function with coefficients ((L + 1)^2, k), by a fine grid: a call gives values (n, k) and gradients."""
 
     def __init__(self, c: FloatArray) -> None:
         rows = _ROWS_PER_DEGREE * (degree_of(c) + 1)
@@ -109,9 +109,9 @@ class SurfacePair:
         self._locator = SphereLocator(fixed)
         self._coefficients = expand(self._locator, np.concatenate(smooth, axis=1), _DEGREE, _OVERSAMPLING)
 
-    def picture(self, level: int) -> Picture:
-        """The fixed features at one width."""
-        return Picture(self._columns(level))
+    def fixed_features(self, level: int) -> GridFunction:
+        """The fixed surface's features at one width."""
+        return GridFunction(self._columns(level))
 
     def rotations(self) -> list[RotationCandidate]:
         """Rotations of the moving sphere for which the features of the first width agree best."""

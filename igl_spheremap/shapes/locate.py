@@ -156,7 +156,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     a, b, c = (x[f[:, k]] for k in range(3))
     longest = np.max([row_dots(u, u) for u in (b - a, c - b, a - c)], axis=0)
     bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
-    # Rounding of coordinates of size 1, and what rows may be off the unit sphere.
+    # For rounding of coordinates of size 1, and for rows that are not quite on the unit sphere.
     room = (bulge * (1 + UNIT_TOLERANCE) + 4 * _EPS)[:, None]
     return np.minimum(np.minimum(a, b), c) - room, np.maximum(np.maximum(a, b), c) + room
 
@@ -164,7 +164,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
 class BoxTree:
     """Boxes in the order of a Morton curve through the ranks of their centres, and boxes around each four.
 
-    Ranks make the curve blind to scale: where boxes crowd by twelve orders of magnitude the tree is no worse.
+    Ranks do not depend on scale: where boxes are twelve orders of magnitude smaller than elsewhere the tree is as good.
     """
 
     def __init__(self, low: FloatArray, high: FloatArray) -> None:

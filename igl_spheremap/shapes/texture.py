@@ -127,8 +127,7 @@ def _equirectangular(cut: CutMesh) -> FloatArray:
     """(m, 3, 2) coordinates of the corners: longitude from -pi to pi, latitude."""
     corners = cut.x[cut.f]
     side = _sides(corners)
-    # A corner at longitude pi belongs to -pi in faces on the other side of the seam: give its 0 the face's
-    # sign.
+    # A corner on the seam is at longitude pi or -pi, as its face is: give its y, which is 0, the face's sign.
     y = np.copysign(corners[..., 1], side[:, None, 1])
     return _longitude_latitude(corners, np.arctan2(y, corners[..., 0]) / (2 * np.pi))
 
@@ -205,8 +204,7 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     side = np.sign(s).astype(np.int64)
     crossing = side[f] * side[f[:, [1, 2, 0]]] < 0  # of edge k, from corner k to the next
     count = crossing.sum(axis=1)
-    # Turn faces so that of two crossed edges they are the first and the last, and that a single one is the
-    # second.
+    # Renumber the corners: two crossed edges become the first and the last of their face, a single one the second.
     first = np.where(count == 2, (np.argmin(crossing, axis=1) + 2) % 3, (np.argmax(crossing, axis=1) + 2) % 3)
     corner = np.take_along_axis(f, (first[:, None] + np.arange(3)) % 3, axis=1)
     a, b, c = corner.T

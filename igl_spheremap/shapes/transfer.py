@@ -218,8 +218,7 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
-    result = check_map(source, "source")
-    return SphereLocator(result)
+    return SphereLocator(check_map(source, "source"))
 
 
 def check_map(result: object, name: str = "result") -> SphereMap:

@@ -18,7 +18,7 @@ from .rows import row_dots, weighted_moment, weighted_sum
 _EPS = np.finfo(float).eps
 #: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.
 _RIM = 1 - 512 * _EPS
-#: Length of the weighted mean at which weights count as balanced, and Newton steps at the most: 12 were the most seen.
+#: Length of the weighted mean at which weights count as balanced, and Newton steps at the most: no map took above 12.
 _BALANCED, _STEPS = 1e-12, 50
 #: Newton steps shorter than this are rounding; as a shift it keeps the Hessian regular.
 _ROUNDING = 1e-14
@@ -76,7 +76,7 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > 0.5:
-            step = step * (np.tanh(min(length, 2.0)) / length)  # the ball ends at 1
+            step = step * (np.tanh(min(length, 2.0)) / length)  # tanh keeps it inside the unit ball
         while True:
             trial = _compose(centre, step)
             if trial @ trial > _RIM:
@@ -124,7 +124,7 @@ def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`x` rotated to agree best with the Gauss map, weighted by the source's area."""
     turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh), mesh.A), np.ascontiguousarray(x.T))
-    turned /= np.sqrt(row_dots(turned.T, turned.T))  # steps and Moebius maps add up rounding in the lengths
+    turned /= np.sqrt(row_dots(turned.T, turned.T))  # rounding in the lengths adds up over a run's steps
     return np.ascontiguousarray(turned.T)
 
 

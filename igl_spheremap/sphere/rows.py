@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import ComplexArray, FloatArray
 
-#: Distance in the plane that is as good as infinite, and whose square is finite.
+#: Distance in the plane that stands for infinity; its square is still a float.
 INFINITE = 1e100
 #: The squared length of a unit row may differ from 1 by this after its division and a rotation.
 _ROUNDING = 8 * np.finfo(float).eps
-#: Squares below the smallest normal number, beside this, are rounding.
+#: In a sum of squares of this size or more, those that underflow are rounding.
 _SMALLEST_SQUARE = np.finfo(float).tiny / np.finfo(float).eps
 
 

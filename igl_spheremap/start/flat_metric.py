@@ -17,7 +17,8 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
 #: Halvings of a Newton step at the most.
 _HALVINGS = 40
-#: Added to the Hessian's diagonal, the next where one fails: broken faces leave vertices without any.
+#: Added to the Hessian's diagonal, one after the other until it can be factorised: a vertex whose faces are all broken
+#: has no entry of its own there.
 _SHIFTS = (1e-10, 1e-6, 1e-3)
 
 
@@ -35,8 +36,8 @@ class FlatMetric:
     angles: FloatArray
     #: (k, 3) logarithms of the sides, each opposite its corner.
     log_lengths: FloatArray
-    #: Faces of the mesh in which one side is longer than the two others together, so that there is no flat metric but
-    #: for them. The theory asks for other edges (flips) there, which would be another mesh.
+    #: Faces of the mesh that violate the triangle inequality: the metric is flat apart from them. By the theory their
+    #: edges would have to be flipped, which makes another mesh.
     broken: IntArray
     #: Newton steps.
     iterations: int
@@ -59,7 +60,7 @@ def flat_metric(
     u = _first_guess(mesh, vertex, x)
     star, corner = np.nonzero(mesh.f == vertex)
     link = mesh.f[star, (corner + 1) % 3]
-    at_infinity = -2 * log_l[star, (corner + 2) % 3]  # of length 1, all edges to the vertex
+    at_infinity = -2 * log_l[star, (corner + 2) % 3]  # scales all edges to the vertex to length 1
     u += (at_infinity - u[link]).mean()
     u[link], u[vertex] = at_infinity, 0.0
     free = np.setdiff1d(np.arange(len(u)), [*link, vertex])

@@ -21,15 +21,15 @@ _TINY = np.finfo(float).tiny
 _SAMPLE = 1000
 #: Candidates for the puncture, at most: the best of 1000 leaves twice as much energy above the minimum.
 _CANDIDATES = 4000
-#: A larger mean Beltrami coefficient comes from a badly shaped punctured face: the next face is tried.
-_LARGEST_STRETCH = 0.5
-#: One larger than this comes from slivers; correcting it would flatten the plane.
+#: A larger mean Beltrami coefficient nu comes from a badly shaped punctured face: the next face is tried.
+_LARGEST_NU = 0.5
+#: A nu above this comes from slivers; correcting it would flatten the plane to a line.
 _LARGEST_CORRECTION = 0.95
 #: A start with more energy than this is rejected: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
 #: Share of the sphere's area below which the flat faces of a map are coarse.
 _COARSE = 0.95
-#: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for the stretch.
+#: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for nu.
 _RELIABLE = 1e-10
 #: The weighted mean of a start may be this far from the origin, and so may steps' before they are centred.
 OFF_CENTRE = 1e-4
@@ -64,13 +64,13 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
     tried: list[Start] = []
     for face in candidate_faces(mesh) if faces is None else faces:
         z = _placed_map(mesh, operators, face)
-        z, stretch = _corrected(mesh, z, face)
+        z, nu = _corrected(mesh, z, face)
         x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
         tried.append(_evaluated(x, operators))
         coarse = is_coarse(surface_area(x, mesh.f))
-        if abs(stretch) < _LARGEST_STRETCH and tried[-1].energy < _LARGEST_ENERGY and not coarse:
+        if abs(nu) < _LARGEST_NU and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
         return _evaluated(center(vertex_normals(mesh.v, mesh.f), mesh.A), operators)

@@ -23,7 +23,7 @@ def plane_signs(p: FloatArray, f: IntArray) -> IntArray:
 
 
 def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
-    """Which edges of a closed polygon meet others, but at the corners that they share; edge i begins at rim[i]; exact.
+    """Which edges of a closed polygon meet others, apart from shared corners; edge i begins at rim[i]; exact.
 
     >>> p = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2], [0.0, 1], [3, 1], [0, 0.5]])
     >>> rim_crossings(p, np.arange(7))

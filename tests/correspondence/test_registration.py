@@ -174,7 +174,7 @@ def test_limbs_of_conformal_maps_keep_their_certificate(dino):
     assert ism.register(other, dino).map.certificate.folding_free
 
 
-def test_pictures_are_the_function_and_its_gradient():
+def test_fixed_features_are_the_function_and_its_gradient():
     rng = np.random.default_rng(3)
     c = rng.normal(size=(49**2, 1)) / (1 + np.repeat(np.arange(49), 2 * np.arange(49) + 1)[:, None]) ** 3
     x = np.concatenate((unit_rows(rng.normal(size=(300, 3))), [[0, 0, 1], [0, 0, -1]]))

@@ -68,7 +68,10 @@ def times(block: sp.csr_matrix, x: np.ndarray) -> np.ndarray:
 
 
 def block_jacobi(P: sp.csr_matrix) -> Factor:
-    """Two unknowns a vertex, preconditioned by their 2 x 2 blocks, so that the axes at a vertex make no difference."""
+    """Conjugate gradients for two unknowns a vertex, preconditioned by the 2 x 2 blocks on the diagonal.
+
+    So the choice of the axes at a vertex makes no difference.
+    """
     (a, c), b = P.diagonal().reshape(-1, 2).T, P.diagonal(1)[::2]
     det = a * c - b * b
     if not min(a.min(), det.min()) > 0.0:

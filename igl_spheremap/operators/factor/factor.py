@@ -42,8 +42,8 @@ class Factor:
     nnz: int | None = None  # entries stored, where that is known without cost
     #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
     refined: Callable[[np.ndarray, float], np.ndarray] | None = None
-    indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, where others may follow
-    #: Factorises a matrix with the same entries in less time. It takes the memory of this factor, which is lost then.
+    indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, if `again` is there
+    #: Factorises a matrix with the same pattern in less time. It overwrites this factor, which can't be used any more.
     again: Callable[[sp.csr_matrix], Factor] | None = None
 
     @property
@@ -166,7 +166,7 @@ class Cholmod:
         self._A = cvxopt.spmatrix(cvxopt.matrix(numbers.astype(np.float64)), *index, (entries.n, entries.n))
         self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
         given = {"p": cvxopt.matrix(np.arange(entries.n))} if dissect else {}
-        with self._options(nmethods=(1 + entries.repeated) * dissect):  # to try, `given` first; 0 is the default
+        with self._options(nmethods=(1 + entries.repeated) * dissect):  # orders to try, `given` first; 0 is the default
             self._symbolic = cvxopt.cholmod.symbolic(self._A, **given)
 
     @contextmanager
@@ -229,7 +229,8 @@ class ScikitSparse:
 class SuperLU:
     """SuperLU as it comes with scipy, in symmetric mode without pivoting: as good as a Cholesky factorisation.
 
-    Minimum degree in a mesh's own order can make twenty times the fill (spikes): it breaks ties by index.
+    Minimum degree in a mesh's own order can make twenty times the fill, as on bodies with spikes: it breaks
+    ties by index.
     """
 
     backend: ClassVar[str] = "scipy"

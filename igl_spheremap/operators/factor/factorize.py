@@ -37,7 +37,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
 
     "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
     memory, "multigrid", which only approximates the inverse. The order and the memory of `reuse`, the factor of another
-    matrix, are used again if that has the same pattern; it is lost then.
+    matrix, are used again if that has the same pattern; then `reuse` can't be used any more.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
