@@ -106,7 +106,7 @@ class Descent:
             values = pair.features[number]
             if a.location is not None:
                 values = weighted(values, self._a.f[a.location.face], a.location.weights, labels=False)
-            terms.append(Misfit(weight * areas, values, pair.picture(number)))
+            terms.append(Misfit(weight * areas, values, pair.fixed_features(number)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals

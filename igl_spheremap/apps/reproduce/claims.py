@@ -17,6 +17,7 @@ from ...maps.options import Plane, Stereographic
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import face_areas, vertex_areas, vertex_normals
+from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_dots, tangent, unit_rows, weighted_moment
 from ...start.star_map import project, stiffness
 from ...verify.distortion import angle_differences, mean_angle_difference
@@ -191,8 +192,7 @@ def _counts(mesh: Mesh, x: FloatArray) -> list[str]:
 
 def _distance(x: FloatArray, y: FloatArray, areas: FloatArray) -> float:
     """Root of the integral of the squared distance of two maps, turned to agree best."""
-    turn, _, back = np.linalg.svd(weighted_moment(areas, x, y))
-    apart = x @ (turn @ back) - y
+    apart = x @ best_rotation(x, y, areas) - y
     return sqrt(float(areas @ row_dots(apart, apart)))
 
 
