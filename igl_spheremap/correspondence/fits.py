@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
-from ..shapes.features import Picture
+from ..shapes.features import GridFunction
 from ..sphere.moebius import moebius
 from ..verify.signs import folded_faces
 
@@ -23,7 +23,7 @@ _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 
 
 def fit_moebius(
-    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Picture, report: Report
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: GridFunction, report: Report
 ) -> None:
     """Lower the weighted square of features - fixed(m(x)) over Moebius maps m.
 

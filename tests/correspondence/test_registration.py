@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.correspondence.registration import reflected
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.shapes.basis import synthesis
-from igl_spheremap.shapes.features import FeatureSurface, Picture
+from igl_spheremap.shapes.features import FeatureSurface, GridFunction
 from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import unit_rows
@@ -84,7 +84,7 @@ def warp(x, size):
     c = np.zeros((16, 1))
     c[9:, 0] = [1, -1, 0.5, 1, -0.5, 1, -1]
     for _ in range(10):
-        _, gradient = Picture(c)(x)
+        _, gradient = GridFunction(c)(x)
         x = unit_rows(x + size / 10 * (gradient[:, 0] + np.cross(x, gradient[:, 0])))
     return x
 
@@ -178,7 +178,7 @@ def test_fixed_features_are_the_function_and_its_gradient():
     rng = np.random.default_rng(3)
     c = rng.normal(size=(49**2, 1)) / (1 + np.repeat(np.arange(49), 2 * np.arange(49) + 1)[:, None]) ** 3
     x = np.concatenate((unit_rows(rng.normal(size=(300, 3))), [[0, 0, 1], [0, 0, -1]]))
-    values, gradients = Picture(c)(x)
+    values, gradients = GridFunction(c)(x)
     assert np.abs(values - synthesis(c, x)).max() < 2e-3 * np.abs(values).max()
     assert np.abs(np.einsum("nkd,nd->nk", gradients, x)).max() < 1e-12
     along, h = np.cross(x, [0.3, 0.2, 1.0]), 1e-5
