@@ -104,7 +104,7 @@ class ProjectedDescent:
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start, centred, and every iterate after it, without end.
 
-        Their residual is that of `CayleyBB` whatever the metric: the L2 norm of the gradient without boosts.
+        Their residual is that of `CayleyBB` in any metric: the L2 norm of the gradient without boosts.
         """
         L2 = Diagonal(problem.areas)
         for k in count():

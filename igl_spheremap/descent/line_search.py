@@ -13,7 +13,7 @@ BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
 
 @dataclass(frozen=True)
 class Accepted(Generic[T]):
-    """A step that the search accepts: its size, the energy there, and what the trial returned beside it."""
+    """A step that the search accepts: its size, the energy there, and what else the trial returned."""
 
     tau: float
     energy: float

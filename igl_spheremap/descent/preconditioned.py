@@ -40,7 +40,7 @@ _FAR_LESS = 0.5
 
 @dataclass(frozen=True)
 class PreconditionedCayley:
-    """Cayley steps along P^-1 H: near a conformal map, of whatever surface, they are almost Newton's.
+    """Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
@@ -75,7 +75,7 @@ class PreconditionedCayley:
             quadrupoles = _correct_quadrupoles(D, x, g)
             D -= weighted_sum(problem.A, D)
             # A step leaves at most a fifth of the square of what is not of degree 2, and a twentieth of what is, if its
-            # Hessian is the sphere's but for a sixth.
+            # Hessian is the sphere's up to a sixth of it.
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
             left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
             trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)

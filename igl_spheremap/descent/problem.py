@@ -67,7 +67,7 @@ class Diagonal(Metric):
 
 @dataclass(frozen=True, eq=False)
 class SobolevH1(Metric):
-    """P = L + tiny M, factorised: the harmonic energy's own Hessian, but for the sphere's curvature."""
+    """P = L + tiny M, factorised: the harmonic energy's own Hessian, up to the sphere's curvature."""
 
     factor: Factor
     L: sp.csr_matrix
@@ -85,7 +85,7 @@ class SobolevH1(Metric):
 class SobolevH2(Metric):
     """P B^-1 P with P = L + B, and B the image areas of the vertices.
 
-    A spherical harmonic of degree l has the eigenvalue (l (l + 1) + 1)^2 whatever the source: fields of finite length
+    A spherical harmonic of degree l has the eigenvalue (l (l + 1) + 1)^2 on any source: fields of finite length
     are continuous, and a penalty at single vertices has a gradient that does not fold their neighbourhood.
     """
 
@@ -123,7 +123,7 @@ class Problem:
     areas: FloatArray
     #: (m, 3) faces.
     f: IntArray
-    #: True if the energy is the same for Moebius-equivalent maps, but for its discretisation error: boosts are kept out
+    #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True
 

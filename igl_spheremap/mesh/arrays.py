@@ -1,4 +1,4 @@
-"""Types of arrays, and the checks of arrays that callers give."""
+"""Types of arrays, the checks of arrays that callers give, and the phrases of their errors."""
 
 from __future__ import annotations
 

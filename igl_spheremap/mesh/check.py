@@ -122,7 +122,7 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
 
 @runtime_checkable
 class MapLike(Protocol):
-    """What holds a map to the sphere beside its checked mesh, as `SphereMap` does."""
+    """What holds a checked mesh and a map of it to the sphere, as `SphereMap` does."""
 
     @property
     def mesh(self) -> Mesh: ...
@@ -136,7 +136,7 @@ def rows_and_faces(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None) -> tuple[
     if isinstance(x, MapLike):
         return x.sphere, x.mesh if f is None else f
     if f is None:
-        raise TypeError("faces are missing: give them beside the positions, or a SphereMap alone")
+        raise TypeError("faces are missing: give positions and faces, or a SphereMap alone")
     return x, f
 
 

@@ -124,7 +124,7 @@ class Refusal:
         return work, work.clean(keep_largest=True)
 
     def _refuse(self, what: str, hint: str) -> NoReturn:
-        """Raise the error with the hint, and the call that does so, if there is one."""
+        """Raise the error with the hint, and the call of `repair_mesh` that follows it, if there is one."""
         work, parts = self._cleaned()
         if work.sound:
             holes = bool(work.rims)

@@ -55,7 +55,7 @@ class SphereLocator:
     Parameters
     ----------
     x : (n, 3) array_like or SphereMap
-        Images of the vertices on the unit sphere, or a map, which needs no faces beside it: folding-free.
+        Images of the vertices on the unit sphere, or a map, which needs no `f`: folding-free.
     f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices, or a checked mesh.
 

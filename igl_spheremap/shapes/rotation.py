@@ -72,12 +72,12 @@ def spin_phase(ell: int) -> ComplexArray:
     return np.asarray((-1j) ** (np.arange(-ell, ell + 1) % 4))
 
 
-def angular_momentum(rows: ComplexArray, beside: FloatArray) -> ComplexArray:
-    """J_x, J_y and J_z times complex coefficients (..., 2 l + 1, k), `beside` the diagonal: stacked in front."""
+def angular_momentum(rows: ComplexArray, steps: FloatArray) -> ComplexArray:
+    """J_x, J_y and J_z times complex coefficients (..., 2 l + 1, k), stacked in front; `steps` as from `ladder`."""
     ell = rows.shape[-2] // 2
     raised, lowered = np.zeros_like(rows), np.zeros_like(rows)
-    raised[..., 1:, :] = beside[..., None] * rows[..., :-1, :]
-    lowered[..., :-1, :] = beside[..., None] * rows[..., 1:, :]
+    raised[..., 1:, :] = steps[..., None] * rows[..., :-1, :]
+    lowered[..., :-1, :] = steps[..., None] * rows[..., 1:, :]
     return np.stack((lowered + raised, 1j * (lowered - raised), np.arange(-ell, ell + 1)[:, None] * rows))
 
 
@@ -142,12 +142,12 @@ def _padded(c: FloatArray, band: int) -> ComplexArray:
 @lru_cache(maxsize=4)
 def _padded_spins(band: int) -> tuple[FloatArray, FloatArray]:
     """`spin` and `ladder` of the degrees 1 ... band - 1, laid out likewise."""
-    U, beside = np.zeros((band - 1, 2 * band - 1, 2 * band - 1)), np.zeros((band - 1, 2 * band - 2))
+    U, steps = np.zeros((band - 1, 2 * band - 1, 2 * band - 1)), np.zeros((band - 1, 2 * band - 2))
     for ell in range(1, band):
         inside = slice(band - 1 - ell, band + ell)
         U[ell - 1, inside, inside] = spin(ell)
-        beside[ell - 1, band - 1 - ell : band - 1 + ell] = ladder(ell)
-    return U, beside
+        steps[ell - 1, band - 1 - ell : band - 1 + ell] = ladder(ell)
+    return U, steps
 
 
 def rotation_angle(R: FloatArray) -> float:
@@ -192,10 +192,10 @@ def _peaks(values: FloatArray, count: int) -> list[FloatArray]:
 
 def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidate:
     """Newton's method for the maximum of sum f* D(exp(w) R) g near w = 0; the value is not normalised."""
-    U, beside = _padded_spins(len(f) + 1)
-    left = angular_momentum(f, beside).conj()
+    U, steps = _padded_spins(len(f) + 1)
+    left = angular_momentum(f, steps).conj()
     for _ in range(_STEPS):
-        right = angular_momentum(rotate_complex(g, R, U), beside)
+        right = angular_momentum(rotate_complex(g, R, U), steps)
         gradient = np.einsum("lmk,ilmk->i", f.conj(), right).imag
         hessian = -np.einsum("ilmk,jlmk->ij", left, right).real
         curvature, axes = np.linalg.eigh(-(hessian + hessian.T) / 2)

@@ -74,7 +74,7 @@ def texture_atlas(
     Parameters
     ----------
     x : (n, 3) array_like or SphereMap
-        Images of the vertices on the unit sphere, or a map, which needs no faces beside it.
+        Images of the vertices on the unit sphere, or a map, which needs no `f`.
     f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices.
     projection : {"equirectangular", "octahedral"}

@@ -93,7 +93,7 @@ def transfer(
     values : (n,) or (n, ...) array_like, or None
         At the vertices of the source. None with `matrix`.
     target : str, SphereMap, (k, 3) array_like, or (x, f)
-        Where they shall be: at the vertices of ``ico:K``, of another map or of any mesh of the sphere, or at points.
+        Where they are wanted: at the vertices of ``ico:K``, of another map or of any mesh of the sphere, or at points.
     labels : bool
         The values are labels: take that of the vertex with the largest weight; by default weighted sums are taken.
     method : {"linear", "adaptive-area"}

@@ -95,7 +95,7 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     source : SphereMap
         Where the data are.
     target : SphereMap or (x, f)
-        Where they shall be; rows of x are scaled to unit length. Areas of (x, f) are those of the source's surface
+        Where they are wanted; rows of x are scaled to unit length. Areas of (x, f) are those of the source's surface
         resampled there.
 
     Returns

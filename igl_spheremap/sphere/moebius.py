@@ -22,7 +22,7 @@ _RIM = 1 - 512 * _EPS
 _BALANCED, _STEPS = 1e-12, 50
 #: Newton steps shorter than this are rounding; as a shift it keeps the Hessian regular.
 _ROUNDING = 1e-14
-#: Weight of the position from the barycentre beside that of the normal. It decides where normals leave the
+#: Weight of the position from the barycentre, where the normal has weight 1. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
 _TIE_BREAK = 1e-3
 

@@ -71,13 +71,13 @@ def along(x: FloatArray, direction: FloatArray) -> FloatArray:
 def scale_rows(x: FloatArray) -> FloatArray:
     """Rows times powers of two that bring their largest entries to between 1/2 and 1.
 
-    Exact but for entries that underflow beside one that is 2^1000 times larger.
+    Exact, except that entries may underflow that are 2^1000 times smaller than the largest one of their row.
     """
     return np.ldexp(x, -_exponents(x)[:, None])
 
 
 def row_lengths(x: FloatArray) -> FloatArray:
-    """Length of each row, of whatever size.
+    """Length of each row, of any size.
 
     >>> (row_lengths(np.array([[3e-200, 0, 4e-200], [3e200, 0, 4e200]])) * [1e200, 1e-200]).round(9).tolist()
     [5.0, 5.0]
@@ -90,7 +90,7 @@ def row_lengths(x: FloatArray) -> FloatArray:
 
 
 def unit_rows(x: FloatArray) -> FloatArray:
-    """Rows divided by their lengths, of whatever size. Zero rows stay zero, and unit rows bit for bit.
+    """Rows divided by their lengths, of any size. Zero rows and unit rows are returned bit for bit.
 
     >>> unit_rows(np.array([[0.0, 3.0, 4.0], [0.0, 3e-200, 4e-200]])).tolist()
     [[0.0, 0.6, 0.8], [0.0, 0.6, 0.8]]

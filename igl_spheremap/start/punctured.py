@@ -55,7 +55,7 @@ class Start(NamedTuple):
 
 @stage("start")
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> Start:
-    """Conformal map but for one face, as good as two solves can make it, Moebius-centred to 1e-4 on the vertex areas.
+    """Map that is nearly conformal outside one face, by two solves; Moebius-centred to 1e-4 on the vertex areas.
 
     The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
     where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
@@ -142,7 +142,7 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
 def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, complex]:
     """Take out the discretisation error of a puncture, and return its part nu.
 
-    With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2 but for terms
+    With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2, up to terms
     that matter only at the puncture. The first part removes a stretch of the whole plane, which a badly placed face
     causes. The second has the threefold symmetry of a triangle, and is the larger one for a good face: its Beltrami
     coefficient is about conj(z) over the distance of the corners. It is left out on meshes of some 200 vertices, whose

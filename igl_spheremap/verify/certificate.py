@@ -142,17 +142,17 @@ class Certificate:
 
 @own_errstate
 def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certificate:
-    """Certify a map of a closed genus-0 mesh to the unit sphere, or of a disk to the plane, from whatever program.
+    """Certify a map of a closed genus-0 mesh to the unit sphere, or of a disk to the plane, made by any program.
 
     The map sends each face to the spherical triangle of its image corners, or to the plane one. It is a homeomorphism
-    if (and, but for degenerate faces, only if) every face is positively oriented and the degree is 1; in the plane, if
-    every face is positively oriented and the boundary of the image crosses itself nowhere. All is decided in exact
+    if (and, apart from degenerate faces, only if) every face is positively oriented and the degree is 1; in the plane,
+    if every face is positively oriented and the boundary of the image crosses itself nowhere. All is decided in exact
     arithmetic on the numbers as they are given.
 
     Parameters
     ----------
     x : (n, 3) or (n, 2) array_like or SphereMap
-        Images of the vertices on the unit sphere, or in the plane; or a map, which needs no faces beside it.
+        Images of the vertices on the unit sphere, or in the plane; or a map, which needs no `f`.
     f : (m, 3) array_like or Mesh
         Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh, or, for the plane, one with one
         boundary loop and no handle.

@@ -58,7 +58,7 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     Planes cut a mesh of genus 0 well on a conformal sphere: each half of a part has half of its vertices, and a
     separator of about the square root of their number (George 1973, *Nested Dissection of a Regular Finite Element
     Mesh*; Miller, Teng, Thurston, Vavasis 1997, *Separators for Sphere-Packings and Nearest Neighbor Graphs*). Only
-    the graph is used, so that the order depends neither on how the surface is folded nor, but for ties, on how its
+    the graph is used, so that the order depends neither on how the surface is folded nor, apart from ties, on how its
     vertices are numbered. Parts of about `leaf` vertices are dissected no further. `P` has a symmetric pattern and a
     full diagonal; graphs that are not planar are ordered correctly, but not well.
 
