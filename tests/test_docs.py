@@ -32,7 +32,8 @@ DOCS = ROOT / "docs"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated"}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
-EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",)}
+EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",),
+          "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window or take long; their own tests run them.
 ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "--report", "--plot"}
@@ -217,7 +218,7 @@ def test_files_that_are_named_exist(page):
 
 def test_every_page_is_reachable():
     index = (DOCS / "index.md").read_text("utf-8")
-    listed = re.findall(r"^(?:guide|reference)/\w+$|^\*$", index, re.MULTILINE)
+    listed = re.findall(r"^(?:guide|reference|use)/\w+$|^\*$", index, re.MULTILINE)
     reached = {page for entry in listed for page in DOCS.glob(f"{entry}.md")}
     assert reached == {page for page in PAGES if DOCS in page.parents}
 

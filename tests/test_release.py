@@ -15,7 +15,7 @@ PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = PYPROJECT["project"]
 #: Of the linters, of what draws pages and of the peers any version will do that can be had.
 UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-parser", "sphinx-gallery", "imageio-ffmpeg", "dask",
-            "distributed", "ktch", "nilearn", "pyvista", "vtk"}
+            "distributed", "ktch", "mne", "neuromaps", "nilearn", "nitransforms", "pyvista", "vtk"}
 
 
 def pins(name):
