@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre
-from igl_spheremap.shapes.features import FeatureSurface, Picture
+from igl_spheremap.shapes.features import FeatureSurface, GridFunction
 from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -217,7 +217,7 @@ def warped(x, size, steps=20):
     c = np.random.default_rng(3).normal(size=(25, 2))
     c[:4] = 0
     c[4:] /= np.repeat([6, 12, 20], [5, 7, 9])[:, None]
-    picture = Picture(c)
+    picture = GridFunction(c)
     for _ in range(steps):
         _, gradient = picture(x)
         field = gradient[:, 0] + np.cross(x, gradient[:, 1])
