@@ -61,7 +61,7 @@ class CayleyBB:
         injective = not self.may_fold and problem.is_injective(x)
         off_centre = _OFF_CENTRE_INJECTIVE if injective else _OFF_CENTRE
         while True:
-            square = problem.inner(gradient, gradient)
+            square = problem.metric.inner(gradient, gradient)
             yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken)
             trial = problem.cayley_path(x, gradient, off_centre, injective)
             step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
@@ -76,13 +76,13 @@ class CayleyBB:
 
     def _barzilai_borwein(self, problem: Problem, D: FloatArray, W: FloatArray, k: int, last: float) -> float:
         """First step to try at iteration k, eq. (12)."""
-        DW = abs(problem.inner(D, W))
+        DW = abs(problem.metric.inner(D, W))
         if DW == 0:
             return last
         if self.bb == "tau_1" or (self.bb == "alternating" and k % 2):
-            tau = problem.inner(D, D) / DW  # eq. (12), tau_{k,1}
+            tau = problem.metric.inner(D, D) / DW  # eq. (12), tau_{k,1}
         else:
-            tau = DW / problem.inner(W, W)  # eq. (12), tau_{k,2}
+            tau = DW / problem.metric.inner(W, W)  # eq. (12), tau_{k,2}
         return float(np.clip(tau, *_TAU_BOUNDS))
 
 

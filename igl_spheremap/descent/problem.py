@@ -142,10 +142,6 @@ class Problem:
         gradient = self.metric.gradient(x, derivative)
         return remove_boosts(x, gradient, self.A) if self.gauge else gradient
 
-    def inner(self, a: FloatArray, b: FloatArray) -> float:
-        """Inner product of two fields in the metric."""
-        return self.metric.inner(a, b)
-
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
         return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x

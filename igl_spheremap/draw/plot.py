@@ -19,7 +19,7 @@ FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
 _PIXELS = 420  # along a side of a picture of a surface
 _AMBIENT = 0.5  # brightness where light grazes a surface
-_BINS = 81
+_BINS = 81  # odd: the middle one is about 0
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:

@@ -31,7 +31,7 @@ from .job import Options
 from .table import FIGURES, MAPPED, Row, worst_first
 
 SIZE = 180  # pixels of each of the four views
-_AMBIENT = 0.6
+_AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
 _BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
 _LATERAL = {"CortexLeft": np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),

@@ -18,7 +18,7 @@ from ..verify.signs import determinant_signs
 
 _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
 _FAN = 4  # children of a node of the tree
-_BITS = 21  # of each coordinate's rank in the order of the curve
+_BITS = 21  # of each coordinate's rank in the order of the curve: three of them fit into an int64
 _EPS = np.finfo(float).eps
 
 

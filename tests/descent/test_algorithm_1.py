@@ -51,7 +51,7 @@ def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
     for a, b, c in zip(seen[:-2], seen[1:-1], seen[2:], strict=True):
         D = b.x - a.x
         W = problem.evaluate(b.x)[1] - problem.evaluate(a.x)[1]
-        tau_1 = problem.inner(D, D) / abs(problem.inner(D, W))
+        tau_1 = problem.metric.inner(D, D) / abs(problem.metric.inner(D, W))
         power = np.log10(c.tau / tau_1)
         assert abs(power - round(power)) < 1e-5
         assert power < 0.5
@@ -59,7 +59,7 @@ def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
 
 def test_gradient_vanishes_at_the_minimum():
     minimum = run()
-    assert np.sqrt(PROBLEM.inner(*[PROBLEM.evaluate(minimum.last.x)[1]] * 2)) <= 1e-5
+    assert np.sqrt(PROBLEM.metric.inner(*[PROBLEM.evaluate(minimum.last.x)[1]] * 2)) <= 1e-5
     assert minimum.last.residual <= 1e-5
 
 

@@ -25,7 +25,7 @@ def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, 
 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
-    """A map with the brightness of the source's faces; where it folds, through a lens on the largest cluster."""
+    """A map with the brightness of the source's faces; where it folds, magnified at the largest cluster of foldings."""
     folded = _folded(surface, x)
     colours = _marked(surface, folded)
     if not len(folded):

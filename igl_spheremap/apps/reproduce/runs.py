@@ -38,7 +38,7 @@ class Counterpart:
     relation: str
     sample: str
     sample_relation: str
-    #: Number of vertices to which the file is simplified; as it is if empty.
+    #: Number of vertices to which the file is simplified; empty if it is taken as it is.
     simplify_to: str = ""
 
 

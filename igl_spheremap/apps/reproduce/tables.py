@@ -117,7 +117,8 @@ def _time(method: str) -> Column:
 
 def _against_gu_yau(method: str) -> tuple[Column, ...]:
     def iterations(line: Line) -> str:
-        return _total(line.outcome("Gu-Yau"))
+        outcome = line.outcome("Gu-Yau")
+        return f"{outcome.iterations}{_dagger(outcome.status)}"
 
     def ratio(line: Line) -> str:
         return _ratio(line.outcome("Gu-Yau").seconds, line.outcome(method).seconds)
@@ -199,10 +200,6 @@ def _steps(outcome: Outcome) -> str:
     """Iterations of each round, or of a run without rounds."""
     rounds = outcome.rounds or [{"iterations": outcome.iterations, "status": outcome.status}]
     return ", ".join(f"{entry['iterations']}{_dagger(entry['status'])}" for entry in rounds)
-
-
-def _total(outcome: Outcome) -> str:
-    return f"{outcome.iterations}{_dagger(outcome.status)}"
 
 
 def _dagger(status: str) -> str:

@@ -23,27 +23,23 @@ _SELF_WEIGHT = 0.1
 _PROJECTIONS = 30
 
 
-def graph_sphere(graph: sp.csr_matrix) -> np.ndarray:
+def graph_sphere(graph: sp.csr_matrix, sweeps: int = _FINEST_SWEEPS) -> np.ndarray:
     """Place the vertices of a connected planar graph on the sphere, near the centroids of their neighbours.
 
-    `graph` holds symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
+    Aggregates are placed first, then each vertex moves to the centroid of its neighbours, sweep by sweep. `graph` holds
+    symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
 
     >>> cycle = sp.csr_matrix(np.eye(6) + np.roll(np.eye(6), 1, axis=1) + np.roll(np.eye(6), -1, axis=1))
     >>> np.linalg.norm(graph_sphere(cycle), axis=1).round(6).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    return _multilevel(graph, _FINEST_SWEEPS)
-
-
-def _multilevel(graph: sp.csr_matrix, sweeps: int) -> np.ndarray:
-    """Place the aggregates first, then move each vertex to the centroid of its neighbours, sweep by sweep."""
     n = graph.shape[0]
     if n <= _COARSEST:
         return _coarsest(graph.toarray())
     labels, count = aggregate(graph)
     members = sp.csc_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(count, n)).tocsr()
     joined = sp.csr_matrix((graph.data, labels.take(graph.indices), graph.indptr), shape=(n, count))
-    x = _multilevel(members @ joined, _SWEEPS)[labels]
+    x = graph_sphere(members @ joined, _SWEEPS)[labels]
     diagonal = graph.diagonal()
     degree = np.maximum(graph @ np.ones(n) - diagonal, np.finfo(float).tiny)
     own, total = _SELF_WEIGHT * degree - diagonal, (1.0 + _SELF_WEIGHT) * degree
