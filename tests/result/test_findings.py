@@ -7,7 +7,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.result.findings import angles, areas, verdict
+from igl_spheremap.result.findings import angles, areas, certificate_numbers, verdict
 from igl_spheremap.result.sphere_map import map_findings, result_rows, round_rows
 
 BALL = "sample:spheroid:n_vertices=300"
@@ -44,3 +44,9 @@ def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
     rows = round_rows(result)
     assert len(rows) >= len(result.rounds) > 0
     assert rows[-1][-2:] == (f"{result.energy:.6f}", f"{np.abs(result.angle_differences()).mean():.3g}")
+
+
+def test_programs_are_given_where_the_boundary_of_a_map_to_the_plane_crosses_itself():
+    bow_tie = ism.certify([[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 1, 2], [0, 2, 3]])
+    assert certificate_numbers(bow_tie)["crossings"] == {"count": 2, "first": [0, 2]}
+    assert "crossings" not in certificate_numbers(ism.certify(*ism.samples.sphere(42)))
