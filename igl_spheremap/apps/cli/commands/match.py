@@ -8,6 +8,7 @@ import numpy as np
 from ....correspondence.matching import match
 from ....correspondence.surface_map import SurfaceMap
 from ....io.files import write_mesh
+from ....io.formats import format_of
 from ....io.npz import read_arrays
 from ....io.scalars import read_landmarks
 from ....io.surface_maps import write_surface_map
@@ -20,7 +21,7 @@ from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ...viewer.choices import guess_up
 from ..exits import Exit, UsageError
-from ..inputs import InputMesh, read_source
+from ..inputs import STREAM, InputMesh, read_source
 from ..output import Findings, check_outputs, write_target
 from .register import read_features
 
@@ -32,6 +33,10 @@ def run_match(args: Namespace) -> Exit:
     igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif
     igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc
     """
+    if args.source == args.other == STREAM:
+        raise UsageError("stdin is read once: give one of the surfaces as a file")
+    for path in args.overlay or ():
+        format_of(path)
     check_outputs(args, surface=True)
     whole = args.target.lower().endswith(".npz")
     pictured = args.show or args.screenshot or args.video

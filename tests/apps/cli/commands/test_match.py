@@ -63,10 +63,18 @@ def test_lists_that_do_not_fit_are_named(lists, words, landmarks, tmp_path, caps
     assert not (tmp_path / "out.ply").exists()
 
 
-def test_no_input_is_overwritten(landmarks, tmp_path, capsys):
-    lists = landmarks("a.vts", "b.vts")
-    assert main(["match", A, B, str(tmp_path / "out.ply"), *lists, "--overlay", lists[1], str(tmp_path / "b.ply"),
-                 "-f"]) == 64
+def test_what_can_t_be_done_is_said_before_the_work(tmp_path, capsys):
+    assert main(["match", A, B, str(tmp_path / "out.ply"), "--overlay", str(tmp_path / "a.ply"), "b.foo"]) == 74
+    assert "b.foo: unknown format" in capsys.readouterr().err
+    assert main(["match", "-", "-", str(tmp_path / "out.ply")]) == 64
+    assert "stdin is read once" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_input_is_overwritten(tmp_path, capsys):
+    cat = str(tmp_path / "cat.ply")
+    ism.write_mesh(cat, *ism.samples.make("pear", n_vertices=400))
+    assert main(["match", cat, B, str(tmp_path / "out.ply"), "--overlay", cat, str(tmp_path / "b.ply"), "-f"]) == 64
     assert "would be lost" in capsys.readouterr().err
 
 
