@@ -37,6 +37,8 @@ from igl_spheremap.apps.cli import main as shell
 from igl_spheremap.apps.viewer import app as viewer
 from igl_spheremap.apps.viewer.app import App, present, run_app
 from igl_spheremap.apps.viewer.body import follow, look_at
+from igl_spheremap.apps.viewer.carried_view import CarriedView
+from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
 from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
 from igl_spheremap.apps.viewer.compare import Part, PartsView, registration_view
 from igl_spheremap.draw.palette import LINES
@@ -140,6 +142,12 @@ def registration(path: Path) -> list[str]:
     return _present(lambda: registration_view(moving, fixed, registered), path, (1200, 440))
 
 
+def correspondence(path: Path) -> list[str]:
+    """A dino, a rabbit, and what lies half of the way between them, with the checkerboard that the map carries."""
+    onto = ism.match(*(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny")))
+    return _present(lambda: CarriedView(onto, up="z"), path, CARRIED_SIZE)
+
+
 def balance_front(path: Path) -> list[str]:
     """Areas against angles of three samples over the balances."""
     figure, ((ax,),) = new_figure(1, 1, "", (6.4, 4.2))
@@ -225,6 +233,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
     "curves.png": curves,
     "harmonics.png": harmonics,
     "registration.png": registration,
+    "correspondence.png": correspondence,
     "balance_front.png": balance_front,
     "throughput.png": throughput,
     "folding_removal.png": _demo("folding_removal", ""),

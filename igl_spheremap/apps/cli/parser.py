@@ -190,6 +190,8 @@ COMMANDS = (
                  "lists", nargs=2),
         switch("--soft", help="come near the landmarks, if they can't be met"),
         shared.FEATURE,
+        argument("--feature-weight", "W", "of the features' squared differences beside the strain (default: 0.4)",
+                 type=FROM_ZERO, default=0.4),
         argument("--position-weight", "W", "of squared distances between A and B, B in the best pose (default: 0)",
                  type=FROM_ZERO, default=0.0),
         switch("--reflect", help="match the mirror image of A (x to -x); OUT has it, too"),

@@ -48,8 +48,8 @@ def run_match(args: Namespace) -> Exit:
     features = read_features(args.feature, *sources) if args.feature else None
     a, b = (_mapped(args, source) for source in sources)
     args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
-    result = match(a, b, landmarks, features, position_weight=args.position_weight, soft=args.soft,
-                   reflect=args.reflect, listener=args.progress.listener(a.faces))
+    result = match(a, b, landmarks, features, feature_weight=args.feature_weight, reflect=args.reflect,
+                   position_weight=args.position_weight, soft=args.soft, listener=args.progress.listener(a.faces))
     if whole:
         args.progress.stage(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
