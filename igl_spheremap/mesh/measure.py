@@ -68,7 +68,7 @@ def _unit_scale(d: FloatArray) -> FloatArray:
 
 
 def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
-    """(m, 3) corner angles in radians, finite on degenerate faces, too; a corner with a zero-length side counts as 0.
+    """(m, 3) corner angles in radians, finite even on degenerate faces; a corner with a zero-length side counts as 0.
 
     >>> np.degrees(corner_angles(np.eye(3), np.array([[0, 1, 2]]))).round(9)
     array([[60., 60., 60.]])
@@ -114,7 +114,7 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def log_face_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Logarithms of the flat areas of the faces, finite where the areas are below the least float, too.
+    """Logarithms of the flat areas of the faces, finite even where an area is below the least float.
 
     >>> log_face_areas(1e-200 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])).round(3)
     array([-921.727])
@@ -148,7 +148,7 @@ def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Logarithms of `vertex_areas`, finite where those are below the least float, too."""
+    """Logarithms of `vertex_areas`, finite even where one is below the least float."""
     corners, logs, largest = f.ravel(), np.repeat(log_face_areas(v, f), 3), np.full(len(v), -np.inf)
     np.maximum.at(largest, corners, logs)
     known = np.where(np.isfinite(largest), largest, 0.0)

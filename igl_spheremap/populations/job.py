@@ -158,7 +158,7 @@ def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerpr
 
 
 def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -> SphereMap:
-    """The map of a mesh; one with the faces of the one before shares what depends on them."""
+    """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
     if not isinstance(options.method, Auto):
         return balanced_spherical_map(v, f, options.balance, method=options.method, caps=caps)
     mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one

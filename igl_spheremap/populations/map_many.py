@@ -79,7 +79,7 @@ def map_many(
         Take a result from the manifest if mesh file, options and version are the same, and the target is still what
         was written.
     retry_failed : bool
-        Run again what is in the manifest without a map; `force` does so, too.
+        Run again the jobs that the manifest records without a map, as `force` does.
     timeout, memory : float, optional
         Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
     retries : int

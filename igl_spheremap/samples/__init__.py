@@ -109,7 +109,7 @@ def from_spec(spec: str) -> Arrays:
     Raises
     ------
     ValueError
-        As `make`, and for what is not of that form or not a number.
+        As for `make`; and if the string has another form, or a value is no number.
 
     Examples
     --------

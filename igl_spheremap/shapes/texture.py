@@ -31,7 +31,7 @@ class Atlas:
     weights : (k, n) sparse matrix
         Takes values at the mesh's vertices (positions, normals, data) to values at those of the atlas.
     vertex : (k,) int64 array
-        Which vertex each is: below n one of the mesh, from n on one that a cut has made. Copies of a vertex along
+        The vertex that each row is: below n one of the mesh, from n on one that a cut made. Copies of a vertex along
         the seam have the same number.
     """
 

@@ -222,7 +222,7 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
 
 
 def check_map(result: object, name: str = "result") -> SphereMap:
-    """The map; a TypeError for what is none, as where data are given before it."""
+    """The map; a TypeError for anything else, as when data are given before it."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")
     return result

@@ -145,7 +145,7 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
 
 
 def _positive(areas: FloatArray) -> FloatArray:
-    """Areas of which none is 0, as those of needles are: vertices without area take part all the same."""
+    """Areas raised above 0, which that of a vertex on needles may be, so that every vertex takes part."""
     return np.maximum(areas, np.finfo(float).eps * areas.mean())
 
 

@@ -46,7 +46,7 @@ _TRIES, _STRIDE = 4, 40
 
 
 class Start(NamedTuple):
-    """A map, its harmonic energy, and the derivatives of that."""
+    """A map, its harmonic energy, and the derivatives of the energy."""
 
     x: FloatArray
     energy: float

@@ -1,7 +1,7 @@
 """Exact factors of sparse symmetric positive definite matrices: their interface, and a class for each library.
 
-An analysis takes where the entries are, orders them and makes room; then it factorises values of that pattern again and
-again.
+An analysis is made of the places of a matrix's entries: it orders them and makes room. Then it factorises one matrix of
+that pattern after the other.
 """
 
 from __future__ import annotations
@@ -285,7 +285,7 @@ def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
 
 
 def reordered(order: np.ndarray, solve: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-    """Solver of a system from one of the same system reordered, whose i-th row is row ``order[i]`` of the first."""
+    """A solver of P x = b, made from a solver of the reordered system, whose i-th row is row ``order[i]`` of P."""
     rank = inverse_permutation(order)
 
     def apply(b: np.ndarray, *options: float) -> np.ndarray:
