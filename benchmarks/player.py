@@ -18,7 +18,7 @@ import polyscope as ps
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer import app, window
 from igl_spheremap.apps.viewer import background_run as runs
-from igl_spheremap.apps.viewer.player import PlayerWindow
+from igl_spheremap.apps.viewer.player_window import PlayerWindow
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 

@@ -1,9 +1,9 @@
 """The public names, each with the module that defines it: `__init__.py` imports one at its first use."""
 
 from . import samples as samples
-from .apps.viewer.player import play as play
-from .apps.viewer.result_view import screenshot as screenshot
-from .apps.viewer.result_view import show as show
+from .apps.viewer.player_window import play as play
+from .apps.viewer.show import screenshot as screenshot
+from .apps.viewer.show import show as show
 from .correspondence.matching import match as match
 from .correspondence.overlay import Overlay as Overlay
 from .correspondence.registration import Registration as Registration

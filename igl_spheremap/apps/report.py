@@ -23,7 +23,8 @@ from ..result.run import title_of
 from ..result.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
-from .viewer.result_view import count_foldings, picture_of
+from .viewer.result_view import count_foldings
+from .viewer.show import picture_of
 
 _SIZE = (900, 470)
 _CAPTIONS = {

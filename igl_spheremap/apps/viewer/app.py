@@ -15,9 +15,11 @@ import numpy as np
 
 from ...draw import palette
 from ...errors import DisplayError, FileError
+from ...io.written_map import write_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...result.recording import linear_below, objective
 from ...result.run import Iterate, Step
+from ...result.sphere_map import SphereMap
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
@@ -219,8 +221,8 @@ def paragraph(text: str) -> None:
 class SaveWidgets:
     """A name and buttons that write what is shown: as a picture, as a video, and the map itself."""
 
-    def __init__(self, app: App, name: str, write_map: Callable[[str], str] | None = None) -> None:
-        self._app, self.name, self._write_map = app, name, write_map
+    def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None = None) -> None:
+        self._app, self.name, self._result = app, name, result
 
     def __call__(self) -> None:
         """Draw them."""
@@ -233,11 +235,10 @@ class SaveWidgets:
         imgui.SameLine()
         if imgui.Button("video"):
             app.pending = self._video
-        if self._write_map is not None:
+        if self._result is not None:
             imgui.SameLine()
             if imgui.Button("map"):
-                write = self._write_map
-                app.pending = lambda: write(self.name)
+                app.pending = partial(self._map, self._result)
         if app.message:
             paragraph(app.message)
 
@@ -255,6 +256,14 @@ class SaveWidgets:
         with self._app.stage.bare():
             shown = write_video(self._app, path, LENGTH, RATE)
         return f"wrote {path}, {len(shown)} pictures"
+
+    def _map(self, result: Callable[[], SphereMap | None]) -> str:
+        """Write the map, certified as it is written; an .npz file holds the whole result."""
+        found, path = result(), Path(self.name)
+        if found is None:
+            return "there is no result yet"
+        path = path if path.suffix else path.with_suffix(".npz")
+        return f"wrote {path}: {write_map(path, found, force=True).certificate}"
 
 
 def energy_plot(history: Sequence[Step], shown: int, height: float) -> None:

@@ -2,40 +2,29 @@
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable
-from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ... import samples
 from ...draw.plot import fit, pose
-from ...io.files import read_mesh
-from ...io.written_map import write_map
-from ...maps.options import METHODS, Method
+from ...maps.options import Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import Mesh, check_mesh
+from ...mesh.check import Mesh
 from ...result.recording import Frame
 from ...result.run import Listener
-from .app import App, SaveWidgets, energy_plot, folding_plot, panel, paragraph, present, subject_combo, zoom_slider
+from .app import App
 from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
 from .colouring import Colouring, colouring
 from .result_view import count_foldings, edge_width
-from .stage import PANEL, Inset, Stage
-from .window import imgui
+from .stage import Inset, Stage
 
 #: Seconds of each frame that a window spends on new iterates at the most.
 _POLL = 0.02
-#: The name of a surface that is given as arrays.
-_GIVEN = "your mesh"
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
 
@@ -170,215 +159,3 @@ class Player(App):
             self.stage.place(0, k, Body(name, v, mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
         ]
         self.inset = Inset(self.stage, 0, 1, mesh.f, v)
-
-
-SPEEDS = (1, 2, 5, 10, 25)
-#: Beside a computation, drawing rests for so many times as long as the last picture took.
-_REST = 4
-
-
-def parameters(method: Method) -> dict[str, int | float]:
-    """The numbers of a method.
-
-    >>> parameters(METHODS["lai2014"]())["max_iterations"]
-    5000
-    """
-    values = {field.name: getattr(method, field.name) for field in fields(method)}
-    return {name: value for name, value in values.items() if type(value) in (int, float)}
-
-
-class PlayerWindow(Player):
-    """A player with a panel; the run is live."""
-
-    def __init__(self, load: Callable[[str], Source], name: str, method: Method, **layout: Any) -> None:
-        self.method = method
-        self.playing, self.speed = True, 0
-        self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
-        self._save = SaveWidgets(self, "run", self._write_map)
-        super().__init__(load, name, method, panel=PANEL, live=True, **layout)
-
-    def tick(self) -> None:
-        """Move on while playing, beside a computation now and then."""
-        super().tick()
-        cpu, now = time.process_time(), time.monotonic()
-        if self._moved:
-            self._rest_until = now + _REST * (cpu - self._cpu)
-        self._cpu, self._moved = cpu, False
-        if not self.playing or not self.run.frames or (self.run.running and now < self._rest_until):
-            return
-        before = self.after
-        self._step_to(before + SPEEDS[self.speed] - 1)
-        self._moved = self.after != before
-
-    def panel(self) -> None:
-        super().panel()
-        if not self.stage.panel:
-            return
-        with panel("Player", self.stage.panel):
-            self._run_widgets()
-            if self.run.frames:
-                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets, self._save):
-                    widgets()
-                self._plots()
-
-    def _write_map(self, name: str) -> str:
-        """Write the result of the run, certified as it is written; an .npz file holds all of it."""
-        if self.run.result is None:
-            return "there is no result yet"
-        path = Path(name)
-        path = path if path.suffix else path.with_suffix(".npz")
-        written = write_map(path, self.run.result, force=True)
-        return f"wrote {path}: {written.certificate}"
-
-    def _plots(self) -> None:
-        at = self.run.frames[self.after].index
-        room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
-        frames = self.run.frames
-        steps = np.array([frame.index for frame in frames])
-        energy_plot(self.run.history, at, room)
-        folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
-
-    def _run_widgets(self) -> None:
-        _, self.name = imgui.InputText("##mesh", self.name)
-        imgui.SameLine()
-        if imgui.BeginCombo("mesh", "", imgui.ImGuiComboFlags_NoPreview):
-            for name in samples.names():
-                if imgui.Selectable(f"sample:{name}", False)[0]:
-                    self.name = f"sample:{name}"
-            imgui.EndCombo()
-        methods = list(METHODS)
-        changed, chosen = imgui.Combo("method", methods.index(self.method.name), methods)
-        if changed:
-            self.method = METHODS[methods[chosen]]()
-        if imgui.TreeNode("parameters"):
-            for name, value in parameters(self.method).items():
-                enter = imgui.InputInt if isinstance(value, int) else _enter_number
-                changed, value = enter(name.replace("_", " "), value)
-                if changed:
-                    self.method = replace(self.method, **{name: max(value, 0)})
-            imgui.TreePop()
-        run = self.run
-        if run.running:
-            if imgui.Button("stop"):
-                run.stop()
-            imgui.SameLine()
-            imgui.TextUnformatted(f"computing: {len(run.history):,} iterates")
-        elif imgui.Button("run"):
-            run.close()
-            self.start(self.name, self.method)
-            self.playing = True
-        if run.error is not None:
-            paragraph(f"{type(run.error).__name__}: {run.error}")
-
-    def _play_widgets(self) -> None:
-        at, last = self.after - 1, self.frames() - 1
-        if imgui.Button("pause" if self.playing else "play "):
-            if not self.playing and at >= last:
-                self._step_to(0)
-            self.playing = not self.playing
-        for label, step in (("<", -1), (">", 1)):
-            imgui.SameLine()
-            if imgui.Button(label):
-                self._leave_for(at + step)
-        imgui.SameLine()
-        imgui.PushItemWidth(70)
-        _, self.speed = imgui.Combo("speed", self.speed, [f"x{speed}" for speed in SPEEDS])
-        imgui.PopItemWidth()
-        moved, frame = imgui.SliderInt("step", max(at, 0), 0, last)
-        if moved:
-            self._leave_for(frame)
-
-    def _stop_combo(self) -> None:
-        marks = self.run.stops()
-        here = [name for name, k in marks if k == self.after or k == 0 == self.before]
-        if not imgui.BeginCombo("stops", here[-1] if here else ""):
-            return
-        for name, k in marks:
-            if imgui.Selectable(name, name in here)[0]:
-                self._leave_for(k - 1)
-        imgui.EndCombo()
-
-    def _leave_for(self, frame: int) -> None:
-        self.playing = False
-        self._step_to(frame)
-
-    def _step_to(self, frame: int) -> None:
-        self.go_to(min(max(frame, 0), self.frames() - 1))
-
-    def _view_widgets(self) -> None:
-        self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
-        self.show(self.before, self.after)
-
-
-def _enter_number(label: str, value: float) -> tuple[bool, float]:
-    changed, value = imgui.InputDouble(label, value, format="%.1e")
-    return bool(changed), float(value)
-
-
-def play(
-    v: ArrayLike,
-    f: ArrayLike,
-    method: str | Method = "lai2014",
-    target: str | os.PathLike[str] | None = None,
-    *,
-    up: str = "auto",
-    size: tuple[int, int] = PLAYER_SIZE,
-) -> list[dict[str, Any]]:
-    """Show a map coming about: before and after each iteration, with its folded faces in red.
-
-    The surface stands beside the sphere before and after an iteration. A Moebius map magnifies the largest cluster of
-    folded faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own:
-    call this below ``if __name__ == "__main__":``, for that process imports the program anew.
-
-    Parameters
-    ----------
-    v : (n, 3) array_like of float
-        Vertices of a closed, oriented, connected mesh of genus 0.
-    f : (m, 3) array_like of int
-        Faces.
-    method : str or options of a method
-        What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
-    target : path, optional
-        Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
-        pictures), in place of opening a window; needs no display.
-    up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
-    size : (int, int)
-        Width and height in pixels.
-
-    Returns
-    -------
-    list of dict
-        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` and ``foldings`` after the step, and the
-        same of the map ``before`` it.
-
-    Raises
-    ------
-    DisplayError
-        If there is no display for a window, or no OpenGL.
-    FileError
-        If the picture or the video can't be written.
-    MeshError
-        If the mesh is no closed surface of genus 0.
-
-    Examples
-    --------
-    >>> import igl_spheremap as ism
-    >>> ism.play(*ism.samples.make("dino"))                             # doctest: +SKIP
-    >>> ism.play(*ism.samples.make("dino"), "lai2014", "foldings.gif")  # doctest: +SKIP
-    """
-    mesh = check_mesh(v, f)
-    method = method if isinstance(method, Method) else METHODS[method]()
-    kind = PlayerWindow if target is None else Player
-    load = partial(_load, mesh.vertices, mesh.f)
-    return present(lambda: kind(load, _GIVEN, method, up=up, size=size), target, size=size)
-
-
-def _load(v: FloatArray, f: IntArray, name: str) -> Source:
-    """Vertices and faces by the name that the window shows, in any process."""
-    if name == _GIVEN:
-        return v, f
-    if name.startswith("sample:"):
-        return samples.from_spec(name.removeprefix("sample:"))
-    loaded = read_mesh(name)
-    return loaded.v, loaded.f

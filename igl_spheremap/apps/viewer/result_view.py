@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from ...draw.palette import INK
 from ...draw.plot import fit, pose
-from ...io.written_map import write_map
 from ...maps.balanced import rebalance
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray
@@ -22,11 +19,10 @@ from ...result.sphere_map import SphereMap
 from ...sphere.moebius import moebius
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from . import window
-from .app import App, SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
+from .app import App, SaveWidgets, panel, paragraph, subject_combo, zoom_slider
 from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
-from .choices import SIZE, SUBJECTS
+from .choices import SUBJECTS
 from .colouring import SQUARES, checkerboard, colouring, deepest_tips
 from .stage import PANEL, Inset, Stage, packed
 from .window import imgui, ps
@@ -70,7 +66,7 @@ class ResultView(App):
         self._run: BackgroundRun | None = None
         self._held, self._moebius = False, False
         self._clicked = np.zeros(2)
-        self._save = SaveWidgets(self, "map", self._write_map)
+        self._save = SaveWidgets(self, "map", self._shown_map)
         self.stage = Stage(1, 2, panel=PANEL if panel and result is not None else 0)
         self.turn = pose(mesh.v, up)
         self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
@@ -278,14 +274,9 @@ class ResultView(App):
         paragraph("Drag the white handle: what is under it grows.")
         imgui.TreePop()
 
-    def _write_map(self, name: str) -> str:
-        """Write what is shown, certified as it is written; an .npz file holds the whole result."""
-        assert self.result is not None
-        path = Path(name)
-        path = path if path.suffix else path.with_suffix(".npz")
-        moved = sphere_map(self.mesh.vertices, self.mesh.f, self.x) if self.centre.any() else self.result
-        written = write_map(path, moved, force=True)
-        return f"wrote {path}: {written.certificate}"
+    def _shown_map(self) -> SphereMap | None:
+        """What the button writes: the map after the Moebius map, if there is one."""
+        return sphere_map(self.mesh.vertices, self.mesh.f, self.x) if self.centre.any() else self.result
 
 
 def _given(v: FloatArray, f: IntArray) -> Source:
@@ -309,81 +300,6 @@ def count_foldings(count: int) -> str:
     ('1 folded face', '1,200 folded faces')
     """
     return f"{count:,} folded face{'s' * (count != 1)}"
-
-
-def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
-    """Open a window with the source beside its sphere; returns when it is closed.
-
-    Parameters
-    ----------
-    result : SphereMap
-        A map.
-    up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
-    subject : str
-        What the colours show at first: "foldings", "conformal factor", "angle differences", "area distortion"
-        or "checkerboard".
-
-    Raises
-    ------
-    DisplayError
-        If there is no display or no OpenGL.
-    ValueError
-        If there is no such direction or subject.
-    """
-    present(lambda: ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result))
-
-
-def screenshot(
-    result: SphereMap,
-    path: str | os.PathLike[str],
-    *,
-    up: str = "auto",
-    subject: str = SUBJECTS[0],
-    size: tuple[int, int] = SIZE,
-) -> None:
-    """Write a picture of the source beside its sphere; needs no display.
-
-    Parameters
-    ----------
-    result : SphereMap
-        A map.
-    path : path
-        Ends in .png or .jpg; an existing file is replaced.
-    up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
-    subject : str
-        What the colours show: "foldings", "conformal factor", "angle differences", "area distortion"
-        or "checkerboard".
-    size : (int, int)
-        Width and height in pixels.
-
-    Raises
-    ------
-    DisplayError
-        If there is no OpenGL.
-    FileError
-        If the picture can't be written.
-    ValueError
-        If there is no such direction or subject.
-    """
-    picture_of(result.mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
-
-
-def picture_of(
-    mesh: Mesh,
-    x: FloatArray,
-    path: str | os.PathLike[str],
-    *,
-    caption: str,
-    up: str = "auto",
-    subject: str = SUBJECTS[0],
-    size: tuple[int, int] = SIZE,
-    lens: Lens | None = None,
-) -> None:
-    """`screenshot` of any map, through any lens."""
-    window.check_picture(path)
-    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject, lens=lens), path, size=size)
 
 
 def caption_of(result: SphereMap) -> str:

@@ -16,7 +16,8 @@ from igl_spheremap.result.recording import Recording
 LAI2014 = partial(ism.spherical_conformal_map, method="lai2014")
 
 _PLAYER = """
-from igl_spheremap.apps.viewer.player import Player, PlayerWindow
+from igl_spheremap.apps.viewer.player import Player
+from igl_spheremap.apps.viewer.player_window import PlayerWindow
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 

@@ -135,7 +135,7 @@ except RuntimeError as error:
 @needs_drawing
 def test_a_picture_of_a_result_shows_its_colours_as_the_legend_does(tmp_path):
     figures = drive(f"""
-from igl_spheremap.apps.viewer.result_view import screenshot
+from igl_spheremap.apps.viewer.show import screenshot
 v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
 screenshot(result, {str(tmp_path / "a.png")!r})

@@ -11,7 +11,8 @@ from ....mesh.arrays import FloatArray, IntArray
 from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
-from ...viewer.player import Player, PlayerWindow
+from ...viewer.player import Player
+from ...viewer.player_window import PlayerWindow
 from ...viewer.result_view import ResultView, caption_of
 from ..arguments import chosen_method
 from ..inputs import InputMesh, load_pair, load_source, read_source

@@ -1,0 +1,89 @@
+"""A result in a window, or as a picture."""
+
+from __future__ import annotations
+
+import os
+
+from ...mesh.arrays import FloatArray
+from ...mesh.check import Mesh
+from ...result.sphere_map import SphereMap
+from . import window
+from .app import present
+from .body import Lens
+from .choices import SIZE, SUBJECTS
+from .result_view import ResultView, caption_of
+
+
+def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
+    """Open a window with the source beside its sphere; returns when it is closed.
+
+    Parameters
+    ----------
+    result : SphereMap
+        A map.
+    up : str
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
+    subject : str
+        What the colours show at first: "foldings", "conformal factor", "angle differences", "area distortion"
+        or "checkerboard".
+
+    Raises
+    ------
+    DisplayError
+        If there is no display or no OpenGL.
+    ValueError
+        If there is no such direction or subject.
+    """
+    present(lambda: ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result))
+
+
+def screenshot(
+    result: SphereMap,
+    path: str | os.PathLike[str],
+    *,
+    up: str = "auto",
+    subject: str = SUBJECTS[0],
+    size: tuple[int, int] = SIZE,
+) -> None:
+    """Write a picture of the source beside its sphere; needs no display.
+
+    Parameters
+    ----------
+    result : SphereMap
+        A map.
+    path : path
+        Ends in .png or .jpg; an existing file is replaced.
+    up : str
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
+    subject : str
+        What the colours show: "foldings", "conformal factor", "angle differences", "area distortion"
+        or "checkerboard".
+    size : (int, int)
+        Width and height in pixels.
+
+    Raises
+    ------
+    DisplayError
+        If there is no OpenGL.
+    FileError
+        If the picture can't be written.
+    ValueError
+        If there is no such direction or subject.
+    """
+    picture_of(result.mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
+
+
+def picture_of(
+    mesh: Mesh,
+    x: FloatArray,
+    path: str | os.PathLike[str],
+    *,
+    caption: str,
+    up: str = "auto",
+    subject: str = SUBJECTS[0],
+    size: tuple[int, int] = SIZE,
+    lens: Lens | None = None,
+) -> None:
+    """`screenshot` of any map, through any lens."""
+    window.check_picture(path)
+    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject, lens=lens), path, size=size)
