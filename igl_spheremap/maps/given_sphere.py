@@ -18,7 +18,7 @@ from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
-from ..untangle.match_angles import polish_map
+from ..untangle.match_angles import is_worth_steps, polish_map
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
@@ -111,8 +111,9 @@ def repair_foldings(
     x : (n, 3) array_like
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
-    polish : {"angles"}, optional
-        What to lower afterwards on the whole map: the angle differences. Nothing by default.
+    polish : {"auto", "angles"}, optional
+        Lower the angle differences of the whole map afterwards: always ("angles"), or where that is predicted to gain
+        enough for its cost ("auto"). By default what was not folded stays where it is.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
@@ -145,7 +146,7 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    settings = Auto(polish=polish).settings()
+    settings = {} if polish is None else {"polish": Auto(polish=polish).polish}
     history = History(listener)
     mesh = check_mesh(v, f, caps)
     began, places = time.perf_counter(), count()
@@ -160,7 +161,7 @@ def repair_foldings(
     if not before.folding_free:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
-    if polish is not None:
+    if polish == "angles" or (polish == "auto" and is_worth_steps(mesh, y)):
         y = polish_map(mesh, y)
         record("polished", y)
     after = Certificate.of(y, mesh.f)

@@ -27,8 +27,7 @@ from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.algorithm_2 import remove_foldings
-from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
-from ..untangle.match_angles import polish_map
+from ..untangle.local_repair import is_off_centre, repair_locally
 from ..untangle.repair import repair
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Lai2014, Method, Stereographic
@@ -53,14 +52,10 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     if found.status is Status.STOPPED:
         return found
     try:
-        found = repair(found, operators, listener, centred=options.gauge == "centred", effort=options.effort)
+        found = repair(found, operators, listener, polish=options.polish, centred=options.gauge == "centred",
+                       effort=options.effort)
     except StopIteration:
         return replace(found, run=replace(run, status=Status.STOPPED))
-    if options.polish is not None and found.certificate.folding_free:
-        x = polish_map(mesh, found.sphere, options.effort)
-        x = x if found.gauge == "poles" else restore_gauge(mesh, x)
-        run = replace(found.run, energy=HarmonicEnergy(operators.L).evaluate(x)[0])
-        found = replace(found, sphere=x, certificate=Certificate.of(x, mesh.f), run=run)
     return replace(found, run=replace(found.run, notes=(*found.notes, *_remarks(found))))
 
 

@@ -28,7 +28,7 @@ def spherical_conformal_map(
     max_iterations: int = 30,
     backend: str = "auto",
     gauge: Gauge = "poles",
-    polish: Polish | None = None,
+    polish: Polish | None = "auto",
     effort: Effort = Effort(),  # noqa: B008 - it is frozen
     caps: ArrayLike | None = None,
     listener: Listener | None = None,

@@ -14,7 +14,7 @@ from typing import Literal
 
 from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
-from ..maps.options import Method, method_of
+from ..maps.options import Auto, Method, method_of
 from .executors import workers_of
 from .job import Job, Options, host_and_process, key_of
 from .manifest import Manifest
@@ -31,7 +31,7 @@ def map_many(
     *,
     executor: Executor | None = None,
     processes: int | None = None,
-    method: str | Method = "auto",
+    method: str | Method = Auto(polish=None),  # noqa: B008 - it is frozen
     balance: float = 0.0,
     repair: bool = False,
     keep_largest: bool = False,
@@ -63,7 +63,8 @@ def map_many(
     processes : int, optional
         How many processes of its own; by default one for each processor.
     method : str or Method
-        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`.
+        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`. The default takes no
+        steps on good maps, so that all members of a population are treated alike.
     balance : float
         As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
     repair : bool

@@ -29,8 +29,6 @@ _ONSET = 4.0
 _MARGINS = (1.0, 3.0)
 #: Step of kappa, from 1 down to this: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
-#: Bins are of one neper, or wider where limbs are deeper than so many: the table grows as the square of their number.
-_BINS = 250
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
@@ -139,7 +137,7 @@ def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
     """Discs about the tips beyond the floor, branches before what they branch off from."""
     limbs: dict[int, DeepLimb] = {}
     parents: dict[int, int] = {}
-    width = max(1.0, float(placed.depth.max()) / _BINS)
+    width = max(1.0, _STEP / 10 * float(placed.depth.max()))  # the table grows as the square of the number of bins
     for tip, parent, members in tips_beyond(placed.depth, placed.f, floor):
         log = placed.about(tip)
         radius = float(np.delete(log.real, members).min(initial=np.inf))

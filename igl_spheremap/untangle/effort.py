@@ -20,6 +20,9 @@ class Effort:
         from 1,000 vertices on.
     sweeps : int
         Sweeps over all vertices after these steps, at the most.
+    holes : int
+        Faces that are cut out in turn, where the map of a coarse mesh is poor, to lay it out by angles that close;
+        fewer above 1,000 vertices.
     least_gain : float
         Steps and sweeps end when all further steps together, or a sweep, would lower the mean angle difference by less
         than this share.
@@ -44,12 +47,13 @@ class Effort:
 
     systems: int = 20
     sweeps: int = 10
+    holes: int = 4
     least_gain: float = 0.025
     polish_gain: float = 0.004
 
     def __post_init__(self) -> None:
         """Refuse what is no count and no share."""
-        for name, value in (("systems", self.systems), ("sweeps", self.sweeps)):
+        for name, value in (("systems", self.systems), ("sweeps", self.sweeps), ("holes", self.holes)):
             if not isinstance(value, Integral) or isinstance(value, bool):
                 raise TypeError(f"effort: {name} is {value!r}; give a whole number")
             if value < 0:

@@ -12,6 +12,7 @@ The determinants are computed from a - c and b - c, so that stars of size 1e-12 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -53,12 +54,12 @@ class Stars:
     b: IntArray
     faces: IntArray
 
-    @property
+    @cached_property
     def valence(self) -> IntArray:
         """Number of faces around each centre."""
         return np.diff(np.append(self.start, len(self.a)))
 
-    @property
+    @cached_property
     def owner(self) -> IntArray:
         """Row of `vertices` that each outer edge belongs to."""
         return np.repeat(np.arange(len(self.vertices)), self.valence)

@@ -42,8 +42,6 @@ _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
 #: hundredth of a degree at the most there, and rounding changes them by eps over the length.
 _SHORT = 1e-4
-#: Nepers between the units in which positions are summed; float64 holds as many above and below each.
-_WINDOW = 300.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,15 +145,15 @@ class Layout:
         length, turn = self._log_length[at], self._direction[at]
         log, left, unit = np.full(self.n, -np.inf + 0j), np.ones(self.n, dtype=bool), length.max()
         largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
-        while left.sum() > 1 and unit > length.min() - _WINDOW:  # distances are summed in the largest unit they fill
+        while left.sum() > 1 and unit > length.min() - largest:  # distances are summed in the largest unit they fill
             edge = np.exp(np.clip(length - unit, -largest, largest) + 1j * turn)
             z = [0j] * self.n
             for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
                 z[c] = z[a] + e
             here = logarithm(np.array(z))
-            found = left & (here.real > -_WINDOW)
+            found = left & (here.real > -largest / 2)
             log[found], left[found] = here[found] + unit, False
-            unit -= 2 * _WINDOW
+            unit -= largest
         return log
 
 

@@ -39,7 +39,8 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None) -> FloatArray:
+def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None,
+                   sweeps: int = 30) -> FloatArray:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
@@ -48,7 +49,7 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     y = progressive_embedding(small_moves(x, mesh.f, listener), mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RINGS)
     around = mesh.f[moved[mesh.f].any(axis=1)]
-    return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=30, tolerance=FEW)
+    return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=sweeps, tolerance=FEW)
 
 
 def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:

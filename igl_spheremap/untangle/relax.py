@@ -137,18 +137,18 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     nearest = np.minimum.reduceat(row_dots(a - at, a - at), stars.start)
     steps = _newton(gradient, hessian, REACH * np.sqrt(nearest))
     move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
-    new, rows = old.copy(), np.arange(len(p))
+    new, rows, part = old.copy(), np.arange(len(p)), stars
     for length in _LENGTHS:
         trial = unit_rows(p[rows] + length * move[rows])
-        x[stars.vertices[rows]] = trial
-        part, faces = stars.take(rows), np.isin(owner, rows)
-        value = np.add.reduceat(loss.take(faces).values(trial.take(part.owner, axis=0), a[faces], b[faces]), part.start)
+        x[part.vertices] = trial
+        value = np.add.reduceat(loss.values(trial.take(part.owner, axis=0), a, b), part.start)
         better = (value < old[rows]) & proper(x, part)
         new[rows[better]] = value[better]
-        rows = rows[~better]
-        x[stars.vertices[rows]] = p[rows]
-        if not len(rows):
+        if better.all():
             break
+        faces, part, rows = ~better[part.owner], part.take(np.flatnonzero(~better)), rows[~better]
+        loss, a, b = loss.take(faces), a[faces], b[faces]
+        x[part.vertices] = p[rows]
     return float(old.sum()), float(new.sum())
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from ..descent.energies import HarmonicEnergy
 from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
-from ..mesh.measure import corner_angles
+from ..mesh.measure import corner_angles, surface_area
 from ..mesh.timings import stage
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
@@ -31,58 +31,71 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
+from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
+from .candidates import Badness, layouts, least_folded
 from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
 from .layout import Placed, onto_sphere, unroll
-from .local_repair import has_few_foldings, is_worse, repair_locally, restore_gauge
-from .match_angles import SMALL, is_worth_steps, match_angles
+from .local_repair import has_few_foldings, is_off_centre, is_worse, repair_locally, restore_gauge
+from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
 from .poles import at_poles
 
-#: Number of runs of steps on small meshes, each from the end of the last; and of steps on maps that came without
-#: foldings, which cost three to four times the map then.
+#: Runs of steps on small meshes at the most, each from the end of the last; and quick steps in a run.
 _SEVERAL = 3
 
 
 @stage("repair")
-def repair(first: SphereMap, operators: Operators, listener: Listener | None = None, *,
+def repair(first: SphereMap, operators: Operators, listener: Listener | None = None, *, polish: str | None = "auto",
            centred: bool = False, effort: Effort = Effort()) -> SphereMap:  # noqa: B008 - it is frozen
     """Free a map, in the gauge of the result, of foldings, and bring it nearer to the mesh's angles.
 
-    Returns `first` if it is free of foldings and steps would gain little. Bodies with limbs too deep for float64 get
-    the gauge "poles", unless `centred`.
+    Returns `first` if it is free of foldings, not poor, and steps are not asked for or would gain little. Bodies with
+    limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    mesh, x = first.mesh, first.sphere
-    steps = _Steps(first, operators, listener)
-    free = first.certificate.folding_free
-    if free and not is_worth_steps(mesh, x):
-        steps.notify(x, first.energy, 0)
-        return first
-    steps.accept("map", x)
-    if not free:
-        few = has_few_foldings(first.certificate, mesh.f)
-        if not few:
-            steps.attempt("angles", lambda: steps.angles(centred))
-        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
-        if steps.best is None or (not few and len(mesh.v) <= SMALL):
-            steps.attempt("embedding", lambda: steps.accept("embedding", repair_locally(mesh, x)))
-    for _ in range(_SEVERAL if len(mesh.v) <= SMALL else 1):
-        steps.attempt("newton", lambda: steps.newton(effort))
+    steps = _Steps(first, operators, listener, effort)
+    steps.attempt("repair", lambda: steps.run(polish, centred))
     return steps.result()
 
 
 class _Steps:
     """The steps, and the best map so far."""
 
-    best: SphereMap | None = None
-    laid_out: Placed | None = None
+    laid_out = False
 
-    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None) -> None:
+    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort) -> None:
         self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
+        self.effort, self.found = effort, list[tuple[float, SphereMap]]()
         self.rounds: list[Round] = []
         self.notes: list[str] = []
-        self._began, self._least = time.perf_counter(), np.inf
+        self._began = time.perf_counter()
+
+    def run(self, polish: str | None, centred: bool) -> None:
+        """All steps that the map needs."""
+        mesh, x, free = self.mesh, self.first.sphere, self.first.certificate.folding_free
+        few = free or has_few_foldings(self.first.certificate, mesh.f)
+        poor = is_coarse(surface_area(x, mesh.f)) and mean_difference(self._source, x, mesh.f) > 2 * GOOD
+        if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
+            self.notify(x, self.first.energy, 0)
+            return
+        self.accept("map", x)
+        if poor or not few:
+            self.attempt("angles", lambda: self.angles(centred, self.effort.holes if poor else 0))
+        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
+        if not free and (not self.found or (not few and len(mesh.v) <= SMALL)):
+            self.attempt("embedding", lambda: self.accept("embedding", repair_locally(mesh, x)))
+        if not self.found:
+            return
+        if poor or not few or (polish and is_worth_steps(mesh, self._best.sphere)):
+            self.attempt("newton", lambda: self.newton(quick=few and not poor))
+        if polish == "angles":
+            self.attempt("polish", self.polish)
+
+    @property
+    def _best(self) -> SphereMap:
+        """The certified map of least angle differences."""
+        return min(self.found, key=lambda entry: entry[0])[1]
 
     @cached_property
     def _system(self) -> VertexSystem:
@@ -113,29 +126,44 @@ class _Steps:
                                  now - self._began))
         self._began = now
         self.notify(x, energy, certificate.foldings)
-        taken = certificate.folding_free and mean < self._least
-        if taken:
+        if certificate.folding_free:
             run = replace(self.first.run, energy=energy, stretch=stretch, gauge=gauge)
-            self.best, self._least = SphereMap(self.mesh, x, certificate, run), mean
-        return taken
+            self.found.append((mean, SphereMap(self.mesh, x, certificate, run)))
+        return certificate.folding_free
 
     def notify(self, x: FloatArray, energy: float, foldings: int) -> None:
         """Hand a map to the listener."""
         if self.listener is not None:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
-    def angles(self, centred: bool) -> None:
-        """Angles that close, and their layout, its limbs as deep as float64 holds."""
-        self.laid_out = unroll(self.mesh, self.first.sphere, self._system)
-        if self.laid_out is None:
+    def angles(self, centred: bool, holes: int) -> None:
+        """Angles that close, and their layout, its limbs as deep as float64 holds.
+
+        Layouts around other holes compete with it, the least folded of which are repaired.
+        """
+        placed = unroll(self.mesh, self.first.sphere, self._system)
+        self.laid_out = placed is not None
+        holes = min(holes, max(1, holes * SMALL // len(self.mesh.v))) if holes else 0
+        if placed is not None and (not holes or placed.depth.max() > floors(np.float64)[0]):
+            for y, stretch, gauge in self._placements(placed, centred):
+                if not self.accept("angles", y, stretch, gauge):
+                    before = self.rounds[-1].mean_angle_difference
+                    self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
+                    if is_worse(self.rounds[-1].mean_angle_difference, before):
+                        continue
+                return
             return
-        for y, stretch, gauge in self._placements(self.laid_out, centred):
-            if not self.accept("angles", y, stretch, gauge):
-                before = self.rounds[-1].mean_angle_difference
-                self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
-                if is_worse(self.rounds[-1].mean_angle_difference, before):
-                    continue
-            return
+        maps = [] if placed is None else [onto_sphere(placed, placed.z)]
+        maps += layouts(self.mesh, self._system, holes)
+        badness = Badness(self.mesh)
+        tried = (least_folded(y, badness) for y in sorted(maps, key=badness)[:_SEVERAL])
+        for _, y in sorted(tried, key=lambda entry: entry[0])[:2]:
+            if self.accept("angles", y):
+                return
+            before = self.rounds[-1].mean_angle_difference
+            self.accept("embedding", repair_locally(self.mesh, y, sweeps=5))
+            if not is_worse(self.rounds[-1].mean_angle_difference, before):
+                return
 
     def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
@@ -149,36 +177,47 @@ class _Steps:
             shortened = shorten_limbs(placed, self._source, floor)
             yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
-    def newton(self, effort: Effort) -> None:
-        """Lower the angle differences of the best map.
+    def newton(self, quick: bool) -> None:
+        """Lower the angle differences of the map and of the best one, then further those of the best on small meshes.
 
-        If it came without foldings, factorised steps are at most 1 + 3000 // n, and above 4,000 vertices, where
-        factorisations take most of the time, there are three quick steps by conjugate gradients.
+        Maps that need no repair are improved by few factorised steps, and above 4,000 vertices, where factorisations
+        take most of the time, by quick steps with conjugate gradients.
         """
-        if self.best is None:
-            return
-        x, run, n, quick = self.best.sphere, self.best.run, len(self.mesh.v), False
-        if self.first.certificate.folding_free:
-            quick = n > (_SEVERAL + 1) * SMALL
+        n, effort, damping = len(self.mesh.v), self.effort, DAMPED if self.laid_out else HALF_DIGITS
+        quick, slow = quick and n > (_SEVERAL + 1) * SMALL, not quick
+        if not slow or self.first.certificate.folding_free:
             effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
-        centroid = weighted_sum(self.mesh.A, x) if run.gauge == "poles" else np.zeros(3)
-        x = match_angles(self.mesh, x, centroid, self._system, effort,
-                         damping=HALF_DIGITS if self.laid_out is None else DAMPED, quick=quick)
-        self.accept("newton", x, run.stretch, run.gauge)
+        starts = [self._best] if self._best is self.found[0][1] else [self.found[0][1], self._best]
+        for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
+            start = starts[k] if k < len(starts) else self._best
+            before = mean_difference(self._source, start.sphere, self.mesh.f)
+            x, run = start.sphere, start.run
+            held = run.gauge == "poles" or is_off_centre(self.mesh, x)
+            centroid = weighted_sum(self.mesh.A, x) if held else np.zeros(3)
+            x = match_angles(self.mesh, x, centroid, self._system, effort, damping=damping, quick=quick)
+            self.accept("newton", x, run.stretch, run.gauge)
+            if k >= len(starts) and self.rounds[-1].mean_angle_difference > (1 - effort.least_gain) * before:
+                return
+
+    def polish(self) -> None:
+        """Lower the angle differences further."""
+        best = self._best
+        self.accept("polish", polish_map(self.mesh, best.sphere, self.effort), best.stretch, best.gauge)
 
     def result(self) -> SphereMap:
         """The best map, in the package's gauge."""
-        if self.best is not None and self.best.sphere is not self.first.sphere and self.best.gauge == "centred":
-            self.attempt("gauge", self._restore_gauge)
-        best = self.best if self.best is not None and self.best.sphere is not self.first.sphere else self.first
+        best = self._best if self.found else self.first
+        if best.sphere is not self.first.sphere and best.gauge == "centred":
+            self.attempt("gauge", lambda: self.found.append((-1.0, self._in_gauge(best))))
+            best = self._best
+        best = self.first if best.sphere is self.first.sphere else best
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
         return replace(best, run=replace(best.run, rounds=rounds, notes=(*best.notes, *self.notes)))
 
-    def _restore_gauge(self) -> None:
-        assert self.best is not None
-        x = restore_gauge(self.mesh, self.best.sphere)
-        run = replace(self.best.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
-        self.best = replace(self.best, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
+    def _in_gauge(self, found: SphereMap) -> SphereMap:
+        x = restore_gauge(self.mesh, found.sphere)
+        run = replace(found.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
+        return replace(found, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
 
 
 def left_out(name: str, error: Exception) -> str:

@@ -28,7 +28,7 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     array([ 1, -1])
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        det = by_blocks(lambda corners: _det(*corners.transpose(1, 0, 2)), x, f)
+        det = by_blocks(signed_volumes, x, f)
         error = _ERROR * np.abs(x).max(initial=0.0) ** 3 + np.finfo(float).tiny
         unsure = np.flatnonzero(~(np.abs(det) > error))  # NaN included
     signs = (det > 0).astype(np.int64) - (det < 0)
@@ -40,6 +40,11 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
 def folded_faces(x: FloatArray, f: IntArray) -> BoolArray:
     """Whether the image of each face is flipped or degenerate."""
     return orientation_signs(x, f) <= 0
+
+
+def signed_volumes(corners: FloatArray) -> FloatArray:
+    """Determinants of the corners (coordinate, corner, face) of faces, in floating point."""
+    return np.asarray(_det(*corners.transpose(1, 0, 2)))
 
 
 def _det(a: Any, b: Any, c: Any) -> Any:

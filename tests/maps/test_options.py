@@ -94,7 +94,7 @@ def test_records_are_frozen_and_equal_by_value():
 
 @pytest.mark.parametrize(("record", "wrong", "message"), [
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'poles' or 'centred'"),
-    (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'angles'"),
+    (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'auto' or 'angles'"),
     (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'cotangent' or 'delaunay'"),
     (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'alternating' or 'tau_1' or 'tau_2'"),
     (ism.GuYau, {"step": 2.0}, "unstable"),

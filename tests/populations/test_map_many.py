@@ -42,12 +42,13 @@ def figures(row):
 
 
 def test_rows_are_those_of_single_maps(run):
+    """They take no steps on good maps, by default, so that all members are treated alike."""
     rows = run(SOURCES, "{stem}_out.obj")
     assert [row.source for row in rows] == SOURCES
     assert [row.status for row in rows] == STATUSES
     for row in rows:
         if row.status == "certified":
-            result = ism.spherical_conformal_map(*read_mesh(row.source))
+            result = ism.spherical_conformal_map(*read_mesh(row.source), polish=None)
             size = np.abs(result.angle_differences()).ravel()
             assert np.array_equal(read_mesh(row.target).v, result.sphere)
             assert (row.energy, row.mean_angle, row.max_angle) == (result.energy, size.mean(), size.max())

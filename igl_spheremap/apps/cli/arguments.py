@@ -49,7 +49,7 @@ def effort(text: str) -> Effort:
     """A type of arguments for argparse: what a repair may cost.
 
     >>> effort("systems=5,sweeps=0")
-    Effort(systems=5, sweeps=0, least_gain=0.025, polish_gain=0.004)
+    Effort(systems=5, sweeps=0, holes=4, least_gain=0.025, polish_gain=0.004)
     """
     try:
         words = dict(part.split("=") for part in text.split(","))
@@ -186,11 +186,12 @@ PLANE = (
 #: Options of single methods, which name them.
 OPTIONS = (
     *TOLERANCES,
-    choice("--polish", get_args(Polish), "lower the angle differences when the map is done (auto)"),
+    choice("--polish", (*get_args(Polish), "none"), "lower the angle differences of a good map: where it gains enough "
+           "for its cost, always, or never (auto); default: auto, of batch none"),
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
-             "systems=20, sweeps=10, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
+             "systems=20, sweeps=10, holes=4, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )
@@ -216,6 +217,7 @@ def chosen_method(args: Namespace) -> Method:
     """The method of --method with the options whose flags were given, which it must know."""
     known = {name: [option.name for option in fields(record)] for name, record in METHODS.items()}
     options = given(args, *sorted(set().union(*known.values())))
+    options |= {"polish": None} if options.get("polish") == "none" else {}
     if unknown := set(options) - set(known[args.method]):
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")

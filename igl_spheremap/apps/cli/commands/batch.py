@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....io.replacing import check_writable
+from ....maps.options import Auto
 from ....populations.executors import connect
 from ....populations.job import Options
 from ....populations.map_many import manifest_of, map_many, targets_of
@@ -32,6 +33,8 @@ def run_batch(args: Namespace) -> Exit:
     igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
     igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
     """
+    if args.method == Auto.name and args.polish is None:
+        args.polish = "none"  # all members are treated alike
     sources, method = _sources(args), chosen_method(args)
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
