@@ -40,13 +40,13 @@ class CayleyBB:
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
     """
 
-    #: As of `NonmonotoneSearch`.
+    #: Options of `NonmonotoneSearch`.
     rho: float = 1e-4
     delta: float = 0.1
     xi: float = 0.85
     #: Which quotient is the first step tried; "alternating" takes tau_1 at odd iterations and tau_2 at even ones.
     bb: BarzilaiBorwein = "alternating"
-    #: If not, steps that fold are refused where the start has no foldings.
+    #: If False, steps that fold are refused where the start has no foldings.
     may_fold: bool = True
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:

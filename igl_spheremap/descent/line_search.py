@@ -32,7 +32,7 @@ class NonmonotoneSearch:
     0.4
     """
 
-    #: At the start: C_0.
+    #: The energy at the start, C_0.
     energy: float
     #: Share of the predicted decrease that is asked for.
     rho: float = 1e-4

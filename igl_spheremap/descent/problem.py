@@ -115,11 +115,11 @@ class Problem:
     """All that a solver has to know of the mesh; what else it takes are its own options."""
 
     energy: Energy
-    #: In which the gradient is taken.
+    #: The metric in which the gradient is taken.
     metric: Metric
     #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
     A: FloatArray
-    #: (n,) the same, with those of caps: weights of the L2 norm.
+    #: (n,) vertex areas with those of caps included: weights of the L2 norm.
     areas: FloatArray
     #: (m, 3) faces.
     f: IntArray

@@ -60,7 +60,7 @@ class PaperSurface:
 
 _GRAY_MATTER = "public/fsaverage5_pial_left.obj"
 _TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
-#: By the paper's name.
+#: What stands for each surface, by the paper's name of it.
 COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
 
 
