@@ -19,11 +19,10 @@ from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weig
 from ..verify.signs import folded_faces
 from .energies import Energy, HarmonicEnergy, PHarmonicEnergy
 
-Trial = Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]
-
 #: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.
 _ACCURACY = 0.1
-#: Smallest image area of a vertex, in units of the mean, that the H2 metric divides by.
+#: Smallest image area of a vertex, in units of the mean, that the H2 metric divides by: vertices of limbs have next to
+#: none.
 _LEAST_AREA = 1e-6
 
 
@@ -146,7 +145,9 @@ class Problem:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
         return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
 
-    def cayley_path(self, x: FloatArray, h: FloatArray, off: float, injective: bool = False) -> Trial:
+    def cayley_path(
+        self, x: FloatArray, h: FloatArray, off: float, injective: bool = False
+    ) -> Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]:
         """What a line search tries: Cayley updates of `x` by `h`, centred where they are more than `off` away.
 
         A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there.
