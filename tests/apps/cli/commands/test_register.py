@@ -130,6 +130,31 @@ def test_a_mirror_image_starts_from_the_sphere_that_was_given(folder, monkeypatc
         assert json.load(file)["stages"][0]["correlation"][0] > 0.999
 
 
+def test_hemispheres_of_a_brain(monkeypatch, tmp_path):
+    """Sulci agree before the first stage, for the given sphere is mirrored; thickness goes to the left side."""
+    pytest.importorskip("nibabel")
+    fsaverage = pytest.importorskip("nilearn.datasets").fetch_surf_fsaverage("fsaverage5")
+    monkeypatch.chdir(tmp_path)
+    for side, word in (("lh", "left"), ("rh", "right")):
+        v, f = read_mesh(fsaverage[f"white_{word}"])
+        write_mesh(f"{side}.white", v, f)
+        ism.write_map(f"{side}.white.balanced", ism.balanced_spherical_map(v, f, 0.85))
+        for name, key in (("sulc", "sulc"), ("thickness", "thick")):
+            write_scalars(f"{side}.{name}", {name: read_scalars(fsaverage[f"{key}_{word}"]).popitem()[1]})
+    options = ["--reflect", "--feature", "sulc=rh.sulc,lh.sulc", "--stages", "rotation,moebius", "--json", "out.json"]
+    assert main(["register", "rh.white", "rh.white.balanced", "lh.white", "lh.white.balanced", "rh.on_left", "-q",
+                 *options]) == 0
+    with open("out.json") as file:
+        start, *_, last = (stage["correlation"][0] for stage in json.load(file)["stages"])
+    assert start > 0.89
+    assert last > 0.93
+    assert main(["check", "rh.white", "rh.on_left", "-q"]) == 0
+    assert main(["transfer", "rh.white", "rh.on_left", "lh.of_right", "--data", "rh.thickness", "--reflect", "-q",
+                 "--to", "lh.white.balanced"]) == 0
+    left, carried = read_scalars("lh.thickness")["thickness"], read_scalars("lh.of_right")["of_right"]
+    assert np.corrcoef(left, carried)[0, 1] > 0.9
+
+
 @needs_drawing
 def test_the_picture_shows_the_moving_sphere_before_and_as_the_fixed_one_after(folder, monkeypatch, tmp_path):
     images = pytest.importorskip("PIL.Image")
