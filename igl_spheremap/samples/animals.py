@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import Limb, SmoothUnion, limb, mesh_implicit
 
-DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the snout
+_DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the snout
     (-5.0, 0.95, 0.85, 0.10),
     (-4.0, 0.55, 0.78, 0.15),
     (-3.0, 0.20, 1.02, 0.24),
@@ -24,13 +26,13 @@ DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the sn
     (3.5, -0.42, 4.34, 0.25),
     (3.85, -0.52, 4.18, 0.18),
 )
-DINO_LEGS = (
+_DINO_LEGS = (
     ((0.65, 0.45, 1.5, 0.36), (0.85, 0.55, 0.85, 0.27), (0.85, 0.56, 0.28, 0.23), (0.97, 0.56, 0.20, 0.23)),
     ((0.65, -0.45, 1.5, 0.36), (0.55, -0.55, 0.85, 0.27), (0.35, -0.56, 0.28, 0.23), (0.47, -0.56, 0.20, 0.23)),
     ((-0.9, 0.42, 1.5, 0.48), (-0.9, 0.56, 0.9, 0.33), (-1.2, 0.58, 0.28, 0.25), (-1.08, 0.58, 0.21, 0.25)),
     ((-0.9, -0.42, 1.5, 0.48), (-0.6, -0.56, 0.9, 0.33), (-0.6, -0.58, 0.28, 0.25), (-0.48, -0.58, 0.21, 0.25)),
 )
-BIRD_SPINE = (
+_BIRD_SPINE = (
     (-1.5, 0.0, 0.0, 0.20),
     (-0.9, 0.0, 0.0, 0.38),
     (0.0, 0.0, 0.0, 0.55),
@@ -38,37 +40,37 @@ BIRD_SPINE = (
     (1.35, 0.0, 0.5, 0.28),
     (1.75, 0.0, 0.62, 0.30),
 )
-BIRD_BEAK = ((1.85, 0.0, 0.6, 0.17), (2.15, 0.0, 0.54, 0.13), (2.45, 0.0, 0.46, 0.08))
-BIRD_WING = (  # the left one
+_BIRD_BEAK = ((1.85, 0.0, 0.6, 0.17), (2.15, 0.0, 0.54, 0.13), (2.45, 0.0, 0.46, 0.08))
+_BIRD_WING = (  # the left one
     (0.35, 0.2, 0.1, 0.45),
     (0.45, 1.0, 0.45, 0.50),
     (0.60, 1.8, 0.75, 0.45),
     (0.25, 2.7, 0.95, 0.36),
     (-0.45, 3.5, 1.0, 0.18),
 )
-BUNNY_BODY = (  # x (forward), y (left), z (up), radius; from the rump to the neck
+_BUNNY_BODY = (  # x (forward), y (left), z (up), radius; from the rump to the neck
     (-1.05, 0.0, 0.98, 0.82),
     (-0.55, 0.0, 1.12, 0.95),
     (0.15, 0.0, 1.22, 0.84),
     (0.7, 0.0, 1.45, 0.64),
     (0.95, 0.0, 1.85, 0.50),
 )
-BUNNY_HEAD = ((0.95, 0.0, 2.2, 0.42), (1.25, 0.0, 2.42, 0.56), (1.6, 0.0, 2.34, 0.48), (1.88, 0.0, 2.22, 0.34))
-BUNNY_TAIL = ((-1.75, 0.0, 0.75, 0.26), (-1.98, 0.0, 0.86, 0.31))
-BUNNY_EAR = (  # the left one, as all that follow
+_BUNNY_HEAD = ((0.95, 0.0, 2.2, 0.42), (1.25, 0.0, 2.42, 0.56), (1.6, 0.0, 2.34, 0.48), (1.88, 0.0, 2.22, 0.34))
+_BUNNY_TAIL = ((-1.75, 0.0, 0.75, 0.26), (-1.98, 0.0, 0.86, 0.31))
+_BUNNY_EAR = (  # the left one, as all that follow
     (1.02, 0.22, 2.8, 0.17),
     (0.88, 0.32, 3.15, 0.25),
     (0.68, 0.44, 3.6, 0.29),
     (0.46, 0.53, 4.02, 0.22),
     (0.33, 0.57, 4.28, 0.11),
 )
-BUNNY_HAUNCH = ((-1.0, 0.62, 0.95, 0.56), (-0.4, 0.82, 0.70, 0.52), (-0.15, 0.84, 0.55, 0.40))
-BUNNY_LEGS = (
+_BUNNY_HAUNCH = ((-1.0, 0.62, 0.95, 0.56), (-0.4, 0.82, 0.70, 0.52), (-0.15, 0.84, 0.55, 0.40))
+_BUNNY_LEGS = (
     ((-0.75, 0.84, 0.24, 0.22), (0.15, 0.88, 0.20, 0.23), (0.45, 0.88, 0.18, 0.19)),
     ((0.72, 0.36, 1.1, 0.38), (0.92, 0.38, 0.55, 0.24), (1.0, 0.38, 0.2, 0.19), (1.28, 0.38, 0.16, 0.18)),
 )
-BUNNY_EYE = ((1.52, 0.40, 2.55, 0.13), (1.55, 0.44, 2.56, 0.11))
-OCTOPUS_MANTLE = (
+_BUNNY_EYE = ((1.52, 0.40, 2.55, 0.13), (1.55, 0.44, 2.56, 0.11))
+_OCTOPUS_MANTLE = (
     (0.0, 0.0, 0.6, 0.55),
     (-0.05, 0.0, 1.1, 0.50),
     (-0.20, 0.0, 1.7, 0.75),
@@ -91,7 +93,7 @@ def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    body = SmoothUnion((limb(DINO_SPINE), *map(limb, DINO_LEGS)), blend=0.06)
+    body = SmoothUnion((limb(_DINO_SPINE), *map(limb, _DINO_LEGS)), blend=0.06)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
@@ -109,9 +111,9 @@ def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    parts = [limb(BIRD_SPINE), limb(BIRD_BEAK)]
+    parts = [limb(_BIRD_SPINE), limb(_BIRD_BEAK)]
     for side in (1.0, -1.0):
-        parts.append(limb([(x, side * y, z, r) for x, y, z, r in BIRD_WING], squash=(1, 1, 0.3)))
+        parts.append(limb(_on_side(_BIRD_WING, side), squash=(1, 1, 0.3)))
     for angle in (-0.45, 0.0, 0.45):
         x, y = -np.cos(angle), np.sin(angle)
         feather = [(-1.3 + s * x, s * y, 0.02 * s, 0.16 + 0.06 * s) for s in (0.0, 0.5, 1.0, 1.4)]
@@ -134,10 +136,10 @@ def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    parts = [limb(BUNNY_BODY), limb(BUNNY_HEAD), limb(BUNNY_TAIL)]
+    parts = [limb(_BUNNY_BODY), limb(_BUNNY_HEAD), limb(_BUNNY_TAIL)]
     for side in (1.0, -1.0):
-        parts += [limb([(x, side * y, z, r) for x, y, z, r in part]) for part in (BUNNY_HAUNCH, *BUNNY_LEGS, BUNNY_EYE)]
-        parts.append(limb([(x, side * y, z, r) for x, y, z, r in BUNNY_EAR], squash=(0.45, 1, 1)))
+        parts += [limb(_on_side(part, side)) for part in (_BUNNY_HAUNCH, *_BUNNY_LEGS, _BUNNY_EYE)]
+        parts.append(limb(_on_side(_BUNNY_EAR, side), squash=(0.45, 1, 1)))
     body = SmoothUnion(tuple(parts), blend=0.07)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.14)
 
@@ -162,8 +164,13 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     """
     check_number(arm_length, "arm_length", 0.5, 20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
-    body = SmoothUnion((limb(OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
+    body = SmoothUnion((limb(_OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.11)
+
+
+def _on_side(knots: Sequence[Sequence[float]], side: float) -> list[tuple[float, float, float, float]]:
+    """The knots of a left part for side 1, of its mirror image for -1."""
+    return [(x, side * y, z, r) for x, y, z, r in knots]
 
 
 def _arm(k: int, circumferences: float) -> Limb:

@@ -12,7 +12,7 @@ from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
 
-NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20) = 2e-9
+_NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20) = 2e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = 
 
 @dataclass(frozen=True, eq=False)
 class SmoothUnion:
-    """Union of limbs, blended where they are closer than `NEGLIGIBLE` blend lengths."""
+    """Union of limbs, blended where they are closer than `_NEGLIGIBLE` blend lengths."""
 
     limbs: tuple[Limb, ...]
     blend: float
@@ -73,7 +73,7 @@ class SmoothUnion:
         """Distance to the limb where it matters; farther off, that to its box, which is less."""
         lower, upper = part.box()
         distance = np.linalg.norm(points - np.clip(points, lower, upper), axis=1)
-        near = distance < NEGLIGIBLE * self.blend
+        near = distance < _NEGLIGIBLE * self.blend
         distance[near] = part(points[near])
         return distance
 
@@ -87,9 +87,9 @@ class SmoothUnion:
 Field = Callable[[FloatArray], FloatArray]
 """Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
 
-CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
-BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
+_CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+_COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
+_BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 
 
 def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float) -> tuple[FloatArray, IntArray]:
@@ -140,7 +140,7 @@ def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
 
 def evaluate(field: Field, points: FloatArray) -> FloatArray:
     """Apply the field block by block."""
-    return np.concatenate([field(points[i : i + BLOCK]) for i in range(0, len(points), BLOCK)])
+    return np.concatenate([field(points[i : i + _BLOCK]) for i in range(0, len(points), _BLOCK)])
 
 
 def _march_to_count(field: Field, box: FloatArray, count: float, scale: float) -> tuple[FloatArray, IntArray]:
@@ -156,8 +156,8 @@ def _march_to_count(field: Field, box: FloatArray, count: float, scale: float) -
 
 def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, IntArray]:
     """Marching cubes over those cubes of an octree that the surface can meet."""
-    n = np.ceil((box[1] - box[0]) / (COARSE_CUBE * spacing)).astype(np.int64)
-    size = COARSE_CUBE
+    n = np.ceil((box[1] - box[0]) / (_COARSE_CUBE * spacing)).astype(np.int64)
+    size = _COARSE_CUBE
     cubes = size * np.stack(np.meshgrid(*map(np.arange, n), indexing="ij"), axis=-1).reshape(-1, 3)
     while True:
         centre = box[0] + spacing * (cubes + 0.5 * size)
@@ -165,9 +165,9 @@ def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, I
         if size == 1:
             break
         size //= 2
-        cubes = (cubes[:, None, :] + size * CUBE[None]).reshape(-1, 3)
-    corners = (cubes[:, None, :] + CUBE[None]).reshape(-1, 3)
-    stride = COARSE_CUBE * n + 1
+        cubes = (cubes[:, None, :] + size * _CUBE[None]).reshape(-1, 3)
+    corners = (cubes[:, None, :] + _CUBE[None]).reshape(-1, 3)
+    stride = _COARSE_CUBE * n + 1
     key = (corners[:, 0] * stride[1] + corners[:, 1]) * stride[2] + corners[:, 2]
     _, first, index = np.unique(key, return_index=True, return_inverse=True)
     grid = box[0] + spacing * corners[first]

@@ -12,8 +12,8 @@ import numpy as np
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 
-TUBE = 0.22  # radius of the tube, where that of the coil is 1
-PITCH = 0.8  # rise in one turn
+_TUBE = 0.22  # radius of the tube, where that of the coil is 1
+_PITCH = 0.8  # rise in one turn
 
 
 @own_errstate
@@ -34,15 +34,15 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     """
     check_number(turns, "turns", 0.1, 100)
     check_number(n_vertices, "n_vertices", 100 + 60 * turns, 1e9)
-    length = turns * np.hypot(2.0 * np.pi, PITCH)
-    quarter = 0.5 * np.pi * TUBE
+    length = turns * np.hypot(2.0 * np.pi, _PITCH)
+    quarter = 0.5 * np.pi * _TUBE
 
     def from_end(s: FloatArray) -> FloatArray:
         return np.minimum(np.minimum(s, length + 2.0 * quarter - s), quarter)
 
-    s, angle, f = loft(lambda s: TUBE * np.sin(from_end(s) / TUBE), length + 2.0 * quarter, n_vertices)
-    across = TUBE * np.sin(from_end(s) / TUBE)
-    beyond = TUBE * np.cos(from_end(s) / TUBE) * np.sign(s - quarter - 0.5 * length)
+    s, angle, f = loft(lambda s: _TUBE * np.sin(from_end(s) / _TUBE), length + 2.0 * quarter, n_vertices)
+    across = _TUBE * np.sin(from_end(s) / _TUBE)
+    beyond = _TUBE * np.cos(from_end(s) / _TUBE) * np.sign(s - quarter - 0.5 * length)
     return _bend(np.clip(s - quarter, 0.0, length), beyond, across, angle), f
 
 
@@ -52,8 +52,8 @@ def _bend(s: FloatArray, beyond: FloatArray, across: FloatArray, angle: FloatArr
     Angles are from a frame that does not turn about the tangent (the normal and binormal turn by the
     torsion), so that triangles are not sheared.
     """
-    unit = np.hypot(2.0 * np.pi, PITCH)
-    turn, rise = 2.0 * np.pi / unit, PITCH / unit
+    unit = np.hypot(2.0 * np.pi, _PITCH)
+    turn, rise = 2.0 * np.pi / unit, _PITCH / unit
     zero = np.zeros_like(s)
     cos, sin = np.cos(turn * s), np.sin(turn * s)
     centre = np.stack([cos, sin, rise * s], axis=1)
