@@ -60,8 +60,8 @@ class FaceProblem:
     slack : (m,) float64 array, optional
         Added to each face's energy in the bound on its growth.
     turns : bool
-        Whether the rotation nearest to a step is left in it. An energy that rotations do not change gains nothing by
-        it, but vertices move along straight lines, which strain what turns.
+        Whether steps keep the rotation nearest to them. An energy that rotations do not change gains nothing by that
+        rotation, and loses by it: vertices move along straight lines, which strain what turns.
     held : (n,) bool array, optional
         Vertices that stay where they are, bit for bit.
     """
