@@ -61,6 +61,7 @@ _FLAGS = {
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
     'gauge="centred"': "--gauge centred",
+    "soft=True": "--soft",
 }
 
 #: Errors that take one line; any other is a defect of the package and shows its traceback.

@@ -113,7 +113,7 @@ def _describe(found: Findings, result: SurfaceMap) -> None:
     if len(errors):
         size = float(np.ptp(result.target.vertices, axis=0).max())
         missed = int(np.count_nonzero(errors > 1e-9 * size))
-        text = f"{len(errors)}, {missed} of them missed; the farthest by {errors.max():.3g} of B's units"
+        text = f"{len(errors)}, {missed} of them missed; the farthest is {errors.max():.3g} off, in units of B"
         found.add("landmarks", text, landmark_errors=errors)
     for note in result.notes:
         found.add("note", note)

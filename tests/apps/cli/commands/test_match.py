@@ -63,6 +63,20 @@ def test_lists_that_do_not_fit_are_named(lists, words, landmarks, tmp_path, caps
     assert not (tmp_path / "out.ply").exists()
 
 
+def test_landmarks_are_met_and_those_that_contradict_each_other_are_named(landmarks, tmp_path, capsys):
+    whole = str(tmp_path / "whole.npz")
+    assert main(["match", A, A, whole, *landmarks("a.vts", "a.vts"), "-q"]) == 0
+    assert ism.read_surface_map(whole).landmark_errors.max() == 0
+    for name, vertices in (("many.vts", range(0, 80, 4)), ("mixed.vts", [4 * (7 * k % 20) for k in range(20)])):
+        (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
+    small = "sample:pear:n_vertices=100"
+    words = ["match", small, small, str(tmp_path / "out.ply"), *landmarks("many.vts", "mixed.vts"), "-q"]
+    assert main(words) == 70
+    assert "--soft" in capsys.readouterr().err
+    assert not (tmp_path / "out.ply").exists()
+    assert main([*words, "--soft"]) == 0
+
+
 def test_what_can_t_be_done_is_said_before_the_work(tmp_path, capsys):
     assert main(["match", A, B, str(tmp_path / "out.ply"), "--overlay", str(tmp_path / "a.ply"), "b.foo"]) == 74
     assert "b.foo: unknown format" in capsys.readouterr().err
