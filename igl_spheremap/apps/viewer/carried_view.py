@@ -49,9 +49,23 @@ class CarriedView(App):
             figures = self.distortion.figures[over]["symmetric_dirichlet"]
             body.caption = (f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
                             f"95% below {figures['p95']:.3g} (4: isometry)")
+        self._lines = self._facts()
         self.way = -1.0
         self.show_way(0.5)
         self.show_subject(subject)
+
+    def _facts(self) -> list[str]:
+        """What the panel says of the map."""
+        names = {"symmetric_dirichlet": "symmetric Dirichlet energy", "area": "area", "angle": "angle"}
+        lines = []
+        for over, figures in self.distortion.figures.items():
+            lines.append(f"over {over[-1].upper()}")
+            lines += [f"{names[name]}: median {each['median']:.3g}, 95% below {each['p95']:.3g}"
+                      for name, each in figures.items()]
+        errors = self.result.landmark_errors
+        if len(errors):
+            lines.append(f"{len(errors)} landmarks, the farthest missed by {errors.max():.3g}")
+        return [*lines, *self.result.notes]
 
     def show_subject(self, subject: str) -> None:
         """Colour all three by one of `CARRIED`."""
@@ -106,15 +120,8 @@ class CarriedView(App):
             self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
             paragraph("0 is A, 1 is B")
             imgui.Separator()
-            for over, figures in self.distortion.figures.items():
-                paragraph(f"over {over[-1].upper()}")
-                for name, each in figures.items():
-                    paragraph(f"{name.replace('_', ' ')}: median {each['median']:.3g}, 95% below {each['p95']:.3g}")
-            errors = self.result.landmark_errors
-            if len(errors):
-                paragraph(f"{len(errors)} landmarks, the farthest missed by {errors.max():.3g}")
-            for note in self.result.notes:
-                paragraph(note)
+            for line in self._lines:
+                paragraph(line)
 
 
 def _onto(b: FloatArray, a: FloatArray, weights: FloatArray) -> FloatArray:
