@@ -13,7 +13,7 @@ from .reading import check_complete
 from .records import Label, Metadata
 
 SUFFIX = ".annot"
-_VERSION = -2  # of the table: each entry has its place before it; older tables begin with their length
+_VERSION = -2  # where each entry of the table has its place before it; older tables begin with their length
 
 
 class _Numbers:
@@ -87,8 +87,8 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     for label in table:
         other = names.setdefault(_code(label), label.name)
         if other is not label.name:
-            raise MeshError(f"an .annot file tells labels by their colours, and {other!r} and {label.name!r} have the "
-                            "same; write .label.gii or .npz")
+            raise MeshError(f"an .annot file distinguishes labels by their colours, and {other!r} and {label.name!r} "
+                            "have the same; write .label.gii or .npz")
     keys, place = np.unique(values.astype(np.int64), return_inverse=True)
     unknown = set(keys.tolist()) - codes.keys() - {-1}
     if unknown:

@@ -67,7 +67,7 @@ def test_pictures(sphere, tmp_path):
 @pytest.mark.parametrize(("words", "status", "sentence"), [
     (["harmonics", "a.coef", "--template", "b.coef"], 64, "--align"),
     (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree: -2 is out of range"),
-    (["harmonics", "a.txt"], 74, ".coef and .npz"),
+    (["harmonics", "a.txt"], 74, ".coef, .csv and .npz"),
     (["harmonics", "a.coef", "--surface", "a.ply", "--to", "ico:77"], 64, "--to"),
     (["harmonics", "a.npz", "--data", "short.npz"], 2, "give data of this mesh"),
     (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),
