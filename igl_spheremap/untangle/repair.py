@@ -75,7 +75,7 @@ class _Steps:
         """All steps that the map needs."""
         mesh, x, free = self.mesh, self.first.sphere, self.first.certificate.folding_free
         few = free or has_few_foldings(self.first.certificate, mesh.f)
-        poor = is_coarse(surface_area(x, mesh.f)) and mean_difference(self._source, x, mesh.f) > 2 * GOOD
+        poor = is_coarse(surface_area(x, mesh.f)) and self._mean(x) > 2 * GOOD
         if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
             self.notify(x, self.first.energy, 0)
             return
@@ -116,10 +116,14 @@ class _Steps:
         except Exception as error:  # whatever it is, the map at hand is not lost
             self.notes.append(left_out(name, error))
 
+    def _mean(self, x: FloatArray) -> float:
+        """Mean angle difference of a map, in degrees, over the faces that are no caps."""
+        surface = self.mesh.surface
+        return mean_difference(self._source[surface], x, self.mesh.f[surface])
+
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
-        """Record a map; take it if it is certified and its angle differences are the least so far."""
-        certificate, surface = Certificate.of(x, self.mesh.f), self.mesh.surface
-        mean = mean_difference(self._source[surface], x, self.mesh.f[surface])
+        """Record a map; True if it is certified, and so may become the result."""
+        certificate, mean = Certificate.of(x, self.mesh.f), self._mean(x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
@@ -190,7 +194,7 @@ class _Steps:
         starts = [self._best] if self._best is self.found[0][1] else [self.found[0][1], self._best]
         for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
             start = starts[k] if k < len(starts) else self._best
-            before = mean_difference(self._source, start.sphere, self.mesh.f)
+            before = self._mean(start.sphere)
             x, run = start.sphere, start.run
             held = run.gauge == "poles" or is_off_centre(self.mesh, x)
             centroid = weighted_sum(self.mesh.A, x) if held else np.zeros(3)

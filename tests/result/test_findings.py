@@ -36,7 +36,7 @@ def test_sentences_hold_the_numbers():
     assert areas(np.array([0.5, -1.5])).numbers["area_ratios"]["mean"] == 1
 
 
-@pytest.mark.parametrize(("balance", "polish"), [(0.75, None), (0.0, "angles"), (0.0, None)])
+@pytest.mark.parametrize(("balance", "polish"), [(0.75, "auto"), (0.0, "angles"), (0.0, "auto")])
 def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
     """Even where further steps follow the rounds."""
     v, f = ism.samples.make("spheroid", n_vertices=300)
