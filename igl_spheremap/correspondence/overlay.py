@@ -59,8 +59,8 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
     Vertices that differ by rounding, as those of a map that was turned there and back, are merged, and so are edges
     between them. Where edges are nearer to each other than some 1e-14 and yet apart, float64 can't tell the places of
-    their crossings: single faces may have an area of rounding, of either sign. Where a whole limb of one surface, shrunk
-    by a conformal map, lies in a speck of one face of the other, its faces have no area on that one.
+    their crossings: single faces may have an area of rounding, of either sign. Where a whole limb of one surface,
+    shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on that one.
 
     Parameters
     ----------
