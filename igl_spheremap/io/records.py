@@ -68,7 +68,17 @@ class RawMesh:
 
 @dataclass(frozen=True)
 class Label:
-    """A row of a table of labels: the number that vertices have, a name, and red, green, blue and alpha from 0 to 1."""
+    """A row of a table of labels.
+
+    Attributes
+    ----------
+    key : int
+        The number that vertices with this label have.
+    name : str
+        What it is called.
+    rgba : (4,) tuple of float
+        Red, green, blue and alpha from 0 to 1.
+    """
 
     key: int
     name: str
