@@ -31,6 +31,7 @@ import numpy as np
 import scipy
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main as shell
@@ -41,7 +42,7 @@ from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
 from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
 from igl_spheremap.apps.viewer.compare import Part, PartsView, registration_view
-from igl_spheremap.draw.palette import LINES
+from igl_spheremap.draw.palette import LINES, SURFACE
 from igl_spheremap.draw.plot import fit, new_figure, pose
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.result.recording import plot_run
@@ -198,6 +199,43 @@ def throughput(path: Path) -> list[str]:
     return [f"{name}, {count}: {rate}" for name, count, rate in rows]
 
 
+def caps(path: Path) -> list[str]:
+    """A surface with a hole, its cap, and both on the sphere; a handle, where it is cut, and its caps on the sphere."""
+    v, f = ism.samples.make("bunny")
+    turns = [pose(v, "z")]
+    seen = fit(v, turns[0])
+    hole = np.linalg.norm(seen - seen[np.argmax(seen @ [-0.3, 0, 1])], axis=1) < 0.28
+    used, body = np.unique(f[~hole[f].any(axis=1)], return_inverse=True)
+    along, around = (a.ravel() for a in np.meshgrid(np.arange(96), np.arange(48), indexing="ij"))
+    a, b = 2 * np.pi * along / 96, 2 * np.pi * around / 48
+    thick = 0.42 + 0.12 * np.sin(a)
+    far = 1 + thick * np.cos(b)
+    ring = np.column_stack((far * np.cos(a), far * np.sin(a), thick * np.sin(b)))
+    corner = [(along + i) % 96 * 48 + (around + k) % 48 for i, k in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    faces = np.vstack((np.column_stack(corner[:3]), np.column_stack([corner[0], *corner[2:]])))
+    turns.append(Rotation.from_euler("x", -50, degrees=True).as_matrix())
+    rows = []
+    for w, g, turn, name in ((v[used], body.reshape(-1, 3), turns[0], "with a hole"),
+                             (ring, faces, turns[1], "of genus 1")):
+        mesh = ism.repair_mesh(w, g, holes="fill", handles="cut")
+        made = mesh.face_source < 0
+        result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=made)
+        shades = np.where(made[:, None], LINES[1], SURFACE)
+        laid = fit(mesh.v, turn)
+        rim = np.intersect1d(mesh.f[made], mesh.f[~made])
+        first = mesh.f[np.flatnonzero(made)[0]]  # a cap, which is turned towards the viewer
+        view = Rotation.align_vectors([[0.3, 0.3, 0.9]], [result.sphere[first].sum(axis=0)])[0].as_matrix()
+        turned, angles = result.sphere @ view.T, np.abs(result.angle_differences()).mean()
+        done = mesh.actions[0].partition(" near")[0].replace(", a loop", ":\na loop")
+        rows.append([
+            Part(f"a surface {name}\n{len(w):,} vertices", fit(w, turn), g),
+            Part(done, laid, mesh.f, shades, dots={f"rim {name}": (laid[rim], LINES[1], 0.012)}),
+            Part(f"its map with {made.sum():,} faces of caps,\nangles differ by {angles:.1f} degrees", turned, mesh.f,
+                 shades, dots={f"image {name}": (turned[rim], LINES[1], 0.012)}),
+        ])
+    return _draw(rows, path, (1080, 760))
+
+
 def foldings(path: Path) -> list[str]:
     """The moving picture of README: foldings vanish."""
     with TemporaryDirectory() as folder:
@@ -241,6 +279,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
     "compare_methods.png": _demo("compare_methods", ""),
     "angles_or_areas.png": _demo("angles_or_areas"),
     "align_landmarks.png": _demo("align_landmarks"),
+    "caps.png": caps,
     "foldings.gif": foldings,
 }
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .arrays import FloatArray, IntArray
 
-#: How much wider each ring of a cap is than the one around it. At 1.3 a cap has a third more vertices, and the angles
-#: of the surface are .01 degrees better; at 2 they are .07 worse for holes of 30 percent of the area.
+#: How much wider each ring of a cap is than the one around it. At 1.3 a cap has two thirds more vertices, and angles at
+#: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
 _GROWTH = 1.6
 
 
