@@ -11,7 +11,6 @@ from ..mesh.arrays import FloatArray
 from ..newton.faces import FaceProblem, VertexTerm
 from ..newton.loop import LineSearch, newton
 from ..shapes.features import SurfacePair
-from ..shapes.transfer import weighted
 from .fits import Misfit
 from .flow import meet
 from .levels import Level
@@ -30,8 +29,8 @@ _STEPS, _LAST_STEPS, _GAIN = 5, 30, 2e-3
 #: Weight of a soft landmark's squared chord: it leaves distances of some .01.
 _SOFT = 10.0
 
-#: Takes each iterate on A's own mesh and its energy.
-Report = Callable[[FloatArray, float], None]
+#: Takes A's own mesh, or its refinement, each iterate on it, and its energy.
+Report = Callable[[Level, FloatArray, float], None]
 
 
 class Descent:
@@ -65,22 +64,27 @@ class Descent:
     def best(self, starts: Sequence[FloatArray]) -> int:
         """The start that leads to the least strain from A to B on the coarsest level."""
         a, b = self._levels[0]
-        ends = [log_strain(a, b, self.lowered(a, b, self._a.carried(x, a))) for x in starts]
-        return int(np.argmin(ends))
+        ends = [self.lowered(a, b, self._a.carried(x, a)) for x in starts]
+        return int(np.argmin([log_strain(level, b, y) for level, y in ends]))
 
-    def run(self, start: FloatArray, report: Report) -> FloatArray:
-        """The map that a start on A's own mesh leads to."""
+    def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
+        """The map that a start on A's own mesh leads to, and that mesh, or its refinement near landmarks.
+
+        If landmarks don't meet their goals on the last of the coarse levels, its map is the result.
+        """
         before, y = self._a, start
         for a, b in self._levels:
-            y = self.lowered(a, b, before.carried(y, a), report if a is self._a else None)
-            before = a
-        return y
+            own = a is self._a
+            if own and not (y[before.landmarks] == self._goals).all() and not self._soft:
+                return a, before.carried(y, a)
+            before, y = self.lowered(a, b, before.carried(y, a), report if own else None)
+        return before, y
 
-    def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> FloatArray:
-        """A map of a level of less strain, landmarks held."""
+    def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> tuple[Level, FloatArray]:
+        """A level, refined where landmarks need it, and a map of it of less strain, landmarks held."""
         held = None
         if len(self._goals) and not self._soft:
-            y, _ = meet(a, y, self._goals)
+            a, y = meet(a, y, self._goals)
             held = np.zeros(len(y), dtype=bool)
             held[a.landmarks] = True
         for number, share in enumerate(SHARES, 1):
@@ -91,11 +95,11 @@ class Descent:
             for k, trial in enumerate(newton(problem, LineSearch(a.system), y), 1):
                 y, gain, value = trial.x, value - trial.value, trial.value
                 if report is not None:
-                    report(y, value)
+                    report(a, y, value)
                 small = small + 1 if gain < _GAIN * (value + gain) else 0
                 if small == 2 or k == (_LAST_STEPS if last else _STEPS):
                     break
-        return y
+        return a, y
 
     def _terms(self, a: Level, b: Level, y: FloatArray, number: int) -> list[VertexTerm]:
         """What is to agree beside low strain at one of the shares."""
@@ -104,8 +108,8 @@ class Descent:
         if self._features is not None:
             pair, weight = self._features
             values = pair.features[number]
-            if a.location is not None:
-                values = weighted(values, self._a.f[a.location.face], a.location.weights, labels=False)
+            if a.own is not None:
+                values = a.own.at(a.x, values)
             terms.append(Misfit(weight * areas, values, pair.fixed_features(number)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)

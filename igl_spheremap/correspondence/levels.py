@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..newton.system import VertexSystem
 from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
-from ..shapes.locate import Location, SphereLocator
+from ..shapes.locate import SphereLocator
 from ..shapes.transfer import weighted
-from ..sphere.rows import row_dets, unit_rows
+from ..sphere.rows import row_dets, row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
 from ..verify.signs import folded_faces
 
@@ -32,14 +32,14 @@ class Level:
         Its map to the sphere, free of foldings.
     landmarks : (k,) int64 array
         Vertices that are to meet given points.
-    location : Location, optional
-        Where the vertices lie on the surface's own mesh, if that is another one.
+    own : Level, optional
+        The surface's own mesh, if that is another one.
     """
 
     mesh: Mesh
     x: FloatArray
     landmarks: IntArray
-    location: Location | None = None
+    own: Level | None = None
 
     @classmethod
     def of(cls, result: SphereMap, landmarks: IntArray) -> Level:
@@ -55,9 +55,8 @@ class Level:
         for landmark in kept:
             x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
         x = np.concatenate((kept, x))
-        location = self.locator.locate(x)
-        v = weighted(self.mesh.vertices, self.f[location.face], location.weights, labels=False)
-        return Level(check_mesh(v, hull_faces(x)), x, np.arange(len(kept)), location)
+        v = self.at(x, self.mesh.vertices)
+        return Level(check_mesh(v, hull_faces(x)), x, np.arange(len(kept)), self)
 
     @property
     def v(self) -> FloatArray:
@@ -79,11 +78,46 @@ class Level:
         """Newton's equations."""
         return VertexSystem(self.f, len(self.x))
 
+    def at(self, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Values at points of the sphere, from those at the vertices."""
+        face, weights = self.locator.locate(x)
+        return weighted(values, self.f[face], weights, labels=False)
+
     def carried(self, y: FloatArray, other: Level) -> FloatArray:
         """A map of another level that is like the map y of this one, free of foldings."""
-        face, weights = self.locator.locate(other.x)
-        z = unit_rows(weighted(y, self.f[face], weights, labels=False))
+        z = unit_rows(self.at(other.x, y))
         return repair_locally(other.mesh, z) if folded_faces(z, other.f).any() else z
+
+
+    def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
+        """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
+        edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
+        f, ends = bisected(self.f, edges * marked[:, None], len(y))
+        v, x, z = (np.concatenate((p, p[ends].mean(axis=1))) for p in (self.mesh.vertices, self.x, y))
+        x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
+        if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
+            return self, y
+        return Level(check_mesh(v, f), x, self.landmarks, self.own or self), z
+
+
+def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray]:
+    """Faces with edges bisected, and the ends (k, 2) of these, whose midpoints are vertices n, n + 1, ...
+
+    `length` has those of the edges opposite the corners, 0 for those that may not be bisected; of the others each is
+    that is the longest of both its faces.
+    """
+    face = np.arange(len(f))
+    corner = length.argmax(axis=1)
+    i, j = f[face, corner - 2], f[face, corner - 1]  # counter-clockwise
+    key = np.where(length.max(axis=1) > 0, np.minimum(i, j) * n + np.maximum(i, j), -1 - face)
+    _, first, pair, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    pair = pair.reshape(-1)
+    number = np.cumsum(count == 2) - 1
+    cut = np.flatnonzero(count[pair] == 2)
+    k, middle = f[cut, corner[cut]], n + number[pair[cut]]
+    whole = np.delete(f, cut, axis=0)
+    ends = np.stack((i[first[count == 2]], j[first[count == 2]]), axis=1)
+    return np.concatenate((whole, np.stack((k, i[cut], middle), axis=1), np.stack((k, middle, j[cut]), axis=1))), ends
 
 
 def hull_faces(x: FloatArray) -> IntArray:

@@ -123,25 +123,28 @@ def match(
         best = descent.best(starts)
         start = starts[best]
         candidates = (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
-    found = [_unfolded(a, start)]
+    found = own, _unfolded(a, start)
 
-    def report(y: FloatArray, energy: float) -> None:
-        found.append(y)
-        del found[0]
+    def report(level: Level, y: FloatArray, energy: float) -> None:
+        nonlocal found
+        found = level, y
         history(Iterate("match", 0, len(history.steps), y, energy))
 
     with suppress(StopIteration):  # of a listener
-        found[0] = descent.run(found[0], report)
-    result = certified(a.mesh, found[0])
+        found = descent.run(found[1], report)
+    level, x = found
+    added = len(x) - len(a.sphere)
+    notes = (f"faces of A are split where landmarks could not be met else: {added} vertices come after its own",)
+    result = certified(level.mesh, x)
     result = replace(result, run=history.complete(result.run, "match"))
-    apart = np.degrees(2 * np.arcsin(np.linalg.norm(found[0][vertices] - directions, axis=1) / 2))
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(x[vertices] - directions, axis=1) / 2))
     if apart.any() and not soft:
         worst = np.argsort(-apart)[:_NAMED]
         worst = worst[apart[worst] > 0]
         raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
                        f"without a fold; furthest off, by {apart.max():.3g} degrees, is landmark {listed(worst)}: "
                        "correct it, or give soft=True", result)
-    return SurfaceMap(result, b, vertices, goals, candidates)
+    return SurfaceMap(result, b, vertices, goals, candidates, notes if added else ())
 
 
 def _start(a: SphereMap, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:

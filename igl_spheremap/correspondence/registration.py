@@ -176,7 +176,7 @@ def register(
                 nothing = np.empty(0, dtype=np.int64)
                 descent = Descent(Level.of(moving, nothing), Level.of(fixed, nothing), np.empty((0, 3)),
                                   (pair, 1 / last))
-                descent.run(course.x, course)
+                descent.run(course.x, lambda _, y, cost: course(y, cost))
     result = certified(moving.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))

@@ -1,0 +1,203 @@
+"""Figures of docs/correspondence.md: maps between surfaces, against the best rotation or Moebius map, and known truth.
+
+    python -m benchmarks correspondences --meshes FOLDER --fsaverage FOLDER [--only pairs warps landmarks sizes]
+    python -m benchmarks --package CHECKOUT correspondences ...   the pairs by the `register` of an earlier version
+
+FOLDER of the meshes holds the names of `PAIRS` as .obj or .npz files with `v` and `f`; that of fsaverage5 is
+nilearn/datasets/data/fsaverage5 of the package nilearn. Distances are root mean squares over A's area after a
+similarity, over A's rms radius. Seconds are of the CPU, one thread.
+"""
+
+from __future__ import annotations
+
+import resource
+from functools import cache
+from pathlib import Path
+
+import igl
+import nibabel
+import numpy as np
+
+import igl_spheremap as ism
+from igl_spheremap.mesh.measure import vertex_areas
+from igl_spheremap.sphere.rows import unit_rows
+
+from .common import parser, timed
+from .shapes import warped
+
+#: A onto B: sides of a body, one shape meshed twice, unlike shapes. "/n" takes n faces, "~" mirrors, "name:n" is a
+#: sample, "fs:" a surface of fsaverage5.
+PAIRS = """
+~hippocampus_aal_right hippocampus_aal_left | choi_hippocampus hippocampus_aal_left
+~putamen_cit168_right paper_putamen_10002/8000 | ~fs:white_right fs:white_left | ~fs:pial_right fs:pial_left
+fs:pial_left fs:white_left
+choi_maxplanck/8000 choi_maxplanck | spot_oded/6000 spot_oded/14000 | armadillo_oded/8000 armadillo_oded/12000
+penguin/3000 penguin | paper_bimba_15002/6000 paper_bimba_15002/10000 | paper_dilo_9731/6000 paper_dilo_9731
+lucy_cr_50k/8000 lucy_cr_50k/12000 | koala/6000 koala/10000 | choi_moai/6000 choi_moai/10000
+bunny_noise40/6000 bunny_noise40/10000 | fs:white_left/8000 fs:white_left/14000
+dino:2500 dino:5000 | bird:2500 bird:4000 | octopus:3000 octopus:5000 | brain:5000 brain:8000
+vhacd_cow2/6000 cow_libigl | cow_libigl spot_oded/6000 | dino_1502 paper_dino_5524
+paper_dino_5524 dino_isoblend_6013 | paper_dilo_9731/6000 dino_isoblend_6013 | choi_maxplanck/6000 choi_moai/8000
+choi_maxplanck/8000 paper_bimba_15002/8000 | paper_brain_15002/10000 fs:pial_left/10000 | penguin koala/6000
+armadillo_oded/8000 lucy_cr_50k/8000
+"""
+#: Pairs of one shape, whose points belong together where they are nearest.
+SAME = ("spot_oded/6000 spot_oded/14000", "armadillo_oded/8000 armadillo_oded/12000", "dino:2500 dino:5000",
+        "lucy_cr_50k/8000 lucy_cr_50k/12000", "koala/6000 koala/10000")
+
+
+class Data:
+    """Meshes and their area-preserving maps."""
+
+    def __init__(self, meshes: list[Path], fsaverage: Path) -> None:
+        self._meshes, self._fsaverage = meshes, fsaverage
+
+    def mesh(self, name):
+        """Vertices and faces by a name as in `PAIRS`."""
+        if name.startswith("~"):
+            v, f = self.mesh(name[1:])
+            return v * [-1, 1, 1], np.ascontiguousarray(f[:, ::-1])
+        name, _, faces = name.partition("/")
+        if name.startswith("fs:"):
+            v, f = (np.asarray(each.data) for each in nibabel.load(self._fsaverage / f"{name[3:]}.gii.gz").darrays)
+        elif ":" in name:
+            name, _, n = name.partition(":")
+            v, f = ism.samples.make(name, n_vertices=int(n))
+        else:
+            path = next(path for folder in self._meshes for end in ("obj", "npz")
+                        if (path := folder / f"{name}.{end}").exists())
+            v, f = (np.load(path)[key] for key in "vf") if path.suffix == ".npz" else ism.read_mesh(path)
+        v, f = np.asarray(v, float), np.asarray(f, np.int64)
+        return tuple(np.asarray(a) for a in igl.qslim(v, f, int(faces)) if np.ndim(a) == 2) if faces else (v, f)
+
+    @cache  # noqa: B019
+    def map(self, name):
+        """The area-preserving map."""
+        return ism.balanced_spherical_map(*self.mesh(name), 1.0)
+
+
+def similar(p, q, w):
+    """Rows p after the similarity that brings them nearest to q."""
+    w = w / w.sum()
+    P, Q = p - w @ p, q - w @ q
+    U, s, Vt = np.linalg.svd((P * w[:, None]).T @ Q)
+    sign = np.array([1, 1, np.sign(np.linalg.det(U @ Vt))])
+    return (s * sign).sum() / (w @ (P**2).sum(axis=1)) * P @ (U * sign) @ Vt + w @ q
+
+
+def distance(a, b, x):
+    """How far B's points are from A's, if A's sphere is x."""
+    w = vertex_areas(a.vertices, a.faces)
+    off = similar(ism.transfer(b, b.vertices, x), a.vertices, w) - a.vertices
+    radius = a.vertices - w @ a.vertices / w.sum()
+    return np.sqrt(w @ (off**2).sum(axis=1) / (w @ (radius**2).sum(axis=1)))
+
+
+def starts(a, b):
+    """Maps of A by all rotations of the search, with and without a Moebius map."""
+    found = []
+    turned = ism.register(a, b, stages=["rotation"])
+    for candidate in turned.candidates:
+        x = ism.repair_foldings(a.vertices, a.faces, a.sphere @ candidate.rotation.T)
+        found += [x.sphere, ism.register(x, b, stages=["moebius"]).map.sphere]
+    return found
+
+
+def pairs(data):
+    """Every pair: the best start, and the end."""
+    for pair in PAIRS.replace("\n", "|").split("|"):
+        if not (names := pair.split()):
+            continue
+        a, b = map(data.map, names)
+        best = min(distance(a, b, x) for x in starts(a, b))
+        if hasattr(ism, "match"):
+            onto, seconds = timed(lambda: ism.match(a, b))  # noqa: B023
+            x, folded = onto.map.sphere, onto.map.certificate.foldings
+        else:
+            onto, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+            x, folded = onto.map.sphere, onto.map.certificate.foldings
+        print(f"{names[0]} -> {names[1]}, {len(a.sphere)}, {len(b.sphere)} vertices: best start {best:.3f}, end "
+              f"{distance(a, b, x):.4f}, {folded} folded, {seconds:.1f} s", flush=True)
+
+
+def nearest(a, b):
+    """The points of B that are nearest to A's vertices, and the vertices next to them."""
+    _, faces, points = igl.point_mesh_squared_distance(a.vertices, b.vertices, b.faces)
+    corners = b.faces[faces]
+    off = np.linalg.norm(b.vertices[corners] - np.asarray(points)[:, None], axis=2)
+    return np.asarray(points), corners[np.arange(len(corners)), off.argmin(axis=1)]
+
+
+def error(a, onto, truth):
+    """Mean distance from the true points over the rms radius."""
+    w = vertex_areas(a.vertices, a.faces)
+    radius = np.sqrt(w @ ((truth - w @ truth / w.sum()) ** 2).sum(axis=1) / w.sum())
+    return w @ np.linalg.norm(onto - truth, axis=1) / w.sum() / radius
+
+
+def warps(data):
+    """Copies of fewer faces, whose spheres are warped smoothly: back to the true points."""
+    for name in ("choi_maxplanck/8000 choi_maxplanck", "spot_oded/6000 spot_oded/14000",
+                 "fs:white_left/8000 fs:white_left", "koala/6000 koala/10000"):
+        a, b = map(data.map, name.split())
+        truth = nearest(a, b)[0]
+        for size in (0.12, 0.25):
+            x = ism.repair_foldings(a.vertices, a.faces, warped(a.sphere, size))
+            start = ism.register(x, b, stages=["rotation", "moebius"]).map.sphere
+            onto = ism.match(x, b)
+            line = ", ".join(f"{error(a, p, truth):.4f}"
+                             for p in (ism.transfer(b, b.vertices, start), onto.positions))
+            print(f"{name}, warp of {np.degrees(size):.0f} degrees: Moebius, end {line}", flush=True)
+
+
+def landmarks(data):
+    """Landmarks of one shape meshed twice, and of unlike ones by chance: how many are met, and the rest's distance."""
+    rng = np.random.default_rng(1)
+    for name in SAME:
+        a, b = map(data.map, name.split())
+        truth, vertices = nearest(a, b)
+        for k in (5, 10, 20):
+            chosen = rng.permutation(np.unique(vertices, return_index=True)[1])[:k]
+            onto, seconds = timed(lambda: ism.match(a, b, (chosen, vertices[chosen])))  # noqa: B023
+            moebius = ism.landmark_map(a.vertices, a.faces, chosen, b.sphere[vertices[chosen]], max_iterations=0)
+            start = ism.transfer(b, b.vertices, unit_rows(moebius.sphere))
+            print(f"{name}, {k} landmarks: met {(onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all()}, "
+                  f"{onto.map.certificate.foldings} folded; all points, Moebius {error(a, start, truth):.4f}, end "
+                  f"{error(a, onto.positions, truth):.4f}, {seconds:.1f} s", flush=True)
+    for name in ("cow_libigl spot_oded/6000", "choi_hippocampus hippocampus_aal_left"):
+        a, b = map(data.map, name.split())
+        for k in (3, 5, 10):
+            met = 0
+            for _ in range(4):
+                try:
+                    ism.match(a, b, (rng.permutation(len(a.sphere))[:k], rng.permutation(len(b.sphere))[:k]))
+                    met += 1
+                except ism.MapError:
+                    pass
+            print(f"{name}, {k} landmarks by chance: {met} of 4 met", flush=True)
+
+
+def sizes(data):
+    """Time and memory by size."""
+    for n, k in ((10_000, 0), (40_000, 20)):
+        a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), 1.0) for m in (n, n + n // 10))
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        rows = nearest(a, b)[1]
+        chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
+        onto, seconds = timed(lambda: ism.match(a, b, (chosen, rows[chosen]) if k else None))  # noqa: B023
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        print(f"{len(a.sphere)} onto {len(b.sphere)} vertices, {k} landmarks: {seconds:.1f} s, peak "
+              f"{peak / 1e6:.2f} GB ({before / 1e6:.2f} before), {onto.map.certificate.foldings} folded", flush=True)
+
+
+def main(argv: list[str]) -> None:
+    """Print the figures."""
+    parts = {part.__name__: part for part in (pairs, warps, landmarks, sizes)}
+    arguments = parser(__doc__)
+    arguments.add_argument("--meshes", type=Path, nargs="+", required=True)
+    arguments.add_argument("--fsaverage", type=Path, required=True)
+    arguments.add_argument("--only", nargs="+", choices=parts, default=list(parts))
+    args = arguments.parse_args(argv)
+    data = Data(args.meshes, args.fsaverage)
+    for name in args.only:
+        parts[name](data)
