@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from ..errors import MeshError
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..newton.system import VertexSystem
@@ -17,6 +18,7 @@ from ..shapes.locate import SphereLocator
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_dets, row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
+from ..verify.certificate import UNIT_TOLERANCE
 from ..verify.signs import folded_faces
 
 
@@ -42,8 +44,14 @@ class Level:
     own: Level | None = None
 
     @classmethod
-    def of(cls, result: SphereMap, landmarks: IntArray) -> Level:
-        """A surface's own mesh."""
+    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
+        """A surface's own mesh; a MeshError that names it if it is no surface, but its own map."""
+        length = row_lengths(result.vertices)
+        if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
+                result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
+            raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
+                            "was mapped")
+        landmarks = np.empty(0, dtype=np.int64) if landmarks is None else landmarks
         return cls(result.mesh, result.sphere, landmarks)
 
     def coarser(self, size: int) -> Level:

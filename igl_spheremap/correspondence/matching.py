@@ -109,7 +109,7 @@ def match(
     a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
     vertices, goals = _checked(landmarks, a, b)
     a = reflected(a) if reflect else a
-    own, other = Level.of(a, vertices), Level.of(b, np.empty(0, dtype=np.int64))
+    own, other = Level.of(a, "A", vertices), Level.of(b, "B")
     directions = unit_rows(np.einsum("ij,ijk->ik", goals.weights, b.sphere[b.faces[goals.face]]))
     pair = SurfacePair(a, b, features, [FIRST_WIDTH, *(SHARES.values() if features is not None else ())])
     descent = Descent(own, other, directions, None if features is None else (pair, feature_weight), position_weight,

@@ -29,6 +29,7 @@ from .levels import Level
 FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
 #: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
 _STIFFNESS, _GEOMETRY_STIFFNESS = 0.15, 2.5
+_SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
 
@@ -114,10 +115,11 @@ def register(
         They are smoothed on the surfaces and compared at unit variance.
     stages : sequence of str
         Which of "rotation" (correlation over all rotations), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
-        (Newton's method on the balanced energy against the map before, with the features' difference).
+        (Newton's method on the strain from one surface to the other, with the features' difference, as in `match`).
     stiffness : float, optional
-        Of the elastic stage, beside features of unit variance: 0.1 by default for given features, 0.3 for those of the
-        geometry. Lower values raise the correlation and not the precision: features differ between bodies, too.
+        Weight of the strain from surface to surface beside features of unit variance: 0.15 by default for given
+        features, 2.5 for those of the geometry. Lower values raise the correlation and not the precision: features
+        differ between bodies, too.
     reflect : bool
         Mirror the moving surface and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
@@ -132,11 +134,11 @@ def register(
     Raises
     ------
     MeshError
-        If features are missing, not finite or constant.
+        If features are missing, not finite or constant, or a surface is a sphere, its own map.
     FoldingsRemain
         If a map is not certified folding-free.
     ValueError
-        If there is no such stage, or `stiffness` is negative.
+        If there is no such stage, or `stiffness` is below 1e-6.
 
     Examples
     --------
@@ -151,7 +153,7 @@ def register(
     """
     history = History(listener)
     if stiffness is not None:
-        check_number(stiffness, "stiffness")
+        check_number(stiffness, "stiffness", _SOFTEST)
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
@@ -173,8 +175,7 @@ def register(
         if "elastic" in stages:
             last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
             with course.stage("elastic", course.x):
-                nothing = np.empty(0, dtype=np.int64)
-                descent = Descent(Level.of(moving, nothing), Level.of(fixed, nothing), np.empty((0, 3)),
+                descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)),
                                   (pair, 1 / last))
                 descent.run(course.x, lambda _, y, cost: course(y, cost))
     result = certified(moving.mesh, course.x)

@@ -154,7 +154,7 @@ def test_a_mirror_image_keeps_its_map():
 
 def test_the_same_input_gives_the_same_bits():
     x, f = ism.samples.sphere(642)
-    fixed, values = ism.sphere_map(x, f, x), np.exp(x[:, :2])
+    fixed, values = ism.sphere_map(x * [1, 1.1, 1.2], f, x), np.exp(x[:, :2])
     first, second = (ism.register(fixed, fixed, (values, values)).map.sphere for _ in range(2))
     assert np.array_equal(first, second)
 
@@ -162,7 +162,7 @@ def test_the_same_input_gives_the_same_bits():
 def test_unlike_shapes_are_certified_and_doubted():
     x, f = ism.samples.sphere(642)
     noise = np.random.default_rng(5).normal(size=(2, 642))
-    ball = ism.sphere_map(x, f, x)
+    ball = ism.sphere_map(x * [1, 1.1, 1.2], f, x)
     result = ism.register(ball, ball, (noise[0], noise[1]))
     assert result.map.certificate.folding_free
     assert "margin is small" in result.notes[0]

@@ -1,0 +1,202 @@
+"""Maps between surfaces: identities, symmetries, planted truth, landmarks bit for bit, and refusals by name."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import igl_spheremap as ism
+from igl_spheremap.correspondence.levels import Level, bisected
+from igl_spheremap.correspondence.strain import ComposedStrain
+from igl_spheremap.mesh.measure import vertex_areas
+from igl_spheremap.sphere.rows import tangent_axes, unit_rows
+
+
+def mapped(name, n):
+    return ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=n), 1.0)
+
+
+@pytest.fixture(scope="module")
+def birds():
+    """One shape at two resolutions, and the truth: the nearest points of the second, and vertices next to them."""
+    a, b = mapped("bird", 900), mapped("bird", 1300)
+    _, faces, points = igl.point_mesh_squared_distance(a.vertices, b.vertices, b.faces)
+    corners = b.faces[faces]
+    off = np.linalg.norm(b.vertices[corners] - np.asarray(points)[:, None], axis=2)
+    return a, b, np.asarray(points), corners[np.arange(len(corners)), off.argmin(axis=1)]
+
+
+@pytest.fixture(scope="module")
+def found(birds):
+    return ism.match(*birds[:2])
+
+
+def size(v):
+    return np.sqrt(((v - v.mean(axis=0)) ** 2).sum(axis=1).mean())
+
+
+def error(a, positions, truth):
+    w = vertex_areas(a.vertices, a.faces)
+    return w @ np.linalg.norm(positions - truth, axis=1) / w.sum() / size(truth)
+
+
+def test_one_shape_at_two_resolutions_comes_nearer_to_the_truth(birds, found):
+    a, b, truth, _ = birds
+    start = ism.register(a, b, stages=["rotation", "moebius"]).map.sphere
+    before = error(a, ism.transfer(b, b.vertices, start), truth)
+    assert error(a, found.positions, truth) < before / 2
+    assert found.map.certificate.folding_free
+    assert found.notes == ()
+
+
+def test_a_surface_on_itself_is_the_identity():
+    a = mapped("pear", 600)
+    onto = ism.match(a, a)
+    assert np.abs(onto.positions - a.vertices).max() < 1e-3 * size(a.vertices)
+
+
+def test_forward_and_inverse_are_inverse(birds, found):
+    a, b = birds[:2]
+    rng = np.random.default_rng(0)
+    for there, back, source in ((found.forward, found.inverse, a), (found.inverse, found.forward, b)):
+        weights = rng.dirichlet(np.ones(3), 200)
+        points = ism.Location(rng.integers(len(source.faces), size=200), weights)
+        again = back(there(points))
+        p, q = (np.einsum("ij,ijk->ik", each.weights, source.vertices[source.faces[each.face]])
+                for each in (points, again))
+        assert np.abs(p - q).max() < 1e-10 * size(source.vertices)
+
+
+def test_the_matrix_carries_positions(birds, found):
+    assert np.abs(found.matrix() @ birds[1].vertices - found.positions).max() < 1e-12
+    assert np.allclose(found.matrix().sum(axis=1), 1)
+
+
+def test_similarities_and_numbering_change_nothing(birds, found):
+    a, b = birds[:2]
+    R, order = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix(), np.random.default_rng(1).permutation(len(a.sphere))
+    rank = np.argsort(order)
+    moved = ism.sphere_map((3.0 * a.vertices @ R.T + 5.0)[order], rank[a.faces], a.sphere[order])
+    onto = ism.match(moved, b)
+    assert error(a, onto.positions[rank], found.positions) < 2e-3
+
+
+def test_landmarks_are_met_bit_for_bit(birds):
+    a, b, truth, vertices = birds
+    chosen = np.random.default_rng(2).permutation(np.unique(vertices, return_index=True)[1])[:10]
+    onto = ism.match(a, b, (chosen, vertices[chosen]))
+    assert np.array_equal(onto.map.sphere[chosen], b.sphere[vertices[chosen]])
+    assert onto.map.certificate.folding_free
+    assert onto.landmark_errors.max() < 1e-12
+    assert error(a, onto.positions, truth) < 0.03
+    soft = ism.match(a, b, (chosen, vertices[chosen]), soft=True)
+    assert 0 < soft.landmark_errors.max() < 0.1 * size(b.vertices)
+
+
+def test_landmarks_far_from_each_other_are_met_on_split_faces(birds):
+    """Five vertices onto any five others: faces are split where the triangles allow no such map."""
+    a, b = birds[:2]
+    rng = np.random.default_rng(3)
+    chosen, goals = rng.permutation(len(a.sphere))[:5], rng.permutation(len(b.sphere))[:5]
+    onto = ism.match(a, b, (chosen, goals))
+    assert np.array_equal(onto.map.sphere[chosen], b.sphere[goals])
+    assert onto.map.certificate.folding_free
+    assert np.array_equal(onto.map.vertices[: len(a.sphere)], a.vertices)
+    assert bool(onto.notes) == (len(onto.map.sphere) > len(a.sphere))
+
+
+def test_features_agree_more_than_without_them(birds, found):
+    a, b = birds[:2]
+    values = tuple(np.sin(3 * each.vertices / size(each.vertices)) for each in (a, b))
+    shifted = np.sin(3 * a.vertices / size(a.vertices) + 0.3)
+    onto = ism.match(a, b, features=(shifted, values[1]), feature_weight=3.0)
+    off = [np.abs(each.matrix() @ values[1] - shifted).mean() for each in (found, onto)]
+    assert off[1] < off[0]
+    assert onto.map.certificate.folding_free
+
+
+def test_a_listener_may_stop(birds):
+    a, b = birds[:2]
+    seen = []
+
+    def stop_at_the_third(iterate):
+        seen.append(iterate)
+        if len(seen) == 3:
+            raise StopIteration
+
+    onto = ism.match(a, b, listener=stop_at_the_third)
+    assert np.array_equal(onto.map.sphere, seen[-1].x)
+    assert all(ism.certify(iterate.x, a.faces).folding_free for iterate in seen)
+
+
+def test_the_gradient_of_the_strain_is_its_first_variation(birds):
+    a, b = (Level.of(each, "A") for each in birds[:2])
+    strain = ComposedStrain(a, b, 0.5, 0.1)
+    axes = np.ascontiguousarray(np.stack(tangent_axes(a.x)).transpose(0, 2, 1))
+    gradient, _ = strain.derivatives(a.x, axes)
+    h = 1e-7
+    for vertex in (3, 200, 555):  # one at a time: none crosses an edge of B
+        for k in range(2):
+            move = np.zeros_like(a.x)
+            move[vertex] = h * axes[k, :, vertex]
+            ahead, behind = (strain.by_face(unit_rows(a.x + sign * move)).sum() for sign in (1, -1))
+            assert np.isclose(gradient[k, vertex], (ahead - behind) / (2 * h), rtol=1e-4, atol=1e-5)
+
+
+def test_bisected_faces_are_a_sphere_of_the_same_area():
+    x, f = ism.samples.sphere(162)
+    edges = np.stack([np.linalg.norm(x[f[:, k - 2]] - x[f[:, k - 1]], axis=1) for k in range(3)], axis=1)
+    edges[: len(f) // 2] = 0
+    finer, ends = bisected(f, edges, len(x))
+    y = np.concatenate((x, x[ends].mean(axis=1)))
+    assert len(ends) > 10
+    assert np.array_equal(ism.check_faces(finer, len(y)), finer)
+    assert np.isclose(igl.doublearea(y, finer).sum(), igl.doublearea(x, f).sum())
+    kept = {tuple(face) for face in finer.tolist()}
+    assert {tuple(face) for face in f[: len(f) // 2].tolist()} & kept
+
+
+def test_landmarks_that_cannot_be_met_are_named(birds):
+    """Twenty-five vertices onto any others."""
+    a, b = birds[:2]
+    rng = np.random.default_rng(4)
+    chosen, goals = rng.permutation(len(a.sphere))[:25], rng.permutation(len(b.sphere))[:25]
+    with pytest.raises(ism.MapError, match=r"of 25 landmarks can't be met .* give soft=True") as refused:
+        ism.match(a, b, (chosen, goals))
+    assert refused.value.result.certificate.folding_free
+
+
+@pytest.mark.parametrize(("landmarks", "words"), [
+    (([0, 1, 2],), "landmarks are no pair"),
+    (([0, 1], [0]), "2 landmarks of A have 1 points of B"),
+    (([0, 5000], [0, 1]), "landmark 1 of A is vertex 5000"),
+    (([0, -1], [0, 1]), "landmark 1 of A is vertex -1"),
+    (([0, 7, 7], [0, 1, 2]), "landmarks 1 and 2 are one point of A"),
+    (([0, 7, 8], [4, 1, 4]), "landmarks 0 and 2 are one point of B"),
+    (([0.5, 1], [0, 1]), "landmarks of A are no list of vertex indices"),
+    (([], []), "landmarks of A are no list"),
+    (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of B"),
+    (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of B is in face 1000000"),
+])
+def test_wrong_landmarks_are_named(birds, landmarks, words):
+    with pytest.raises(ism.MeshError, match=words):
+        ism.match(*birds[:2], landmarks)
+
+
+def test_refusals(birds):
+    a, b = birds[:2]
+    with pytest.raises(ValueError, match="position_weight is -1"):
+        ism.match(a, b, position_weight=-1)
+    folded = a.sphere.copy()
+    folded[[10, 20]] = folded[[20, 10]]
+    with pytest.raises(ism.FoldingsRemain) as refused:
+        ism.sphere_map(a.vertices, a.faces, folded)
+    with pytest.raises(ism.FoldingsRemain):
+        ism.match(refused.value.result, b)
+    ball = ism.sphere_map(a.sphere, a.faces, a.sphere)
+    with pytest.raises(ism.MeshError, match="is a sphere"):
+        ism.match(ball, b)
+    with pytest.raises(ism.MeshError, match="is a sphere"):
+        ism.register(a, ism.sphere_map(b.sphere, b.faces, b.sphere), (a.vertices, b.vertices))
