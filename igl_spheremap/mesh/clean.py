@@ -61,9 +61,9 @@ def repair_mesh(
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
-    unreferenced vertices, makes the orientation consistent and outward, and gives each of the sheets that
-    touch at a vertex one of its own. Coincident vertices elsewhere are left alone: thin sheets have them. New geometry,
-    which closes holes and handles, is made where it is asked for.
+    unreferenced vertices, makes the orientation consistent and outward, and parts sheets that touch at a
+    vertex, or meet in an edge where each of them has two faces. Coincident vertices elsewhere are left alone: thin
+    sheets have them. New geometry, which closes holes and handles, is made where it is asked for.
 
     Parameters
     ----------

@@ -31,6 +31,7 @@ class Surface:
         self._weld_open_edges()
         self._drop_repeated_indices()
         self._drop_copies()
+        self._part_sheets()
         parts = self._drop_components(keep_largest)
         self._drop_unreferenced()
         self._orient()
@@ -73,6 +74,33 @@ class Surface:
         self._keep_faces(~(copy & crowded))
         self._note("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
 
+    def _part_sheets(self) -> None:
+        """Part sheets that meet in edges of more than two faces, if each has two faces at each such edge."""
+        start, m, n = self.f.ravel(), len(self.f), len(self.v)
+        stop = self.f[:, [1, 2, 0]].ravel()
+        _, edge, count = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
+        crowded = count[edge] > 2
+        first, second = self._twins()
+        sheets, label = components(first // 3, second // 3, m)
+        size_rank = np.argsort(np.argsort(-np.bincount(label), kind="stable"))  # the largest keeps the input's rows
+        sheet = np.repeat(size_rank[label], 3)
+        faces_at = np.unique(edge[crowded] * sheets + sheet[crowded], return_counts=True)[1]
+        if not crowded.any() or (faces_at != 2).any():
+            return
+        shared = np.zeros(n, dtype=bool)
+        shared[start[crowded]] = shared[stop[crowded]] = True
+        corner = np.flatnonzero(shared[start])
+        copies, index = np.unique(start[corner] * sheets + sheet[corner], return_inverse=True)
+        owner = copies // sheets
+        extra = np.ones(len(copies), dtype=bool)
+        extra[np.unique(owner, return_index=True)[1]] = False
+        f = start.copy()
+        f[corner] = np.where(extra, n + np.cumsum(extra) - 1, owner)[index]
+        self.f = f.reshape(-1, 3)
+        self.v = np.concatenate([self.v, self.v[owner[extra]]])
+        self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
+        self._note("parted", int((count > 2).sum()), "edge", "edges", "where sheets meet")
+
     def _drop_components(self, keep_largest: bool) -> int:
         first, second = self._twins()
         number, label = components(first // 3, second // 3, len(self.f))
@@ -84,7 +112,8 @@ class Surface:
     def _drop_unreferenced(self) -> None:
         used = np.zeros(len(self.v), dtype=bool)
         used[self.f] = True
-        lost = ~used & (self.image == np.arange(len(self.v)))  # those that were welded are not lost
+        given = np.arange(len(self.image))
+        lost = ~used[given] & (self.image == given)  # those that were welded are not lost
         number = np.where(used, np.cumsum(used) - 1, -1)
         self.f, self.image = number[self.f], number[self.image]
         self.v, self.vertex_source = self.v[used], self.vertex_source[used]

@@ -142,6 +142,26 @@ def test_a_pinched_vertex_is_split(ball):
     assert_consistent(repaired, w, pinched)
 
 
+def test_sheets_that_meet_in_an_edge_are_parted(ball):
+    """Two balls that share an edge: four faces there, two of each."""
+    v, f = ball
+    number = np.arange(len(v)) + len(v)
+    number[f[0, :2]] = f[0, :2]
+    both, w = np.vstack([f, number[f[:, ::-1]]]), np.vstack([v, -v + 2])
+    with pytest.raises(MeshError, match=r"non-manifold edge: 1 edge .*\(v, f, keep_largest=True\) does"):
+        check_mesh(w, both)
+    with pytest.raises(MeshError, match="2 components"):
+        repair_mesh(w, both)
+    larger = np.vstack([both, [[0, 0, 1]]])
+    repaired = repair_mesh(w, larger, keep_largest=True)
+    assert "parted 1 edge where sheets meet" in repaired.actions
+    assert oriented(repaired.f) == oriented(f)
+    assert np.array_equal(repaired.vertex_image[: len(v)], np.arange(len(v)))
+    pages = np.vstack([f, [[f[0, 0], f[0, 1], 60]]])
+    with pytest.raises(MeshError, match="non-manifold edge"):
+        repair_mesh(v, pages, holes="fill")
+
+
 def test_what_cannot_be_repaired_is_named(ball):
     v, f = ball
     for w, g, words in (
