@@ -51,6 +51,7 @@ from igl_spheremap.verify.signs import folded_faces
 ROOT = Path(__file__).resolve().parents[1]
 #: Pictures are reduced to so many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
+_CHECKS = 24  # squares of a checkerboard along a flat map
 #: Logarithms of the conformal factor at the ends of the colours.
 _REACH = 6.0
 #: Counts on the way to a map that folds depend on rounding. So that they are the same in every run, one kind of BLAS
@@ -147,6 +148,25 @@ def correspondence(path: Path) -> list[str]:
     """A dino, a rabbit, and what lies half of the way between them, with the checkerboard that the map carries."""
     onto = ism.match(*(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny")))
     return _present(lambda: CarriedView(onto, up="z"), path, CARRIED_SIZE)
+
+
+def flat_maps(path: Path) -> list[str]:
+    """Half of a surface, two maps of it to the unit disk, and its flat map, all with one checkerboard."""
+    v, f = ism.samples.make("brain", n_vertices=8000)
+    rows, half = np.unique(f[v[f, 0].mean(axis=1) > v[:, 0].mean()], return_inverse=True)
+    v, f = v[rows], half.reshape(-1, 3)
+    disk, flat = ism.disk_conformal_map(v, f), ism.flatten(v, f)
+    even = disk.rebalance(1)
+    checks = _CHECKS * flat.plane[f].reshape(-1, 2) / np.ptp(flat.plane, axis=0).max()
+    row = [
+        Part(f"a surface with a boundary\n{len(v):,} vertices", fit(v, pose(v)), f),
+        Part(f"conformal disk\nangles differ by {np.abs(disk.angle_differences()).mean():.1f} degrees",
+             fit(disk.image, np.eye(3)), f),
+        Part(f"area-preserving disk\nareas differ by {np.abs(even.area_ratios()).mean():.0%}",
+             fit(even.image, np.eye(3)), f),
+        Part(f"flat map\nlengths differ by {np.abs(flat.edge_ratios()).mean():.0%}", fit(flat.image, np.eye(3)), f),
+    ]  # fmt: skip
+    return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
 
 
 def balance_front(path: Path) -> list[str]:
@@ -272,6 +292,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
     "harmonics.png": harmonics,
     "registration.png": registration,
     "correspondence.png": correspondence,
+    "flat_maps.png": flat_maps,
     "balance_front.png": balance_front,
     "throughput.png": throughput,
     "folding_removal.png": _demo("folding_removal", ""),

@@ -27,6 +27,9 @@ from .doubling import centred, double_map
 from .problem import RADIUS, CircleProblem
 from .tutte import tutte_map
 
+#: Weight of the areas where only they are to count: .97, with which it begins, leaves them 9 percent off (median of
+#: 30 disks), this one 5: a circle bends what a sphere or a free boundary would not.
+_EVEN_WEIGHT = 0.99
 #: After two to five steps the quadratic energy is as low as its next step would make it.
 _HARMONIC_STEPS = 5
 
@@ -95,6 +98,9 @@ class DiskMap(PlaneMap):
         source = FlatFaces.of(disk.v, disk.f)
         energy = balanced_energy(source, RADIUS * conformal.plane, balance)
         p, run = slide(disk, energy, self.plane, history)
+        if balance > energy.weight and run.status is not Status.STOPPED:
+            p, run = min(((p, run), slide(disk, replace(energy, weight=_EVEN_WEIGHT), p, history)),
+                         key=lambda each: energy.area_error(RADIUS * each[0]))
         p, certificate = _presentable(disk, p)
         own = history.complete(run, conformal.run.method, {"balance": float(balance)})
         run = replace(own, history=conformal.run.history + own.history, seconds=conformal.run.seconds + own.seconds)
