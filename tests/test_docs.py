@@ -308,7 +308,8 @@ def test_every_other_picture_is_made_by_one_program():
 _NUMBER = re.compile(r"\d[\d,]*\.?\d*")
 #: Pictures that show captions: a minute of one processor for all.
 CAPTIONED = ["dino.png", "eigen_projection.png", "harmonics.png", "registration.png", "folding_removal.png",
-             "checkerboard.png", "compare_methods.png", "angles_or_areas.png", "align_landmarks.png", "foldings.gif"]
+             "checkerboard.png", "compare_methods.png", "angles_or_areas.png", "align_landmarks.png", "foldings.gif",
+             "correspondence.png", "caps.png"]
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
