@@ -5,8 +5,7 @@ from argparse import Namespace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
-from ....errors import MeshError
-from ....io.plane_map import is_patch
+from ....errors import FileError, MeshError
 from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import check_directions
@@ -17,7 +16,7 @@ from ....verify.distortion import angle_differences, area_distortion, edge_disto
 from ..exits import Exit, UsageError
 from ..inputs import load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
-from .plane import check_plane_map, find_patch, find_plane_map
+from .plane import check_plane_map, find_plane_map
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
 
@@ -33,11 +32,9 @@ def run_check(args: Namespace) -> Exit:
     igl-spheremap check face_flat.obj
     """
     check_outputs(args)
-    if args.sphere is not None and is_patch(args.sphere):
-        return check_plane_map(args, *find_patch(args))
     try:
         pair = load_pair(args, args.reflect)
-    except (MeshError, UsageError):
+    except (MeshError, UsageError, FileError):
         if (plane := find_plane_map(args)) is None:
             raise
         return check_plane_map(args, *plane)

@@ -119,7 +119,7 @@ def _load(args: Namespace) -> InputDisk:
     return InputDisk(args.source, v, f, rows, actions)
 
 
-def find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
+def _find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
     """The part of the surface that a patch holds, and where the patch has it."""
     mesh, patch = read_any(args.source, args.format, read_mesh), read_patch(args.sphere)
     v, f = patch.part(mesh.v, mesh.f)
@@ -127,7 +127,9 @@ def find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
 
 
 def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
-    """A surface and its map to the plane, if that is what the command line of `check` names; None if it is not."""
+    """A surface and its map to the plane, if that is what the command line names; None if it is not."""
+    if args.sphere is not None and is_patch(args.sphere):
+        return _find_patch(args)
     name = args.sphere or args.source
     if STREAM in (args.source, args.sphere) or args.repair:
         return None

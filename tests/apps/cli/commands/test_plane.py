@@ -1,10 +1,13 @@
 """`disk`, `flatten` and `check` of their maps."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from disks import half
+from drawing import needs_drawing
 from shell import one_line
 from triangulations import icosphere
 
@@ -79,3 +82,12 @@ def test_a_plot_is_drawn(face, tmp_path):
     assert main(["flatten", face, str(tmp_path / "a.obj"), "--plot", str(plot), "-q"]) == Exit.OK
     assert plot.read_bytes().startswith(b"\x89PNG")
     assert main(["flatten", face, str(tmp_path / "b.obj"), "--plot", "a.txt", "-q"]) == Exit.USAGE
+
+
+@needs_drawing
+def test_a_flat_map_is_shown_beside_its_surface(face, tmp_path):
+    flat, picture = str(tmp_path / "a.obj"), tmp_path / "a.png"
+    assert main(["flatten", face, flat, "-q"]) == Exit.OK
+    view = [sys.executable, "-m", "igl_spheremap", "view", flat, "--screenshot", str(picture)]
+    assert subprocess.run(view, timeout=300).returncode == Exit.OK
+    assert picture.read_bytes().startswith(b"\x89PNG")
