@@ -81,10 +81,13 @@ class Descent:
         return before, y
 
     def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> tuple[Level, FloatArray]:
-        """A level, refined where landmarks need it, and a map of it of less strain, landmarks held."""
+        """A level, refined where landmarks need it, and a map of it of less strain, landmarks held; if they don't meet
+        their goals, a map that is as near to that as it came."""
         held = None
         if len(self._goals) and not self._soft:
             a, y = meet(a, y, self._goals)
+            if not (y[a.landmarks] == self._goals).all():
+                return a, y
             held = np.zeros(len(y), dtype=bool)
             held[a.landmarks] = True
         for number, share in enumerate(SHARES, 1):
