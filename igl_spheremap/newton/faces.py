@@ -47,7 +47,7 @@ class VertexTerm(Protocol):
 
 
 class FaceProblem:
-    """Lower ``scale * energy + terms`` over maps to the sphere.
+    """Lower ``energy + terms`` over maps to the sphere.
 
     Parameters
     ----------
@@ -55,8 +55,6 @@ class FaceProblem:
         What keeps faces from folding.
     terms : sequence of VertexTerm
         What is added to it.
-    scale : float
-        Factor of the energy.
     slack : (m,) float64 array, optional
         Added to each face's energy in the bound on its growth.
     turns : bool
@@ -66,9 +64,9 @@ class FaceProblem:
         Vertices that stay where they are, bit for bit.
     """
 
-    def __init__(self, energy: FaceEnergy, terms: Sequence[VertexTerm] = (), *, scale: float = 1.0,
+    def __init__(self, energy: FaceEnergy, terms: Sequence[VertexTerm] = (), *,
                  slack: FloatArray | float = 0.0, turns: bool = True, held: BoolArray | None = None) -> None:
-        self.energy, self._terms, self._scale, self._slack, self._turns = energy, terms, scale, slack, turns
+        self.energy, self._terms, self._slack, self._turns = energy, terms, slack, turns
         self._held = held
         self._known: list[tuple[FloatArray, FloatArray]] = []  # the last two maps and their energies by face
 
@@ -86,7 +84,7 @@ class FaceProblem:
 
     def value(self, x: FloatArray) -> float:
         """What is minimised."""
-        return self._scale * float(self._by_face(x).sum()) + sum(term.value(x) for term in self._terms)
+        return float(self._by_face(x).sum()) + sum(term.value(x) for term in self._terms)
 
     def model(self, x: FloatArray) -> Model:
         """Value, gradient and Hessian at a map."""
@@ -96,8 +94,6 @@ class FaceProblem:
             axes[:, :, self._held] = 0  # no move along them changes anything
             at_vertices = np.eye(2)[:, :, None] * self._held
         gradient, blocks = self.energy.derivatives(x, axes)
-        if self._scale != 1:
-            gradient, blocks = self._scale * gradient, self._scale * blocks
         for term in self._terms:
             slope, curvature = term.derivatives(x, axes)
             gradient = gradient + slope

@@ -103,7 +103,7 @@ class Pull:
 
 def test_the_gradient_of_a_sum_is_its_first_variation():
     energy, x = sphere_energy(spread=0.5)
-    problem = FaceProblem(energy, (Pull(np.roll(x, 1, axis=0)),), scale=0.3)
+    problem = FaceProblem(energy, (Pull(np.roll(x, 1, axis=0)),))
     model = problem.model(x)
     step, h = np.random.default_rng(2).normal(size=(2, len(x))), 1e-6
     move = np.einsum("an,ain->ni", step, model.axes)
