@@ -80,10 +80,12 @@ class _Steps:
             self.notify(x, self.first.energy, 0)
             return
         self.accept("map", x)
+        if not free and few and (not poor or len(mesh.v) <= SMALL):
+            self.attempt("embedding", lambda: self.accept("embedding", repair_locally(mesh, x)))
         if poor or not few:
             self.attempt("angles", lambda: self.angles(centred, self.effort.holes if poor else 0))
         # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
-        if not free and (not self.found or (not few and len(mesh.v) <= SMALL)):
+        if not self.found or (not few and len(mesh.v) <= SMALL):
             self.attempt("embedding", lambda: self.accept("embedding", repair_locally(mesh, x)))
         if not self.found:
             return
@@ -177,7 +179,8 @@ class _Steps:
             gauge, placed = "poles", at_poles(placed, deepest)
             shortened = shorten_limbs(placed, self._source, deepest)
         yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
-        for floor in shallower:
+        # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
+        for floor in shallower if placed.depth.max() < 2 * deepest else ():
             shortened = shorten_limbs(placed, self._source, floor)
             yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
