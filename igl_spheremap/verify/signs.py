@@ -6,6 +6,7 @@ from typing import Any
 
 import igl.predicates
 import numpy as np
+from numpy.typing import NDArray
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
@@ -42,14 +43,10 @@ def folded_faces(x: FloatArray, f: IntArray) -> BoolArray:
     return orientation_signs(x, f) <= 0
 
 
-def signed_volumes(corners: FloatArray) -> FloatArray:
-    """Determinants of the corners (coordinate, corner, face) of faces, in floating point."""
-    return np.asarray(_det(*corners.transpose(1, 0, 2)))
-
-
-def _det(a: Any, b: Any, c: Any) -> Any:
-    (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = a, b, c
-    return a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
+    """Determinants of the corners (coordinate, corner, face) of faces, in floating point, or of Python's integers."""
+    (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = corners
+    return np.asarray(a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0))
 
 
 def _exact_signs(x: FloatArray) -> IntArray:
@@ -84,5 +81,5 @@ def _integer_signs(corners: FloatArray) -> IntArray:
     mantissa, exponent = np.frexp(corners)
     whole = (mantissa * 2.0**53).astype(np.int64).astype(object)
     shift = (exponent - exponent.min(axis=2, keepdims=True)).astype(object)
-    det = _det(*(whole << shift).transpose(1, 2, 0))
+    det = signed_volumes((whole << shift).transpose(2, 1, 0))
     return (det > 0).astype(np.int64) - (det < 0)
