@@ -87,7 +87,8 @@ class VertexSystem:
     @cached_property
     def _edges(self) -> tuple[IntArray, IntArray, IntArray]:
         """Larger and smaller vertex of each edge, and the edge between the corners of each off-diagonal pair."""
-        first, second = (np.concatenate([self.f[:, pair[k]] for pair in PAIRS if pair[0] != pair[1]]) for k in (0, 1))
+        i, j = np.transpose([pair for pair in PAIRS if pair[0] != pair[1]])
+        first, second = self.f[:, i].T.ravel(), self.f[:, j].T.ravel()
         keys, edge = np.unique(np.maximum(first, second) * self.n + np.minimum(first, second), return_inverse=True)
         return keys // self.n, keys % self.n, edge.reshape(3, -1)
 

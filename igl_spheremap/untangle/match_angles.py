@@ -17,8 +17,7 @@ from ..mesh.measure import corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
-from ..sphere.rows import column_crosses, tangent_axes, unit_rows, weighted_sum
-from ..verify.certificate import Certificate
+from ..sphere.rows import column_crosses, row_dets, row_dots, tangent_axes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .effort import Effort
@@ -148,7 +147,7 @@ class AngleProblem:
             around = movable[self.f].any(axis=1)
             loss = AngleLoss(self.source[:, around], self._smoothing)
             y = relax_angles(z, self.f[around], loss, movable, sweeps=2)
-        if not Certificate.of(y, self.f).folding_free:  # of another degree, too
+        if (folded.any() and folded_faces(y, self.f).any()) or not _covers_once(y, self.f):
             return Trial(x, np.inf, folded)
         return Trial(y, self.value(y), folded)
 
@@ -171,3 +170,10 @@ class AngleProblem:
             np.einsum("cm,acm->am", -turn[:, j], along[:, :, k], out=J[i, k])
             np.einsum("cm,acm->am", turn[:, j] + turn[:, k], along[:, :, i], out=J[i, i])
         return angles - self.source, J
+
+
+def _covers_once(x: FloatArray, f: IntArray) -> bool:
+    """Whether faces of a map, none folded, cover the sphere once: solid angles sum to 4 pi times the degree."""
+    a, b, c = (x[f[:, k]] for k in range(3))
+    half = np.arctan2(row_dets(a, b, c), 1 + row_dots(a, b) + row_dots(b, c) + row_dots(c, a))
+    return float(half.sum()) < 3 * np.pi

@@ -14,7 +14,8 @@ the map as it is, and a note.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 
@@ -55,7 +56,30 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
     limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
     steps = _Steps(first, operators, listener, effort)
-    steps.attempt("repair", lambda: steps.run(polish, centred))
+    with steps.attempt("repair"):
+        mesh, x, free = first.mesh, first.sphere, first.certificate.folding_free
+        few = free or has_few_foldings(first.certificate, mesh.f)
+        poor = is_coarse(surface_area(x, mesh.f)) and steps.mean(x) > 2 * GOOD
+        if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
+            steps.notify(x, first.energy, 0)
+            return steps.result()
+        steps.accept("map", x)
+        if not free and few and (not poor or len(mesh.v) <= SMALL):
+            with steps.attempt("embedding"):
+                steps.accept("embedding", repair_locally(mesh, x))
+        if poor or not few:
+            with steps.attempt("angles"):
+                steps.angles(centred, effort.holes if poor else 0)
+        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
+        if not steps.found or (not few and len(mesh.v) <= SMALL):
+            with steps.attempt("embedding"):
+                steps.accept("embedding", repair_locally(mesh, x))
+        if steps.found and (poor or not few or (polish and is_worth_steps(mesh, steps.best.sphere))):
+            with steps.attempt("newton"):
+                steps.newton(quick=few and not poor)
+        if steps.found and polish == "angles":
+            with steps.attempt("polish"):
+                steps.polish()
     return steps.result()
 
 
@@ -71,31 +95,8 @@ class _Steps:
         self.notes: list[str] = []
         self._began = time.perf_counter()
 
-    def run(self, polish: str | None, centred: bool) -> None:
-        """All steps that the map needs."""
-        mesh, x, free = self.mesh, self.first.sphere, self.first.certificate.folding_free
-        few = free or has_few_foldings(self.first.certificate, mesh.f)
-        poor = is_coarse(surface_area(x, mesh.f)) and self._mean(x) > 2 * GOOD
-        if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
-            self.notify(x, self.first.energy, 0)
-            return
-        self.accept("map", x)
-        if not free and few and (not poor or len(mesh.v) <= SMALL):
-            self.attempt("embedding", lambda: self.accept("embedding", repair_locally(mesh, x)))
-        if poor or not few:
-            self.attempt("angles", lambda: self.angles(centred, self.effort.holes if poor else 0))
-        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
-        if not self.found or (not few and len(mesh.v) <= SMALL):
-            self.attempt("embedding", lambda: self.accept("embedding", repair_locally(mesh, x)))
-        if not self.found:
-            return
-        if poor or not few or (polish and is_worth_steps(mesh, self._best.sphere)):
-            self.attempt("newton", lambda: self.newton(quick=few and not poor))
-        if polish == "angles":
-            self.attempt("polish", self.polish)
-
     @property
-    def _best(self) -> SphereMap:
+    def best(self) -> SphereMap:
         """The certified map of least angle differences."""
         return min(self.found, key=lambda entry: entry[0])[1]
 
@@ -109,23 +110,24 @@ class _Steps:
         """Corner angles of the mesh."""
         return corner_angles(self.mesh.v, self.mesh.f)
 
-    def attempt(self, name: str, step: Callable[[], object]) -> None:
-        """Take a step; if it fails, leave the map as it is, and a note."""
+    @contextmanager
+    def attempt(self, name: str) -> Iterator[None]:
+        """A step; if it fails, leave the map as it is, and a note."""
         try:
-            step()
+            yield
         except StopIteration:  # by a listener
             raise
         except Exception as error:  # whatever it is, the map at hand is not lost
             self.notes.append(left_out(name, error))
 
-    def _mean(self, x: FloatArray) -> float:
+    def mean(self, x: FloatArray) -> float:
         """Mean angle difference of a map, in degrees, over the faces that are no caps."""
         surface = self.mesh.surface
         return mean_difference(self._source[surface], x, self.mesh.f[surface])
 
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; True if it is certified, and so may become the result."""
-        certificate, mean = Certificate.of(x, self.mesh.f), self._mean(x)
+        certificate, mean = Certificate.of(x, self.mesh.f), self.mean(x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
@@ -194,10 +196,10 @@ class _Steps:
         quick, slow = quick and n > (_SEVERAL + 1) * SMALL, not quick
         if not slow or self.first.certificate.folding_free:
             effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
-        starts = [self._best] if self._best is self.found[0][1] else [self.found[0][1], self._best]
+        starts = [self.best] if self.best is self.found[0][1] else [self.found[0][1], self.best]
         for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
-            start = starts[k] if k < len(starts) else self._best
-            before = self._mean(start.sphere)
+            start = starts[k] if k < len(starts) else self.best
+            before = self.mean(start.sphere)
             x, run = start.sphere, start.run
             held = run.gauge == "poles" or is_off_centre(self.mesh, x)
             centroid = weighted_sum(self.mesh.A, x) if held else np.zeros(3)
@@ -208,15 +210,16 @@ class _Steps:
 
     def polish(self) -> None:
         """Lower the angle differences further."""
-        best = self._best
+        best = self.best
         self.accept("polish", polish_map(self.mesh, best.sphere, self.effort), best.stretch, best.gauge)
 
     def result(self) -> SphereMap:
         """The best map, in the package's gauge."""
-        best = self._best if self.found else self.first
+        best = self.best if self.found else self.first
         if best.sphere is not self.first.sphere and best.gauge == "centred":
-            self.attempt("gauge", lambda: self.found.append((-1.0, self._in_gauge(best))))
-            best = self._best
+            with self.attempt("gauge"):
+                self.found.append((-1.0, self._in_gauge(best)))
+            best = self.best
         best = self.first if best.sphere is self.first.sphere else best
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
         return replace(best, run=replace(best.run, rounds=rounds, notes=(*best.notes, *self.notes)))
