@@ -104,9 +104,9 @@ def test_a_rounded_file_is_status_3_and_names_what_would_do(tmp_path, capsys, mo
 
     def crowded(*arguments, **options):
         result = balanced_spherical_map(*arguments, **options)
-        i, j, _ = result.faces[0]
-        result.sphere[j] = result.sphere[i] + 1e-9 * (result.sphere[j] - result.sphere[i])
-        return result
+        x, (i, j, _) = result.sphere.copy(), result.faces[0]
+        x[j] = x[i] + 1e-9 * (x[j] - x[i])
+        return dataclasses.replace(result, sphere=x)
 
     monkeypatch.setattr(map_command, "balanced_spherical_map", crowded)
     assert main(["map", SAMPLE, str(tmp_path / "rh.sphere.conformal")]) == 0
