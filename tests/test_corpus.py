@@ -6,12 +6,13 @@ from conftest import CORPUS
 
 import igl_spheremap as ism
 
-# Mean angle differences in degrees that the repair is known to reach; others are held to nothing but the certificate.
+# Mean angle differences in degrees that maps are known to reach by default, which takes Newton steps on large meshes
+# only where they promise a fifth; others are held to nothing but the certificate.
 KNOWN = {
-    "paper_dilo_9731": 2.65, "dino_isoblend_6013": 3.4, "lucy_cr_50k": 1.75, "sword_oded": 3.4, "syn_hairy_sphere": 1.2,
-    "comb": 5.6, "bunny_noise40": 10.2, "octopus_low": 18.3, "goathead_zero_area": 3.6, "syn_flat_pillow": 0.5,
-    "brain_15002_qslim_slivers": 2.35, "choi_moai": 0.48, "choi_hippocampus": 1.55, "choi_maxplanck": 0.86,
-    "paper_putamen_10002": 1.65, "paper_brain_15002": 2.06, "syn_needle_1_1_100": 6.5, "syn_dumbbell_neck": 2,
+    "paper_dilo_9731": 2.65, "dino_isoblend_6013": 3.4, "lucy_cr_50k": 2.0, "sword_oded": 3.4, "syn_hairy_sphere": 1.2,
+    "comb": 5.6, "bunny_noise40": 11.1, "octopus_low": 18.3, "goathead_zero_area": 3.6, "syn_flat_pillow": 0.5,
+    "brain_15002_qslim_slivers": 2.35, "choi_moai": 0.57, "choi_hippocampus": 1.55, "choi_maxplanck": 0.86,
+    "paper_putamen_10002": 1.76, "paper_brain_15002": 2.2, "syn_needle_1_1_100": 6.5, "syn_dumbbell_neck": 2,
     "part_cgal": 6.5, "vhacd_drum": 1.16, "putamen_cit168_right": 1.08,
 }
 MESHES = sorted(CORPUS.glob("public/*.obj")) + sorted(CORPUS.glob("hard/*.obj"))

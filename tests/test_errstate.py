@@ -11,7 +11,8 @@ import igl_spheremap as ism
 X, F = icosphere(2)
 WILD = X * 10 ** np.random.default_rng(0).uniform(-200, 150, size=(len(X), 1))  # rows of all sizes
 FOLDED = np.where(np.isin(np.arange(len(X)), [3, 5])[:, None], -X, X)
-FILES = {"read_coefficients", "read_mesh", "write_coefficients", "write_mesh", "play", "screenshot", "show"}
+FILES = {"read_coefficients", "read_mesh", "read_patch", "write_coefficients", "write_mesh", "write_patch", "play",
+         "screenshot", "show"}
 
 
 @pytest.mark.parametrize("call", [

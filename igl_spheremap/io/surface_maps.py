@@ -98,7 +98,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a))
     ...     ism.read_surface_map(f"{folder}/onto.npz")
-    SurfaceMap(298 vertices onto 298, 0 landmarks)
+    SurfaceMap(300 vertices onto 300, 0 landmarks)
     """
     with reading(Path(path)):
         arrays = npz.read_arrays(Path(path))

@@ -24,7 +24,7 @@ def checks(monkeypatch):
         return call
 
     monkeypatch.setattr(check, "_check_sphere", counting("checked", check._check_sphere))
-    monkeypatch.setattr(check, "_normalised", counting("normalised", check._normalised))
+    monkeypatch.setattr(check, "normalised", counting("normalised", check.normalised))
     return counts
 
 

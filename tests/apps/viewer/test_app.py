@@ -12,6 +12,7 @@ def press(shown, label, name):
     real, app.imgui.Button = app.imgui.Button, lambda text: text == label
     shown._save.name = name
     ps.set_user_callback(lambda: draw_app(shown))
+    ps.set_max_fps(-1)  # else polyscope skips ticks that follow each other faster than its frames
     ps.frame_tick()
     app.imgui.Button = real
     job, shown.pending = shown.pending, None
