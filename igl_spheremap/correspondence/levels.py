@@ -17,7 +17,7 @@ from ..samples import sphere as regular_sphere
 from ..shapes.locate import SphereLocator
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_dets, row_lengths, unit_rows
-from ..untangle.local_repair import repair_locally
+from ..untangle.local_repair import unfolded
 from ..verify.certificate import UNIT_TOLERANCE
 from ..verify.signs import folded_faces
 
@@ -93,9 +93,7 @@ class Level:
 
     def carried(self, y: FloatArray, other: Level) -> FloatArray:
         """A map of another level that is like the map y of this one, free of foldings."""
-        z = unit_rows(self.at(other.x, y))
-        return repair_locally(other.mesh, z) if folded_faces(z, other.f).any() else z
-
+        return unfolded(other.mesh, unit_rows(self.at(other.x, y)))
 
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
         """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""

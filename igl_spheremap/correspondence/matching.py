@@ -20,9 +20,9 @@ from ..result.sphere_map import SphereMap
 from ..shapes.features import SurfacePair
 from ..shapes.locate import Location
 from ..shapes.rotation import RotationCandidate
+from ..shapes.transfer import interpolate
 from ..sphere.rows import unit_rows
-from ..untangle.local_repair import repair_locally
-from ..verify.signs import folded_faces
+from ..untangle.local_repair import unfolded
 from .descent import SHARES, Descent
 from .fits import fit_moebius
 from .levels import Level
@@ -110,7 +110,7 @@ def match(
     vertices, goals = _checked(landmarks, a, b)
     a = reflected(a) if reflect else a
     own, other = Level.of(a, "A", vertices), Level.of(b, "B")
-    directions = unit_rows(np.einsum("ij,ijk->ik", goals.weights, b.sphere[b.faces[goals.face]]))
+    directions = unit_rows(interpolate(b.sphere, b.faces, goals))
     pair = SurfacePair(a, b, features, [FIRST_WIDTH, *(SHARES.values() if features is not None else ())])
     descent = Descent(own, other, directions, None if features is None else (pair, feature_weight), position_weight,
                       soft)
@@ -123,7 +123,7 @@ def match(
         best = descent.best(starts)
         start = starts[best]
         candidates = (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
-    found = own, _unfolded(a, start)
+    found = own, unfolded(a.mesh, start)
 
     def report(level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
@@ -149,18 +149,13 @@ def match(
 
 def _start(a: SphereMap, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:
     """A's sphere after a rotation, and the Moebius map that its features ask for."""
-    found = [_unfolded(a, a.sphere @ candidate.rotation.T)]
+    found = [unfolded(a.mesh, a.sphere @ candidate.rotation.T)]  # rounding may fold slivers
 
     def keep(y: FloatArray, _: float) -> None:
         found[0] = y
 
     fit_moebius(found[0], a.faces, pair.weights, pair.features[0], pair.fixed_features(0), keep)
     return found[0]
-
-
-def _unfolded(a: SphereMap, x: FloatArray) -> FloatArray:
-    """A map whose slivers rounding may have folded, repaired."""
-    return repair_locally(a.mesh, x) if folded_faces(x, a.faces).any() else x
 
 
 def _checked(landmarks: tuple[Points, Points] | None, a: SphereMap, b: SphereMap) -> tuple[IntArray, Location]:
@@ -178,7 +173,7 @@ def _checked(landmarks: tuple[Points, Points] | None, a: SphereMap, b: SphereMap
         b.faces, _vertices(second, len(b.sphere), "B"))
     if len(vertices) != len(goals.face):
         raise MeshError(f"{len(vertices)} landmarks of A have {len(goals.face)} points of B; give one for each")
-    on_b = np.einsum("ij,ijk->ik", goals.weights, b.sphere[b.faces[goals.face]])
+    on_b = interpolate(b.sphere, b.faces, goals)
     for points, name in ((a.sphere[vertices], "A"), (on_b, "B")):
         order = np.lexsort(points.T)
         equal = np.flatnonzero((points[order[1:]] == points[order[:-1]]).all(axis=1))

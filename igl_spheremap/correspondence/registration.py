@@ -19,8 +19,7 @@ from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..shapes.features import SurfacePair
 from ..shapes.rotation import RotationCandidate
-from ..untangle.local_repair import repair_locally
-from ..verify.certificate import Certificate
+from ..untangle.local_repair import unfolded
 from . import STAGES
 from .descent import SHARES, Descent
 from .fits import fit_moebius
@@ -165,9 +164,7 @@ def register(
         if "rotation" in stages:
             candidates = tuple(pair.rotations())
             with course.stage("rotation"):
-                turned = course.x @ candidates[0].rotation.T  # whose rounding may fold slivers
-                if not Certificate.of(turned, moving.faces).folding_free:
-                    turned = repair_locally(moving.mesh, turned)
+                turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
@@ -214,7 +211,6 @@ def reflected(result: SphereMap) -> SphereMap:
     image, *conformal = (replace(certified(mesh, each.sphere * mirror), run=each.run)
                          for each in (result, result.conformal) if each is not None)
     return replace(image, conformal=conformal[0] if conformal else None)
-
 
 
 def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:

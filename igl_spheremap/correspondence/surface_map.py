@@ -198,7 +198,7 @@ def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> F
     """Images on the sphere of points of a mapped surface."""
     location = checked_location(points, result.faces, name) if isinstance(points, Location) else nearest(
         result, check_rows(points, name=f"points of {name}"), name)
-    return unit_rows(np.einsum("ij,ijk->ik", location.weights, result.sphere[result.faces[location.face]]))
+    return unit_rows(interpolate(result.sphere, result.faces, location))
 
 
 def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:

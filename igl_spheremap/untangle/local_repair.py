@@ -52,6 +52,11 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=sweeps, tolerance=FEW)
 
 
+def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
+    """The map itself, or repaired locally if a face folds."""
+    return repair_locally(mesh, x) if folded_faces(x, mesh.f).any() else x
+
+
 def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:
     """Repair foldings by small moves of the vertices around them, where that succeeds.
 
