@@ -11,6 +11,8 @@ from ..mesh.arrays import FloatArray
 from ..newton.faces import FaceProblem, VertexTerm
 from ..newton.loop import LineSearch, newton
 from ..shapes.features import SurfacePair
+from ..sphere.moebius import best_rotation
+from ..sphere.rows import row_dots
 from .fits import Misfit
 from .flow import meet
 from .levels import Level
@@ -136,8 +138,6 @@ def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArra
     weights = weights / weights.sum()
     centre, goal = weights @ p, weights @ q
     P, Q = p - centre, q - goal
-    U, s, Vt = np.linalg.svd((P * weights[:, None]).T @ Q)
-    s[2] *= np.sign(np.linalg.det(U @ Vt))
-    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))
-    scale = s.sum() / (weights @ (P * P).sum(axis=1))
-    return np.asarray(scale * (points - centre) @ (U @ Vt) + goal)
+    R = best_rotation(P, Q, weights)
+    scale = (weights @ row_dots(P @ R, Q)) / (weights @ row_dots(P, P))
+    return np.asarray(scale * (points - centre) @ R + goal)
