@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
+import os
 import signal
 import subprocess
 import sys
@@ -45,12 +45,22 @@ def timed(call: Callable[[], Any]) -> tuple[Any, float]:
 
 def measured(call: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
     """What a call returns, with its seconds and the growth of the process's peak memory in MB."""
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = peak_memory()
     wall = time.perf_counter()
     result, cpu = timed(call)
     figures = {"cpu": cpu, "wall": time.perf_counter() - wall}
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return result, figures | {"memory": (peak - before) / 1024, "peak": peak / 1024}
+    peak = peak_memory()
+    return result, figures | {"memory": peak - before, "peak": peak}
+
+
+def peak_memory() -> float:
+    """Most memory that this process held, in MB; NaN on Windows, which has no such call."""
+    try:
+        import resource
+    except ImportError:
+        return float("nan")
+    unit = 1 << 20 if sys.platform == "darwin" else 1 << 10  # bytes on macOS, kB elsewhere
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
 
 
 def quality(v: np.ndarray, f: np.ndarray, x: np.ndarray) -> dict[str, Any]:
@@ -67,17 +77,26 @@ def in_process(*words: object, package: Path = ROOT, seconds: int | None = None)
     One that takes more CPU seconds than it may, or fails, returns its "failure".
     """
     command = [sys.executable, "-m", "benchmarks", "--package", str(package), *map(str, words)]
-
-    def limit() -> None:
-        if seconds:
-            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 60))
-
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=limit)
-    if done.returncode == -signal.SIGXCPU:
+    try:
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, **time_limit(seconds))
+    except subprocess.TimeoutExpired:
+        return {"failure": f"not done after {seconds} s"}
+    if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
         return {"failure": f"not done after {seconds} s"}
     if done.returncode:
         return {"failure": (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1][:160]}
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def time_limit(seconds: int | None) -> dict[str, Any]:
+    """Arguments of `subprocess.run` by which a process ends after so many CPU seconds; on Windows, seconds."""
+    if seconds is None:
+        return {}
+    if os.name == "nt":
+        return {"timeout": seconds}
+    import resource
+
+    return {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 60))}
 
 
 def pyplot() -> Any:

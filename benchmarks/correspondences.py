@@ -10,7 +10,6 @@ similarity, over A's rms radius. Seconds are of the CPU, one thread.
 
 from __future__ import annotations
 
-import resource
 from functools import cache
 from pathlib import Path
 
@@ -22,7 +21,7 @@ import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import unit_rows
 
-from .common import parser, timed
+from .common import parser, peak_memory, timed
 from .shapes import warped
 
 #: A onto B: sides of a body, one shape meshed twice, unlike shapes. "/n" takes n faces, "~" mirrors, "name:n" is a
@@ -181,13 +180,13 @@ def sizes(data):
     """Time and memory by size."""
     for n, k in ((10_000, 0), (40_000, 20)):
         a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), 1.0) for m in (n, n + n // 10))
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        before = peak_memory()
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
         onto, seconds = timed(lambda: ism.match(a, b, (chosen, rows[chosen]) if k else None))  # noqa: B023
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         print(f"{len(a.sphere)} onto {len(b.sphere)} vertices, {k} landmarks: {seconds:.1f} s, peak "
-              f"{peak / 1e6:.2f} GB ({before / 1e6:.2f} before), {onto.map.certificate.foldings} folded", flush=True)
+              f"{peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
+              f"{onto.map.certificate.foldings} folded", flush=True)
 
 
 def main(argv: list[str]) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -86,7 +85,7 @@ def interrupted(meshes: int) -> list[str]:
             client.wait()
             return killed
         worker = next(worker for _, worker in reversed(rows) if worker not in killed)
-        os.kill(int(worker.rpartition(":")[2]), signal.SIGKILL)
+        os.kill(int(worker.rpartition(":")[2]), 9)  # SIGKILL, a name that Windows lacks
         killed.append(worker)
     return killed
 

@@ -1,6 +1,7 @@
 """Imports run one way through the rooms that docs/architecture.md lists, and no two files import each other."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -139,3 +140,68 @@ def test_the_core_needs_no_extra():
             "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"polyscope", "matplotlib", "nibabel", "trimesh"} & set(loaded)
+
+
+#: A process as Windows has it: without POSIX modules and calls, with locks, Ctrl-Break and process groups of its own.
+WINDOWS = """
+import fcntl, importlib, os, pkgutil, signal, subprocess, sys, types
+import asyncio, concurrent.futures, multiprocessing
+import igl, numpy, scipy.optimize, scipy.sparse.linalg, scipy.spatial, tqdm
+
+class Popen(subprocess.Popen):
+    def __init__(self, command, creationflags=0, **options):
+        assert (creationflags, "start_new_session" in options) == (0x200, False)
+        super().__init__(command, **options)
+
+    def kill(self):
+        os.kill(self.pid, 9)
+
+def locking(descriptor, mode, count):
+    assert (mode, count, os.lseek(descriptor, 0, os.SEEK_CUR) > 1 << 30) == (2, 1, True)
+    try:
+        flock(descriptor, EXCLUSIVE)
+    except BlockingIOError:
+        raise PermissionError(13, "Permission denied") from None
+
+flock, EXCLUSIVE = fcntl.flock, fcntl.LOCK_EX | fcntl.LOCK_NB
+sys.modules["msvcrt"] = msvcrt = types.ModuleType("msvcrt")
+msvcrt.locking, msvcrt.LK_NBLCK = locking, 2
+subprocess.Popen, subprocess.CREATE_NEW_PROCESS_GROUP = Popen, 0x200
+signal.SIGBREAK = signal.SIGUSR1
+sys.modules |= dict.fromkeys(["fcntl", "resource", "termios", "tty", "pty", "pwd", "grp"])
+for name in ("fork", "forkpty", "mkfifo", "killpg", "getpgid", "setsid", "getuid", "geteuid", "fchmod", "chown",
+             "sched_getaffinity", "sysconf", "uname", "O_NOFOLLOW", "O_NONBLOCK", "O_DIRECTORY", "O_CLOEXEC"):
+    delattr(os, name)
+for name in ("SIGKILL", "SIGXCPU", "SIGALRM", "SIGHUP", "SIGUSR1", "SIGPIPE", "alarm", "setitimer", "pthread_kill"):
+    delattr(signal, name)
+sys.platform = "win32"
+
+import igl_spheremap as ism
+for module in pkgutil.walk_packages(ism.__path__, "igl_spheremap."):
+    if not module.name.endswith(("__main__", ".pyvista")):
+        importlib.import_module(module.name)
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit, Interrupt
+from igl_spheremap.populations.manifest import Manifest
+
+for k in (1, 2):
+    ism.write_mesh(f"{k}.ply", *ism.samples.make("spheroid", n_vertices=200 * k))
+words = ["batch", "1.ply", "2.ply", "--out", "{stem}.obj", "--manifest", "all.jsonl", "--jobs", "2", "-q"]
+assert main(words) == Exit.OK
+assert main(["check", "2.ply", "2.obj", "-q"]) == Exit.OK
+with Manifest("all.jsonl", {"options": "-", "by": "host:1"}):
+    assert main(words) == Exit.FILE
+with Interrupt() as interrupt:
+    signal.raise_signal(signal.SIGBREAK)
+    assert interrupt.status == Exit.TERMINATED
+print("done")
+"""
+
+
+@pytest.mark.posix
+def test_nothing_needs_what_windows_lacks(tmp_path):
+    """Jobs run, manifests are locked, and a run is ended, by what Windows has in the place of POSIX's calls."""
+    places = os.pathsep.join([str(ROOT.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run([sys.executable, "-c", WINDOWS], cwd=tmp_path, capture_output=True, text=True,
+                          env=os.environ | {"PYTHONPATH": places})
+    assert done.stdout.endswith("done\n"), done.stderr

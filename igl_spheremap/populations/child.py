@@ -81,7 +81,7 @@ class Child:
         if self._process is None or self._process.poll() is not None:
             self._process = subprocess.Popen([sys.executable, "-c", _SERVE, *sys.path], stdin=subprocess.PIPE,
                                              stdout=subprocess.PIPE, env=_ENVIRONMENT | os.environ,
-                                             start_new_session=True)
+                                             **_apart())
             with contextlib.suppress(EOFError, OSError):  # a fault here will show in the call
                 _ask(self._process, _load, function)
         return self._process
@@ -91,6 +91,13 @@ class Child:
         if self._process is not None:
             self._process.kill()
             self._process.wait()
+
+
+def _apart() -> dict[str, Any]:
+    """Arguments of Popen by which neither Ctrl-C nor, on Windows, Ctrl-Break of our terminal reaches a process."""
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    return {"start_new_session": True}
 
 
 def _ask(process: subprocess.Popen[bytes], function: Callable[..., Any], *args: Any) -> tuple[bool, Any]:

@@ -10,7 +10,9 @@ from concurrent.futures import CancelledError
 import errands
 import pytest
 
+from igl_spheremap.errors import FileError
 from igl_spheremap.populations.child import Child, ProcessPool, WorkerDied, own_child
+from igl_spheremap.populations.map_many import map_many
 
 needs_proc = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is read from /proc")
 
@@ -57,6 +59,12 @@ def test_a_call_that_exceeds_its_memory_is_ended(child):
     with pytest.raises(WorkerDied, match="more than 300 MB"):
         child.call(errands.hold, memory=300)
     assert child.call(errands.process, memory=300)
+
+
+def test_a_limit_of_memory_that_cannot_be_kept_is_refused(monkeypatch):
+    monkeypatch.setattr(os.path, "exists", lambda path: not str(path).startswith("/proc"))  # as on macOS and Windows
+    with pytest.raises(FileError, match="a memory limit needs /proc"):
+        map_many(["any.ply"], "{stem}.obj", memory=300)
 
 
 @pytest.mark.posix

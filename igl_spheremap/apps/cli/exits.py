@@ -89,8 +89,13 @@ def _repair_flags(call: re.Match[str]) -> str:
     return "--repair" + "".join(_REPAIR[option] for option in (call[1] or "").split(", ") if option)
 
 
+#: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.
+_SIGNALS = {signal.SIGINT: Exit.INTERRUPTED, signal.SIGTERM: Exit.TERMINATED,
+            getattr(signal, "SIGBREAK", signal.SIGTERM): Exit.TERMINATED}
+
+
 class Interrupt:
-    """A listener that ends the run at the next event after Ctrl-C or SIGTERM; a second signal ends it at once.
+    """A listener that ends the run at the next event after one of `_SIGNALS`; a second one ends it at once.
 
     A context manager: signals are caught inside. `announce` is called at the first one.
     """
@@ -108,12 +113,11 @@ class Interrupt:
     @property
     def status(self) -> Exit:
         """The exit status, as shells count it."""
-        return Exit(128 + self.asked)
+        return _SIGNALS[signal.Signals(self.asked)]
 
     def __enter__(self) -> "Interrupt":
         if threading.current_thread() is threading.main_thread():  # elsewhere signals can't be caught
-            signals = (signal.SIGINT, signal.SIGTERM)
-            self._before = {number: signal.signal(number, self._ask) for number in signals}
+            self._before = {number: signal.signal(number, self._ask) for number in _SIGNALS}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -122,6 +126,6 @@ class Interrupt:
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
         self.asked = number
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for each in _SIGNALS:
+            signal.signal(each, signal.default_int_handler if each == signal.SIGINT else signal.SIG_DFL)
         self._announce()
