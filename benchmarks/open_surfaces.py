@@ -20,7 +20,7 @@ from igl_spheremap.mesh.measure import face_areas
 
 from .common import load, parser, timed
 
-SAMPLES = ("sample:dino", "sample:bunny", "sample:cortex", "sample:spheroid", "sample:pear")
+SAMPLES = ("sample:dino", "sample:bunny", "sample:brain", "sample:spheroid", "sample:pear")
 
 
 def pairs(f):

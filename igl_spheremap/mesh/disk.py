@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray, check_triangles, count, examples, listed, listed_words, place
+from .arrays import FloatArray, IntArray, check_triangles, listed_words, place
 from .check import area_weights, check_indices, check_positions, normalised
-from .edges import components, edge_keys
+from .edges import components, edge_keys, pinched_vertices
+from .explain import Refusal
 from .holes import rims
 from .timings import stage
 
@@ -95,37 +96,24 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
     """The boundary loop of the faces of a disk; a MeshError if they are none, which names places by the positions v."""
     n, m = len(v), len(f)
     check_indices(f, n)
-    repeated = np.flatnonzero((f[:, 0] == f[:, 1]) | (f[:, 1] == f[:, 2]) | (f[:, 2] == f[:, 0]))
-    if len(repeated):
-        raise MeshError(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}; "
-                        "remove them")
+    refusal = Refusal(f, n, v, None)
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
     order = np.argsort(edge_keys(start, stop, n), kind="stable")
     _, first, faces_at = np.unique(edge_keys(start, stop, n)[order], return_index=True, return_counts=True)
-    if (faces_at > 2).any():
-        crowded = order[first[faces_at > 2]]
-        raise MeshError(f"non-manifold edge: {count(crowded, 'edge')} in more than two faces, e.g. edge "
-                        f"{start[crowded[0]]}-{stop[crowded[0]]}; remove surplus faces, or split the surface")
     one, other = order[first[faces_at == 2]], order[first[faces_at == 2] + 1]
-    clash = np.flatnonzero(start[one] == start[other])
-    if len(clash):
-        a, b = one[clash[0]], other[clash[0]]
-        raise MeshError(f"inconsistent orientation: {count(clash, 'edge')} run in the same direction by both faces, "
-                        f"e.g. faces {a // 3}, {b // 3} at edge {start[a]}-{stop[a]}; reverse faces until they agree")
+    if (start == stop).any() or (faces_at > 2).any() or (start[one] == start[other]).any():
+        refusal.half_edges()
     unused = np.flatnonzero(np.bincount(start, minlength=n) == 0)
     if len(unused):
-        raise MeshError(f"unreferenced: {count(unused, 'vertex', 'vertices')} in no face, {examples(unused)}; remove "
-                        "them and renumber the faces")
+        refusal.unreferenced(unused)
     parts, label = components(one // 3, other // 3, m)
     if parts > 1:
-        sizes = np.sort(np.bincount(label))[::-1]
-        raise MeshError(f"{parts} components of {listed(sizes)} faces; give one of them, face "
-                        f"{int(np.argmax(label > 0))} is in the second one")
+        refusal.components(label)
     open_edges = order[first[faces_at == 1]]
     if not len(open_edges):
         raise MeshError("closed surface: it has no boundary; map it to the sphere (spherical_conformal_map), or cut it "
                         "open along a path of edges")
-    _refuse_pinched(f, n, np.r_[one, other], np.r_[other, one])
+    refusal.pinched(pinched_vertices(start, np.r_[one, other], np.r_[other, one]))
     loops = sorted((np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True)
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
     if len(loops) > 1:
@@ -136,14 +124,3 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
         raise MeshError(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane "
                         f"is free of foldings; cut the surface open along more edges, or {_CLOSE}")
     return np.roll(loops[0], -int(np.argmin(loops[0])))
-
-
-def _refuse_pinched(f: IntArray, n: int, half: IntArray, twin: IntArray) -> None:
-    """Raise for vertices with several fans of faces, at the rim or inside."""
-    fans, fan = components(half, 3 * (twin // 3) + (twin + 1) % 3, f.size)  # half-edges with one tail
-    tail = np.empty(fans, dtype=np.int64)
-    tail[fan] = f.ravel()
-    bad = np.flatnonzero(np.bincount(tail, minlength=n) > 1)
-    if len(bad):
-        raise MeshError(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where the surface touches itself, "
-                        f"{examples(bad)}; give each sheet a vertex of its own")

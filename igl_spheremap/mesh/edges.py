@@ -81,6 +81,15 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
     return int(number), label
 
 
+def pinched_vertices(tail: IntArray, half: IntArray, twin: NDArray[np.integer]) -> IntArray:
+    """Vertices with several fans of faces: half-edges 3 i + k of face i have a `tail`, pairs are opposite."""
+    # A fan is a class of half-edges with one tail; a half-edge goes on to the next one of its twin.
+    fans, fan = components(half, 3 * (twin // 3) + (twin + 1) % 3, len(tail))
+    vertex = np.empty(fans, dtype=np.int64)
+    vertex[fan] = tail
+    return np.flatnonzero(np.bincount(vertex) > 1)
+
+
 def direction_components(i: IntArray, j: IntArray, clash: NDArray[np.bool_], m: int) -> NDArray[np.int32]:
     """Components (2, m) of the forward and the backward directions of faces, linked where neighbours i and j agree.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from .arrays import FloatArray, IntArray, count, examples, listed, place
-from .edges import components, direction_components, edge_keys
+from .edges import direction_components, edge_keys, pinched_vertices
 from .handles import short_loop
 from .surface import Surface, holes_text
 
@@ -37,14 +38,15 @@ class Remedy:
 class Refusal:
     """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
 
-    `asked` are the options of the repair that the mesh comes from; the call that an error names has them, too.
+    `asked` are the options of the repair that the mesh comes from; the call that an error names has them, too. They are
+    None where a disk is asked for: no call makes one, and its rim may be open.
     """
 
-    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> None:
+    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy | None) -> None:
         self.f, self.n, self.v, self.asked = f, n, v, asked
 
     def half_edges(self) -> NoReturn:
-        """Edges that are not shared by two opposite faces."""
+        """Faces with a repeated index, or edges that are not shared by two opposite faces."""
         f, n = self.f, self.n
         a, b, c = f.T
         repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
@@ -61,10 +63,10 @@ class Refusal:
             hint = (f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies" if len(twice)
                     else "split the surface there, or remove the surplus faces")
             self._refuse(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}", hint)
-        if (faces_at < 2).any():
+        if (faces_at < 2).any() and self.asked is not None:
             self._open(np.column_stack((start, stop))[faces_at[inverse] < 2])
         order = np.argsort(inverse, kind="stable")
-        first, second = order[0::2], order[1::2]
+        first, second = order[faces_at[inverse[order]] == 2].reshape(-1, 2).T
         clash = start[first] == start[second]
         bad = ends[inverse[first[clash]]]
         faces = np.column_stack((first // 3, second // 3))[clash]
@@ -83,21 +85,12 @@ class Refusal:
         """Several surfaces, by the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
         self._refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
-                     "second one", "give one closed surface")
+                     "second one", "give one closed surface" if self.asked is not None else "give one of them")
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Pinched vertices, else handles."""
-        # A fan is a class of half-edges with one tail; half-edge h goes on to the next one of its twin.
         m = len(self.f)
-        onward = 3 * (twin // 3) + (twin + 1) % 3
-        _, label = components(np.arange(3 * m), onward, 3 * m)
-        fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
-        fan_vertex[label] = np.roll(self.f, -1, axis=1).ravel()
-        fans = np.bincount(fan_vertex, minlength=self.n)
-        if (fans > 1).any():
-            bad = np.flatnonzero(fans > 1)
-            self._refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-                         f"{examples(bad)}", "give each sheet a vertex of its own")
+        self.pinched(pinched_vertices(np.roll(self.f, -1, axis=1).ravel(), np.arange(3 * m), twin))
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2
         where = f"Euler characteristic {2 - 2 * genus}"
         if self.v is not None:
@@ -106,9 +99,15 @@ class Refusal:
         self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
                      "cut and fill the handles")
 
+    def pinched(self, bad: IntArray) -> None:
+        """Vertices with several fans of faces, if there are any."""
+        if len(bad):
+            self._refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
+                         f"{examples(bad)}", "give each sheet a vertex of its own")
+
     def _open(self, edges: IntArray) -> NoReturn:
         """Edges with one face: holes, or rims of positions that are welded."""
-        work, _ = self._cleaned()
+        work, _ = self._cleaned
         if not work.sound:
             self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
         if not work.rims:
@@ -117,6 +116,7 @@ class Refusal:
         self._refuse(f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
                      "close the holes")
 
+    @cached_property
     def _cleaned(self) -> tuple[Surface, int]:
         """The mesh, as far as it is repaired without new geometry, and how many components it had."""
         apart = np.arange(self.n)[:, None] * np.ones(3)
@@ -125,11 +125,11 @@ class Refusal:
 
     def _refuse(self, what: str, hint: str) -> NoReturn:
         """Raise the error with the hint, and the call of `repair_mesh` that follows it, if there is one."""
-        work, parts = self._cleaned()
-        if work.sound:
+        asked = self.asked
+        if asked is not None and self._cleaned[0].sound:
+            work, parts = self._cleaned
             holes = bool(work.rims)
             work.fill_holes()
-            asked = self.asked
             remedy = Remedy(asked.keep_largest or parts > 1, asked.holes or holes, asked.handles or work.genus > 0)
             hint += f" ({remedy.call} does)"
         raise MeshError(f"{what}; {hint}")

@@ -22,9 +22,8 @@ from ..result.plane_map import PlaneMap, in_space, upright
 from ..result.run import History, Listener, Run, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from .conformal_energy import ConformalEnergy
 from .doubling import centred, double_map
-from .problem import RADIUS, CircleProblem
+from .problem import RADIUS, CircleProblem, ConformalEnergy
 from .tutte import tutte_map
 
 #: Weight of the areas where only they are to count: .97, with which it begins, leaves them 9 percent off (median of

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
 from ...io.replacing import check_writable, replacing
@@ -52,6 +53,21 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         if os.path.realpath(path) in inputs:
             raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
         inputs.add(os.path.realpath(path))
+
+
+def check_plots(args: Namespace) -> None:
+    """Raise an error before the work starts if --plot and --report can't be served."""
+    if args.plot is not None and Path(args.plot).suffix.lower() not in FORMATS:
+        raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
+    for flag in ("--plot", "--report"):
+        if getattr(args, flag.lstrip("-"), None) is not None:
+            import_optional("matplotlib", flag, "plot")
+
+
+def write_plot(path: str, figure: Any) -> None:
+    """Write a matplotlib figure."""
+    with replacing(path, force=True) as partial:
+        figure.savefig(partial, format=Path(path).suffix[1:].lower(), dpi=150)
 
 
 def _inputs(args: Namespace) -> list[str]:

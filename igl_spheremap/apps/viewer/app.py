@@ -5,28 +5,21 @@ from __future__ import annotations
 import math
 import os
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ...draw import palette
 from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
-from ...mesh.arrays import FloatArray, IntArray
-from ...result.recording import linear_below, objective
-from ...result.run import Iterate, Step
+from ...result.run import Iterate
 from ...result.sphere_map import SphereMap
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
 from .window import imgui, implot, ps
 
-#: Points of a curve that are drawn at the most.
-_POINTS = 500
 #: The least and the greatest of the slider for the lens, which magnifies by so many times more than by itself.
 _ZOOM = 30.0
 
@@ -69,6 +62,26 @@ class App:
 
     def close(self) -> None:
         """End what runs in the background."""
+
+
+class ColouredApp(App):
+    """An app whose frames are what its colours can show, in the order of the menus."""
+
+    subjects: tuple[str, ...] = SUBJECTS
+    subject: str
+
+    def show_subject(self, subject: str) -> None:
+        """Colour what is shown by one of the subjects."""
+        raise NotImplementedError
+
+    def frames(self) -> int:
+        return len(self.subjects)
+
+    def last_frame(self) -> int:
+        return self.subjects.index(self.subject)
+
+    def go_to(self, frame: int) -> None:
+        self.show_subject(self.subjects[frame])
 
 
 def open_for(args: Namespace, title: str) -> None:
@@ -199,10 +212,10 @@ def panel(title: str, width: float) -> Iterator[None]:
     imgui.End()
 
 
-def subject_combo(subject: str) -> str:
-    """Choose what the colours show, one of `SUBJECTS`."""
-    _, chosen = imgui.Combo("colours", SUBJECTS.index(subject), list(SUBJECTS))
-    return SUBJECTS[chosen]
+def subject_combo(subject: str, subjects: tuple[str, ...] = SUBJECTS) -> str:
+    """Choose what the colours show."""
+    _, chosen = imgui.Combo("colours", subjects.index(subject), list(subjects))
+    return subjects[chosen]
 
 
 def zoom_slider(zoom: float) -> float:
@@ -264,57 +277,3 @@ class SaveWidgets:
             return "there is no result yet"
         path = path if path.suffix else path.with_suffix(".npz")
         return f"wrote {path}: {write_map(path, found, force=True).certificate}"
-
-
-def energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
-    """Plot what is minimised over the iterates, with its sign."""
-    at, values, name = objective(history)
-    linear = linear_below(values)
-    if linear == 0:
-        values = np.where(values > 0, values, np.nan)
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
-    elif np.isfinite(linear):
-        powers = 10.0 ** np.arange(0, 9, 3)
-        ticks = np.concatenate((-powers[::-1], [0.0], powers))
-        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
-    else:
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
-
-
-def folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
-    """Plot the number of folded faces over the iterates `at`."""
-    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
-    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
-    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
-
-
-def _curve(
-    title: str,
-    x: IntArray,
-    y: FloatArray,
-    shown: int,
-    height: float,
-    scale: int,
-    colour: palette.Colour,
-    ticks: FloatArray | None = None,
-    unit: float = 1.0,
-) -> None:
-    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
-    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
-    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
-    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
-        return
-    implot.SetupAxes("iterate", title, fit, fit)
-    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
-    if ticks is not None:
-        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
-    if len(y):
-        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
-        implot.SetNextLineStyle((*colour, 1.0), 1.5)
-        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
-        if ticks is not None:  # so that 0 is always in sight
-            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
-            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
-        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
-        implot.PlotInfLines("shown", np.array([float(shown)]))
-    implot.EndPlot()

@@ -16,7 +16,7 @@ from ...mesh.measure import vertex_areas
 from ...shapes.transfer import interpolate
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
-from .app import App, panel, paragraph
+from .app import ColouredApp, panel, paragraph, subject_combo
 from .body import Body
 from .choices import CARRIED
 from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places
@@ -27,11 +27,13 @@ _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
 _DOT = 0.03
 
 
-class CarriedView(App):
+class CarriedView(ColouredApp):
     """A, the surface part of the way from A to B, and B: one mesh, the overlay, in the same colours.
 
-    The frames are what the colours show, in the order of `CARRIED`; a film goes from A to B and back.
+    A film goes from A to B and back.
     """
+
+    subjects = CARRIED
 
     def __init__(self, result: SurfaceMap, *, up: str = "auto", subject: str = CARRIED[0]) -> None:
         self.result, self.common = result, result.overlay()
@@ -97,15 +99,6 @@ class CarriedView(App):
             for k, landmark in enumerate(self.result.landmarks):
                 body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)], _DOT)
 
-    def frames(self) -> int:
-        return len(CARRIED)
-
-    def last_frame(self) -> int:
-        return CARRIED.index(self.subject)
-
-    def go_to(self, frame: int) -> None:
-        self.show_subject(CARRIED[frame])
-
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         ways = (1 - np.cos(2 * math.pi * np.arange(length) / length)) / 2
         return [(partial(self.show_way, float(way)), False) for way in ways]
@@ -114,9 +107,9 @@ class CarriedView(App):
         if not self.stage.panel:
             return
         with panel("Match", self.stage.panel):
-            _, chosen = imgui.Combo("colours", CARRIED.index(self.subject), list(CARRIED))
-            if CARRIED[chosen] != self.subject:
-                self.show_subject(CARRIED[chosen])
+            subject = subject_combo(self.subject, CARRIED)
+            if subject != self.subject:
+                self.show_subject(subject)
             self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
             paragraph("0 is A, 1 is B")
             imgui.Separator()

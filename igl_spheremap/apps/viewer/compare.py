@@ -18,9 +18,9 @@ from ...shapes.features import FeatureSurface
 from ...sphere.rows import unit_rows
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import App, present, subject_combo
+from .app import App, ColouredApp, present, subject_combo
 from .body import Body, Legend
-from .choices import COMPARISON_SIZE, SUBJECTS
+from .choices import COMPARISON_SIZE
 from .colouring import colouring, relief
 from .result_view import count_foldings, edge_width
 from .stage import Stage, draw_legend
@@ -120,11 +120,8 @@ def landmark_part(
     return Part(caption, x, mesh.f, grey, folded, dots=dots)
 
 
-class Comparison(App):
-    """A column for each map of a surface: surface and image in the same colours, and a histogram of the angles.
-
-    The frames are the `SUBJECTS` of the colours.
-    """
+class Comparison(ColouredApp):
+    """A column for each map of a surface: surface and image in the same colours, and a histogram of the angles."""
 
     def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
@@ -139,16 +136,10 @@ class Comparison(App):
             image.raised = folded < _MANY * len(mesh.f)
             surface.caption = f"{name}\n{count_foldings(folded)}"
             image.caption = f"angles differ by\n{np.abs(self.differences[name]).mean():.3g} degrees"
-        self.go_to(SUBJECTS.index("angle differences"))
+        self.show_subject("angle differences")
 
-    def frames(self) -> int:
-        return len(SUBJECTS)
-
-    def last_frame(self) -> int:
-        return SUBJECTS.index(self.subject)
-
-    def go_to(self, frame: int) -> None:
-        self.subject = SUBJECTS[frame]
+    def show_subject(self, subject: str) -> None:
+        self.subject = subject
         reach = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}.get(self.subject)
         for k, x in enumerate(self.maps.values()):
             colours = colouring(self.mesh, x, self.subject, reach)
@@ -173,7 +164,7 @@ class Comparison(App):
         imgui.PopItemWidth()
         imgui.End()
         if subject != self.subject:
-            self.go_to(SUBJECTS.index(subject))
+            self.show_subject(subject)
 
     def _draw_histograms(self) -> None:
         """Angle differences of each map under its column, on the same axes; bars at the ends are cut off."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from typing import Any
@@ -13,17 +13,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import samples
+from ...draw import palette
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
-from .app import SaveWidgets, energy_plot, folding_plot, panel, paragraph, present, subject_combo, zoom_slider
+from ...result.recording import linear_below, objective
+from ...result.run import Step
+from .app import SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
 from .background_run import Source
 from .choices import PLAYER_SIZE
 from .player import Player
 from .stage import PANEL
-from .window import imgui
+from .window import imgui, implot
 
+#: Points of a curve that are drawn at the most.
+_POINTS = 500
 #: The name of a surface that is given as arrays.
 _GIVEN = "your mesh"
 SPEEDS = (1, 2, 5, 10, 25)
@@ -80,8 +85,8 @@ class PlayerWindow(Player):
         room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
         frames = self.run.frames
         steps = np.array([frame.index for frame in frames])
-        energy_plot(self.run.history, at, room)
-        folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
+        _energy_plot(self.run.history, at, room)
+        _folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
 
     def _run_widgets(self) -> None:
         _, self.name = imgui.InputText("##mesh", self.name)
@@ -158,6 +163,60 @@ class PlayerWindow(Player):
 def _enter_number(label: str, value: float) -> tuple[bool, float]:
     changed, value = imgui.InputDouble(label, value, format="%.1e")
     return bool(changed), float(value)
+
+
+def _energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
+    """Plot what is minimised over the iterates, with its sign."""
+    at, values, name = objective(history)
+    linear = linear_below(values)
+    if linear == 0:
+        values = np.where(values > 0, values, np.nan)
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
+    elif np.isfinite(linear):
+        powers = 10.0 ** np.arange(0, 9, 3)
+        ticks = np.concatenate((-powers[::-1], [0.0], powers))
+        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
+    else:
+        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
+
+
+def _folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
+    """Plot the number of folded faces over the iterates `at`."""
+    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
+    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
+    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
+
+
+def _curve(
+    title: str,
+    x: IntArray,
+    y: FloatArray,
+    shown: int,
+    height: float,
+    scale: int,
+    colour: palette.Colour,
+    ticks: FloatArray | None = None,
+    unit: float = 1.0,
+) -> None:
+    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
+    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
+    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
+        return
+    implot.SetupAxes("iterate", title, fit, fit)
+    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
+    if ticks is not None:
+        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
+    if len(y):
+        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
+        implot.SetNextLineStyle((*colour, 1.0), 1.5)
+        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
+        if ticks is not None:  # so that 0 is always in sight
+            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
+            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
+        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
+        implot.PlotInfLines("shown", np.array([float(shown)]))
+    implot.EndPlot()
 
 
 def play(

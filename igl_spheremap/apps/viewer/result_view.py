@@ -19,7 +19,7 @@ from ...result.sphere_map import SphereMap
 from ...sphere.moebius import moebius
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import App, SaveWidgets, panel, paragraph, subject_combo, zoom_slider
+from .app import ColouredApp, SaveWidgets, panel, paragraph, subject_combo, zoom_slider
 from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import SUBJECTS
@@ -40,7 +40,7 @@ _PICKED = (0.85, 0.0, 0.55)
 _POLL = 0.01
 
 
-class ResultView(App):
+class ResultView(ColouredApp):
     """Source and sphere side by side, the sphere through a lens on the foldings if there are any.
 
     The frames are the `SUBJECTS` that colours can show. With a `result` there is a panel, whose slider goes on to
@@ -162,15 +162,6 @@ class ResultView(App):
             self._show_map(self.result.sphere, caption_of(self.result))
         elif self._run.error is not None:
             self.message, self._run = str(self._run.error), None
-
-    def frames(self) -> int:
-        return len(SUBJECTS)
-
-    def last_frame(self) -> int:
-        return SUBJECTS.index(self.subject)
-
-    def go_to(self, frame: int) -> None:
-        self.show_subject(SUBJECTS[frame])
 
     def close(self) -> None:
         if self._run is not None:

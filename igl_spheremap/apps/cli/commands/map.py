@@ -9,9 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ....draw.plot import FORMATS
-from ....errors import import_optional
-from ....io.replacing import replacing
 from ....io.written_map import SphereCheck, write_map
 from ....maps.balanced import balanced_spherical_map
 from ....maps.variational import landmark_map, p_harmonic_map
@@ -27,7 +24,7 @@ from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import LISTED, Findings, check_outputs, target_format, write_target
+from ..output import LISTED, Findings, check_outputs, check_plots, target_format, write_plot, write_target
 from ..progress import measures
 
 _LISTENING = "listening"
@@ -95,7 +92,7 @@ def _map_by(
     `more` adds to what was found. Exit.OK means that the numbers in the file are certified.
     """
     check_outputs(args, surface=True)
-    _check_reports(args)
+    check_plots(args)
     if args.radius is not None and target_format(args).name == "NPZ":
         raise UsageError("--radius: an .npz file holds the unit sphere; write another format")
     if args.with_surface and not target_format(args).both:
@@ -143,15 +140,6 @@ def _map(
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 
-def _check_reports(args: Namespace) -> None:
-    """Raise an error before the work starts if --plot and --report can't be served."""
-    if args.plot is not None and Path(args.plot).suffix.lower() not in FORMATS:
-        raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
-    for flag in ("--plot", "--report"):
-        if getattr(args, flag.lstrip("-")) is not None:
-            import_optional("matplotlib", flag, "plot")
-
-
 def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> None:
     """The course of the run as curves and as a page."""
     if args.plot is not None:
@@ -159,8 +147,7 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
         figure = plot_run(
             recording.history, recording.foldings, result.angle_differences(), title=f"{source.name}, {result.method}"
         )
-        with replacing(args.plot, force=True) as partial:
-            figure.savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
+        write_plot(args.plot, figure)
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))

@@ -3,17 +3,14 @@
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....draw.plot import FORMATS
-from ....errors import FileError, MeshError, import_optional
+from ....errors import FileError, MeshError
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_plane_map, write_plane_map
-from ....io.replacing import replacing
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ....mesh.surface import Surface
@@ -24,9 +21,9 @@ from ....result.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result.run import Status
 from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
-from ..exits import Exit, Interrupt, UsageError
+from ..exits import Exit, Interrupt
 from ..inputs import STREAM, read_any
-from ..output import Findings, check_outputs
+from ..output import Findings, check_outputs, check_plots, write_plot
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +58,7 @@ def run_flatten(args: Namespace) -> Exit:
 def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     """Map, write, certify what was written, and report."""
     check_outputs(args, surface=not is_patch(args.target))
-    if args.plot is not None:
-        if Path(args.plot).suffix.lower() not in FORMATS:
-            raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
-        import_optional("matplotlib", "--plot", "plot")
+    check_plots(args)
     source = _load(args)
     args.progress.stage(f"mapping {source.name}")
     with Interrupt() as interrupt:
@@ -82,8 +76,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     args.progress.stage(f"writing {args.target}")
     written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
     if args.plot is not None:
-        with replacing(args.plot, force=True) as partial:
-            result.plot(source.name).savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
+        write_plot(args.plot, result.plot(source.name))
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
     labels = {"mesh", "method", "note"}

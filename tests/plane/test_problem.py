@@ -1,4 +1,4 @@
-"""The quadratic energy: zero for conformal maps, and its derivatives are those of its values."""
+"""Maps to the plane: their energies' derivatives, the circle, and crossings that are refused."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,7 @@ from disks import polar
 import igl_spheremap as ism
 from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces
 from igl_spheremap.newton.system import VertexSystem
-from igl_spheremap.plane.conformal_energy import ConformalEnergy
-from igl_spheremap.plane.problem import CircleProblem, FreeProblem
+from igl_spheremap.plane.problem import CircleProblem, ConformalEnergy, FreeProblem
 
 P, F = polar(4)
 RNG = np.random.default_rng(3)
