@@ -1,11 +1,14 @@
-"""What files beside the package say of it: bounds, versions, and types that reach a user."""
+"""What files beside the package say of it: bounds, versions, licences, and types that reach a user."""
 
+import json
 import re
 import sys
+from importlib.metadata import metadata, requires
 from pathlib import Path
 
 import pytest
 import typed_client
+from packaging.requirements import Requirement
 
 from igl_spheremap import __version__
 
@@ -52,6 +55,79 @@ def test_citation_and_changelog_are_of_this_version():
     assert f"\nversion: {version}\n" in citation
     assert (day == "unreleased") == (version != __version__)
     assert day == "unreleased" or f"\ndate-released: {day}\n" in citation
+
+
+def test_archive_and_paper_are_of_the_authors_and_the_title_of_the_citation():
+    citation, deposit = ((ROOT / name).read_text("utf-8") for name in ("CITATION.cff", ".zenodo.json"))
+    deposit = json.loads(deposit)
+    own = citation.partition("preferred-citation")[0]
+    authors = re.findall(r'- name: "(.+)"', own)
+    assert [author["name"] for author in deposit["creators"]] == authors
+    assert re.findall(r"^  - name: (.+)$", (ROOT / "paper" / "paper.md").read_text("utf-8"), re.M) == authors
+    assert f'\ntitle: "{deposit["title"]}"\n' in own
+    assert f"\nversion: {deposit['version']}\n" in own
+    assert f"\nlicense: {deposit['license']}\n" in own
+    assert PROJECT["license"] == deposit["license"]
+    assert PROJECT["keywords"] == deposit["keywords"]
+
+
+def test_the_conda_recipe_has_the_bounds_of_the_core():
+    recipe = pytest.importorskip("yaml").safe_load((ROOT / "recipe" / "recipe.yaml").read_text("utf-8"))
+    assert recipe["context"]["version"] == __version__
+    assert recipe["about"]["license"] == PROJECT["license"]
+    wanted = {line.replace(">=", " >=").replace("libigl", "igl") for line in PROJECT["dependencies"]}
+    assert set(recipe["requirements"]["run"]) - {"python >=${{ python_min }}"} == wanted
+
+
+def test_the_workflow_runs_what_contributing_says_on_the_oldest_and_the_newest_versions():
+    text = (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
+    jobs = pytest.importorskip("yaml").safe_load(text)["jobs"]
+    contributing = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    for command in ("python -m pytest", "ruff check igl_spheremap tests demos benchmarks && mypy",
+                    "sphinx-build -W -b html docs docs/_build", ".ci/release"):
+        assert command in contributing
+        assert f"- run: {command}" in text
+    matrix = jobs["tests"]["strategy"]["matrix"]
+    assert {name.split("-")[0] for name in matrix["system"]} == {"ubuntu", "windows", "macos"}
+    assert [row["python"] for row in matrix["include"]] == matrix["python"]
+    assert f">={matrix['python'][0]}" == PROJECT["requires-python"]
+    assert all((ROOT / ".ci" / f"{row['versions']}.txt").exists() for row in matrix["include"])
+
+
+def core(name, found):
+    """What is installed with a package, without extras."""
+    if name not in found:
+        found.append(name)
+        for line in map(Requirement, requires(name) or []):
+            if line.marker is None or line.marker.evaluate({"extra": ""}):
+                core(line.name, found)
+    return found
+
+
+def licences(name):
+    """What a package's metadata says; the text of a licence, which may quote others', only by its first line."""
+    about = metadata(name)
+    classes = [line for line in about.get_all("Classifier", []) if line.startswith("License")]
+    return [about["License-Expression"]] if about["License-Expression"] else classes or about["License"].split("\n")[:1]
+
+
+def test_nothing_that_the_core_brings_is_under_the_gpl():
+    names = [name for line in PROJECT["dependencies"] for name in core(Requirement(line).name, [])]
+    assert {"libigl", "numpy", "scipy", "polyscope", "tqdm"} <= set(names)
+    for name in names:
+        said = " ".join(licences(name))
+        assert said, name
+        assert not re.search(r"GPL|General Public", said), (name, said)
+
+
+def test_readme_lists_what_each_extra_brings():
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.+) \|$", (ROOT / "README.md").read_text("utf-8"), re.M))
+    extras = PROJECT["optional-dependencies"]
+    assert set(extras) <= set(rows)
+    for extra, lines in extras.items():
+        for line in map(Requirement, lines):
+            for name in line.extras or {line.name}:
+                assert re.search(rf"\b{name}\b", rows[extra], re.I), (extra, name)
 
 
 @pytest.mark.parametrize("address", [None, "https://address.example"])
