@@ -62,8 +62,9 @@ def repair_mesh(
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
     unreferenced vertices, makes the orientation consistent and outward, and parts sheets that touch at a
-    vertex, or meet in an edge where each of them has two faces. Coincident vertices elsewhere are left alone: thin
-    sheets have them. New geometry, which closes holes and handles, is made where it is asked for.
+    vertex, or meet in edges of an even number of faces: so that each has two there, or where one touches itself, by the
+    angles of its faces. Coincident vertices elsewhere are left alone: thin sheets have them. New geometry, which closes
+    holes and handles, is made where it is asked for.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def repair_mesh(
     keep_largest : bool
         Keep the component with the most faces and drop the others; by default several are refused.
     holes : {"refuse", "fill"}
-        Fill each hole by a cap: rings of triangles that grow towards its centre.
+        Fill each hole by a cap: rings of triangles that go on as the surface does at first, and grow towards a centre.
     handles : {"refuse", "cut"}
         Cut each handle along a short loop, around it or through it, whichever is shorter, and fill both sides by caps.
         Holes are filled first, if that is asked for. Caps may run through the body, which maps do not mind.

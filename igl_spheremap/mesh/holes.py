@@ -14,6 +14,14 @@ from .arrays import FloatArray, IntArray
 #: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
 _GROWTH = 1.6
 
+#: So many rings of a cap go on as the surface does: where a cap is bent against the surface along a jagged rim, angles
+#: around its vertices do not add up to a turn. Holes of 30 percent of the area cost 2.1, 1.2, .76 and .61 degrees at
+#: the rim with 0, 1, 2 and 3 of them, but three run through each other at narrow rims.
+_ONWARD = 2
+#: Directions at the edges of a jagged rim alternate; after so many passes they do not.
+_SMOOTHINGS = 4
+_TINY = np.finfo(np.float64).tiny
+
 
 def rims(start: NDArray[Any], stop: NDArray[Any]) -> list[list[int]]:
     """The cycles that edges start -> stop form, each vertex having one edge that leaves it."""
@@ -51,12 +59,14 @@ def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[list[int]
     yield path
 
 
-def cap(p: FloatArray) -> tuple[FloatArray, IntArray]:
+def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
     """New vertices and faces that close a rim of positions (k, 3); new vertices are numbered from k on.
 
-    Rings about the rim's centre, each spaced wider than the one around it, and a fan inside. What a cap leaves to be
-    seen in the angles of the surface is the error of its own triangles at the rim: they have the size of the rim's
-    edges there, and a cap has fewer than 8/3 vertices for each of them. A rim of three edges takes one face.
+    Rings, each spaced wider than the one around it, and a fan inside: the first rings go on as the surface does at the
+    rim, in directions `onward` (k, 3) at the edges from each vertex to the next, the others run to their centre. What a
+    cap leaves to be seen in the angles of the surface is the error of its own triangles at the rim: they have the size
+    of the rim's edges there, and a cap has fewer than 8/3 vertices for each of them. A rim of three edges takes one
+    face.
     """
     k = len(p)
     if k == 3:
@@ -66,25 +76,43 @@ def cap(p: FloatArray) -> tuple[FloatArray, IntArray]:
     if not total > 0:  # all at one point
         length, total = np.ones(k), float(k)
     share = (length + np.roll(length, 1)) / (2 * total)
-    centre = share @ p
     at = np.append(0, np.cumsum(length) / total)
-    closed = np.vstack((p, p[:1]))
+    onward = onward + np.roll(onward, 1, axis=0)
+    for _ in range(_SMOOTHINGS):
+        onward = (np.roll(onward, 1, axis=0) + 2 * onward + np.roll(onward, -1, axis=0)) / 4
+    onward = onward / np.maximum(np.linalg.norm(onward, axis=1), _TINY)[:, None]
     ring, turn = np.arange(k), at[:-1]
-    points, faces, number = [], [], k
-    radius = rim_radius = total / (2 * np.pi)
+    points: list[FloatArray] = []
+    faces: list[IntArray] = []
+    number = k
+    radius = outer_radius = total / (2 * np.pi)
     spacing = total / k
     while (inner := radius - 0.9 * spacing) > 0.7 * spacing:  # equilateral triangles are .87 high; room for a fan
         m = round(2 * np.pi * inner / spacing)
         inner_turn = (np.arange(m) + 0.5) / m
+        if len(points) < _ONWARD:
+            p, outer_radius = p + (radius - inner) * onward, inner
+        centre, closed = share @ p, np.vstack((p, p[:1]))
         places = np.column_stack([np.interp(inner_turn, at, closed[:, axis]) for axis in range(3)])
-        points.append(centre + (places - centre) * (inner / rim_radius))
+        points.append(centre + (places - centre) * (inner / outer_radius))
         inner_ring = np.arange(number, number + m)
         faces.append(_strip(ring, turn, inner_ring, inner_turn))
         ring, turn, radius, number = inner_ring, inner_turn, inner, number + m
         spacing *= _GROWTH
-    points.append(centre[None])
+    points.append((share @ p)[None])
     faces.append(np.column_stack((ring, np.roll(ring, -1), np.full(len(ring), number))))
     return np.concatenate(points), np.concatenate(faces)
+
+
+def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArray:
+    """Of boundary edges (k) from a to b, the directions (k, 3) away from their faces b -> a; as long as the edges."""
+    keys = f.ravel() * len(v) + f[:, [1, 2, 0]].ravel()
+    order = np.argsort(keys)
+    half = order[np.searchsorted(keys[order], b * len(v) + a)]
+    edge, out = v[b] - v[a], v[a] - v[f[:, [2, 0, 1]].ravel()[half]]
+    square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
+    out -= (out * edge).sum(axis=1)[:, None] / square * edge
+    return np.asarray(out * np.sqrt(square) / np.maximum(np.linalg.norm(out, axis=1), _TINY)[:, None])
 
 
 def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray:

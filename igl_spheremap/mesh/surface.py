@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
 from .edges import components, direction_components, edge_keys
 from .handles import cutting_loops
-from .holes import cap, rims, simple_rims
+from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
+from .sheets import part_sheets
 
 
 class Surface:
@@ -75,31 +77,11 @@ class Surface:
         self._note("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
-        """Part sheets that meet in edges of more than two faces, if each has two faces at each such edge."""
-        start, m, n = self.f.ravel(), len(self.f), len(self.v)
-        stop = self.f[:, [1, 2, 0]].ravel()
-        _, edge, count = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
-        crowded = count[edge] > 2
-        first, second = self._twins()
-        sheets, label = components(first // 3, second // 3, m)
-        size_rank = np.argsort(np.argsort(-np.bincount(label), kind="stable"))  # the largest keeps the input's rows
-        sheet = np.repeat(size_rank[label], 3)
-        faces_at = np.unique(edge[crowded] * sheets + sheet[crowded], return_counts=True)[1]
-        if not crowded.any() or (faces_at != 2).any():
-            return
-        shared = np.zeros(n, dtype=bool)
-        shared[start[crowded]] = shared[stop[crowded]] = True
-        corner = np.flatnonzero(shared[start])
-        copies, index = np.unique(start[corner] * sheets + sheet[corner], return_inverse=True)
-        owner = copies // sheets
-        extra = np.ones(len(copies), dtype=bool)
-        extra[np.unique(owner, return_index=True)[1]] = False
-        f = start.copy()
-        f[corner] = np.where(extra, n + np.cumsum(extra) - 1, owner)[index]
-        self.f = f.reshape(-1, 3)
-        self.v = np.concatenate([self.v, self.v[owner[extra]]])
-        self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
-        self._note("parted", int((count > 2).sum()), "edge", "edges", "where sheets meet")
+        parted = part_sheets(self.v, self.f)
+        if parted is not None:
+            self.f, self.v = parted.f, self.v[parted.owner]
+            self.vertex_source = self.vertex_source[parted.owner]
+            self._note("parted", parted.edges, "edge", "edges", "where sheets meet")
 
     def _drop_components(self, keep_largest: bool) -> int:
         first, second = self._twins()
@@ -186,14 +168,19 @@ class Surface:
             self.actions.append(f"filled {text}")
 
     def cut_handles(self) -> None:
-        """Cut the handles of a closed surface along short loops, and close the cuts by caps."""
+        """Cut the handles of a closed surface along short loops, and close the cuts by caps.
+
+        The middle of a loop around a handle is in the body, that of a loop around a tunnel is not.
+        """
         cuts: list[tuple[float, str]] = []
         while self.genus > 0:
             loops = cutting_loops(self.v, self.f)
-            for loop in loops:
+            middles = np.array([self.v[loop].mean(axis=0) for loop in loops])
+            inside = np.abs(igl.fast_winding_number(self.v, self.f, middles)) > 0.5
+            for loop, kind in zip(loops, np.where(inside, "handle", "tunnel"), strict=True):
                 p = self.v[loop]
                 length = float(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum())
-                text = f"a loop of {len(loop)} edges and length {length:.3g} near {place(p, self.v)}"
+                text = f"a {kind} loop of {len(loop)} edges and length {length:.3g} near {place(p, self.v)}"
                 cuts.append((length, text))
             n = len(self.v)
             self.split_fans(np.concatenate([edge_keys(loop, np.roll(loop, -1), n) for loop in loops]))
@@ -204,8 +191,10 @@ class Surface:
 
     def _close_rims(self) -> None:
         v, f, n = [self.v], [self.f], len(self.v)
-        for rim in self.rims:
-            points, faces = cap(self.v[rim])
+        after = np.concatenate([np.roll(rim, -1) for rim in self.rims])
+        onward = conormals(self.v, self.f, np.concatenate(self.rims), after)
+        for rim, out in zip(self.rims, np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]), strict=True):
+            points, faces = cap(self.v[rim], out)
             v.append(points)
             f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
             n += len(points)

@@ -162,6 +162,46 @@ def test_sheets_that_meet_in_an_edge_are_parted(ball):
         repair_mesh(v, pages, holes="fill")
 
 
+def voxels(solid):
+    """The surface of voxels, two triangles for each square between a full and an empty one."""
+    full = np.pad(solid, 1)
+    shape, faces = np.array(full.shape) + 1, []
+    for axis in range(3):
+        for up in (0, 1):
+            low = np.argwhere(full & ~np.roll(full, 1 - 2 * up, axis=axis))
+            low[:, axis] += up
+            corners = [low + np.roll([0, i, j], axis) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+            a, b, c, d = (np.ravel_multi_index(corner.T, shape) for corner in corners[:: 2 * up - 1])
+            faces += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
+    used, f = np.unique(np.vstack(faces), return_inverse=True)
+    return np.column_stack(np.unravel_index(used, shape)).astype(float), f.reshape(-1, 3)
+
+
+def test_a_sheet_that_touches_itself_is_parted_where_the_body_is_empty():
+    """A ring of voxels whose ends touch in an edge: a body without a handle, which needs no cut."""
+    solid = np.zeros((3, 3, 1), dtype=bool)
+    solid[[0, 0, 0, 1, 2, 2, 1], [0, 1, 2, 2, 2, 1, 0], 0] = True  # (1, 0) and (2, 1) meet in an edge
+    v, f = voxels(solid)
+    with pytest.raises(MeshError, match=r"non-manifold edge: 1 edge .*\(repair_mesh\(v, f\) does\)"):
+        check_mesh(v, f)
+    repaired = repair_mesh(v, f)
+    assert repaired.actions[0] == "parted 1 edge where sheets meet"
+    assert len(repaired.v) == len(v) + 2
+    check_mesh(repaired.v, repaired.f)
+    assert np.array_equal(repaired.v, v[repaired.vertex_source])
+    inward = repair_mesh(v, f[:, ::-1])
+    assert len(inward.v) == len(v) + 2
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_voxels_become_spheres(seed):
+    """Edges and vertices where they touch, holes through them: every body of voxels is repaired."""
+    rng = np.random.default_rng(seed)
+    v, f = voxels(rng.random((5, 5, 5)) < rng.uniform(0.3, 0.8))
+    repaired = repair_mesh(v, f, keep_largest=True, handles="cut")
+    check_mesh(repaired.v, repaired.f)
+
+
 def test_what_cannot_be_repaired_is_named(ball):
     v, f = ball
     for w, g, words in (

@@ -119,7 +119,7 @@ def test_caps_are_discs_that_run_once_through_their_rim(k, shape):
     p *= {"slit": [1, 0, 0], "point": [0, 0, 0]}.get(shape, [1, 1, 1])
     if shape == "zigzag":
         p[:, 2] = (-1) ** np.arange(k)
-    points, faces = cap(p)
+    points, faces = cap(p, -p)
     n = k + len(points)
     assert np.isfinite(points).all()
     assert len(points) <= 8 / 3 * k

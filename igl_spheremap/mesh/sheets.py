@@ -1,0 +1,106 @@
+"""Sheets that meet in edges of more than two faces: which faces go on into which, and a vertex for each sheet there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray, IntArray
+from .edges import components, edge_keys
+from .measure import enclosed_volume
+
+#: An edge that is crowded still where bodies are parted joins them instead, which may crowd its neighbours.
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class PartedSheets:
+    """Faces of which no edge has more than two, the row of the input of each vertex, and how many edges were parted."""
+
+    f: IntArray
+    owner: IntArray
+    edges: int
+
+
+def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
+    """Part sheets that meet in edges of an even number of faces; None if there is no such edge, or it can't be done.
+
+    Sheets go on across an edge into themselves, if each has two faces there. Where one touches itself, faces are sorted
+    by their angles around the edge: those with the body between them belong together, so that bodies which touch
+    are parted, or, where that leaves the edge crowded, those with nothing between them. Faces agree in direction then.
+    """
+    start, stop, n = f.ravel(), f[:, [1, 2, 0]].ravel(), len(v)
+    _, edge, count = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
+    crowded = np.flatnonzero(count[edge] > 2)
+    if not len(crowded) or (count[count > 2] % 2).any():
+        return None
+    order = np.argsort(edge, kind="stable")
+    first, second = order[count[edge[order]] == 2].reshape(-1, 2).T
+    sheets, sheet = components(first // 3, second // 3, len(f))
+    pairs = crowded[np.lexsort((sheet[crowded // 3], edge[crowded]))].reshape(-1, 2)
+    by_angles = (np.unique(edge[crowded] * sheets + sheet[crowded // 3], return_counts=True)[1] != 2).any()
+    at = np.zeros(n, dtype=bool)
+    at[start[crowded]] = at[stop[crowded]] = True
+    joined = np.zeros(len(count), dtype=bool)
+    for _ in range(_ROUNDS if by_angles else 1):
+        if by_angles:
+            found = _paired_by_angles(v, f, crowded, edge, joined)
+            if found is None:
+                return None
+            pairs = found
+        parted = _with_pairs(f, n, at, np.r_[first, pairs[:, 0]], np.r_[second, pairs[:, 1]])
+        stop_now = parted.f[:, [1, 2, 0]].ravel()
+        _, new, now = np.unique(edge_keys(parted.f.ravel(), stop_now, len(parted.owner)), return_inverse=True,
+                                return_counts=True)
+        left = np.unique(edge[now[new] > 2])
+        if not len(left):
+            return replace(parted, edges=int((count > 2).sum()))
+        joined[left] ^= True
+    return None
+
+
+def _paired_by_angles(v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray) -> IntArray | None:
+    """Pairs (k, 2) of half-edges at crowded edges, by their faces' angles; None unless directions alternate there."""
+    start, stop, third = (f[:, corners].ravel()[half] for corners in ([0, 1, 2], [1, 2, 0], [2, 0, 1]))
+    up = start < stop
+    a, b = np.minimum(start, stop), np.maximum(start, stop)
+    axis = v[b] - v[a]
+    axis = axis / np.maximum(np.linalg.norm(axis, axis=1), np.finfo(np.float64).tiny)[:, None]
+    side = v[third] - v[a]
+    _, first, group = np.unique(edge[half], return_index=True, return_inverse=True)
+    zero = side - (side * axis).sum(axis=1)[:, None] * axis
+    zero = zero[first][group]
+    angle = np.arctan2((side * np.cross(axis, zero)).sum(axis=1), (side * zero).sum(axis=1))
+    order = np.lexsort((angle, group))
+    # Around an edge, counterclockwise as seen from its end, a face that runs down has the body before it.
+    down = ~up[order]
+    position = np.arange(len(order)) - np.searchsorted(group[order], group[order])
+    if enclosed_volume(v, f) < 0:
+        down = ~down
+    opens = down ^ joined[edge[half[order]]]
+    if (opens != (opens[np.searchsorted(group[order], group[order])] ^ (position % 2 == 1))).any():
+        return None
+    size = np.bincount(group)[group[order]]
+    after = np.arange(len(order)) - position + (position + 1) % size
+    return np.column_stack((half[order[opens]], half[order[after[opens]]]))
+
+
+def _with_pairs(f: IntArray, n: int, at: BoolArray, first: IntArray, second: IntArray) -> PartedSheets:
+    """Give each fan of faces a vertex of its own at the vertices `at`; paired half-edges are neighbours."""
+    start, onward = f.ravel(), 3 * np.arange(len(f)).repeat(3) + np.tile([1, 2, 0], len(f))
+    same = start[first] == start[second]
+    ends = np.where(same, second, onward[second]), np.where(same, onward[second], second)
+    _, fan = components(np.r_[first, onward[first]], np.r_[ends], f.size)
+    _, sheet = components(first // 3, second // 3, len(f))
+    smaller = -np.bincount(sheet)[sheet].repeat(3)  # the largest sheet keeps the input's rows
+    corner = np.flatnonzero(at[start])
+    _, one, index = np.unique(fan[corner], return_index=True, return_inverse=True)
+    one = corner[one]
+    order = np.lexsort((one, smaller[one], start[one]))
+    extra = np.append(False, start[one[order[1:]]] == start[one[order[:-1]]])
+    number = np.empty(len(one), dtype=np.int64)
+    number[order] = np.where(extra, n - 1 + np.cumsum(extra), start[one[order]])
+    parted = start.copy()
+    parted[corner] = number[index]
+    return PartedSheets(parted.reshape(-1, 3), np.append(np.arange(n), start[one[order[extra]]]), 0)
