@@ -139,11 +139,12 @@ def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray,
     """Places (k, 4) in the flat grid of the grid points around each point, and their bilinear weights."""
     theta, phi = _coordinates(kind, rows, columns)
     theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles
-    here = np.arctan2(np.hypot(x[:, 0], x[:, 1]), x[:, 2])
+    x, y, z = np.ascontiguousarray(x.T)  # numpy 1.26's arctan2 of columns depends on where they lie in memory
+    here = np.arctan2(np.hypot(x, y), z)
     i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
     step = theta[i + 1] - theta[i]
     down = (here - theta[i]) / np.where(step > 0, step, 1)  # 0 beyond a row at a pole
-    turn = (np.arctan2(x[:, 1], x[:, 0]) - phi[0]) * columns / (2 * np.pi)
+    turn = (np.arctan2(y, x) - phi[0]) * columns / (2 * np.pi)
     j = np.floor(turn).astype(np.int64)
     east = turn - j
     row, column = i[:, None] + [-1, -1, 0, 0], j[:, None] + [0, 1, 0, 1]

@@ -126,16 +126,15 @@ def texture_atlas(
 def _equirectangular(cut: CutMesh) -> FloatArray:
     """(m, 3, 2) coordinates of the corners: longitude from -pi to pi, latitude."""
     corners = cut.x[cut.f]
-    side = _sides(corners)
     # A corner on the seam is at longitude pi or -pi, as its face is: give its y, which is 0, the face's sign.
-    y = np.copysign(corners[..., 1], side[:, None, 1])
-    return _longitude_latitude(corners, np.arctan2(y, corners[..., 0]) / (2 * np.pi))
+    y = np.copysign(corners[..., 1], _sides(corners)[:, None, 1])
+    return _longitude_latitude(corners, _angle(y, corners[..., 0]) / (2 * np.pi))
 
 
 def _unwrapped(mesh: CutMesh) -> FloatArray:
     """(m, 3, 2) coordinates of the corners of uncut faces: longitudes of a face within half a turn of its first one."""
     corners = mesh.x[mesh.f]
-    turns = np.arctan2(corners[..., 1], corners[..., 0]) / (2 * np.pi)
+    turns = _angle(corners[..., 1], corners[..., 0]) / (2 * np.pi)
     at_pole = _is_pole(corners[:, 0])
     first = np.where(at_pole, turns[:, 1], turns[:, 0])[:, None]
     return _longitude_latitude(corners, turns - np.rint(turns - first))
@@ -145,8 +144,13 @@ def _longitude_latitude(corners: FloatArray, turns: FloatArray) -> FloatArray:
     """Coordinates from longitudes (m, 3) in turns; a corner at a pole takes the mean of the others in its face."""
     pole = _is_pole(corners)
     beside = np.where(pole, 0, turns).sum(axis=1) / np.maximum((~pole).sum(axis=1), 1)
-    latitude = np.arctan2(corners[..., 2], np.hypot(corners[..., 0], corners[..., 1]))
+    latitude = _angle(corners[..., 2], np.hypot(corners[..., 0], corners[..., 1]))
     return np.stack([0.5 + np.where(pole, beside[:, None], turns), 0.5 + latitude / np.pi], axis=-1)
+
+
+def _angle(y: FloatArray, x: FloatArray) -> FloatArray:
+    """arctan2 of columns; numpy 1.26's last bit depends on where columns lie in memory unless they are copied."""
+    return np.arctan2(np.ascontiguousarray(y), np.ascontiguousarray(x))
 
 
 def _is_pole(x: FloatArray) -> BoolArray:
