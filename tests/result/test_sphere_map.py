@@ -15,8 +15,8 @@ BALL, BALL_F = icosphere(3)
 def bowl(height, stretch=(1.0, 1.0, 1.0)):
     """A ball without its top, filled: the mesh, and how many vertices and faces were there before."""
     f = BALL_F[BALL[BALL_F].mean(axis=1)[:, 2] < height]
-    used, f = np.unique(f, return_inverse=True)
-    return ism.repair_mesh(BALL[used] * stretch, f.reshape(-1, 3), holes="fill"), len(used), len(f)
+    used, corners = np.unique(f, return_inverse=True)
+    return ism.repair_mesh(BALL[used] * stretch, corners.reshape(-1, 3), holes="fill"), len(used), len(f)
 
 
 @pytest.fixture(scope="module")
