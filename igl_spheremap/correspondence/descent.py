@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -11,9 +11,11 @@ from ..mesh.arrays import FloatArray
 from ..newton.faces import FaceProblem, VertexTerm
 from ..newton.loop import LineSearch, newton
 from ..shapes.features import SurfacePair
+from ..shapes.rotation import RotationCandidate
 from ..sphere.moebius import best_rotation
 from ..sphere.rows import row_dots
-from .fits import Misfit
+from ..untangle.local_repair import unfolded
+from .fits import Misfit, fit_moebius
 from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, Lift, log_strain
@@ -63,11 +65,29 @@ class Descent:
         coarse = [(self._a.coarser(size), self._b.coarser(size)) for size in _SIZES]
         return [*coarse, (self._a, self._b)]
 
-    def best(self, starts: Sequence[FloatArray]) -> int:
-        """The start that leads to the least strain from A to B on the coarsest level."""
-        a, b = self._levels[0]
-        ends = [self.lowered(a, b, self._a.carried(x, a)) for x in starts]
-        return int(np.argmin([log_strain(level, b, y) for level, y in ends]))
+    def start(self, pair: SurfacePair) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+        """The rotation with its Moebius map that leads to the least energy on the coarsest level; all rotations, its
+        own first.
+        """
+        candidates, (a, b) = pair.rotations(), self._levels[0]
+        starts, energies = [], []
+        for candidate in candidates:
+            starts.append(self._fitted(pair, candidate))
+            level, y = self.lowered(a, b, self._a.carried(starts[-1], a))
+            terms = self._terms(level, b, y, len(SHARES))
+            energies.append(log_strain(level, b, y) + sum(term.value(y) for term in terms))
+        best = int(np.argmin(energies))
+        return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
+
+    def _fitted(self, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:
+        """A's sphere after a rotation, and the Moebius map that its features ask for."""
+        found = [unfolded(self._a.mesh, self._a.x @ candidate.rotation.T)]  # rounding may fold slivers
+
+        def keep(y: FloatArray, _: float) -> None:
+            found[0] = y
+
+        fit_moebius(found[0], self._a.f, pair.weights, pair.features[0], pair.fixed_features(0), keep)
+        return found[0]
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """The map that a start on A's own mesh leads to, and that mesh, or its refinement near landmarks.

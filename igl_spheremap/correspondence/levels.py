@@ -98,16 +98,18 @@ class Level:
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
         """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
         edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
-        f, ends = bisected(self.f, edges * marked[:, None], len(y))
+        f, ends, parts = bisected(self.f, edges * marked[:, None], len(y))
         v, x, z = (np.concatenate((p, p[ends].mean(axis=1))) for p in (self.mesh.vertices, self.x, y))
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
-        return Level(check_mesh(v, f), x, self.landmarks, self.own or self), z
+        caps = None if self.mesh.caps is None else self.mesh.caps[parts]
+        return Level(check_mesh(v, f, caps), x, self.landmarks, self.own or self), z
 
 
-def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray]:
-    """Faces with edges bisected, and the ends (k, 2) of these, whose midpoints are vertices n, n + 1, ...
+def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Faces with edges bisected; the ends (k, 2) of these, whose midpoints are vertices n, n + 1, ...; of which face
+    each is a part.
 
     `length` has those of the edges opposite the corners, 0 for those that may not be bisected; of the others each is
     that is the longest of both its faces.
@@ -121,9 +123,10 @@ def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArra
     number = np.cumsum(count == 2) - 1
     cut = np.flatnonzero(count[pair] == 2)
     k, middle = f[cut, corner[cut]], n + number[pair[cut]]
-    whole = np.delete(f, cut, axis=0)
+    whole = np.delete(face, cut)
     ends = np.stack((i[first[count == 2]], j[first[count == 2]]), axis=1)
-    return np.concatenate((whole, np.stack((k, i[cut], middle), axis=1), np.stack((k, middle, j[cut]), axis=1))), ends
+    halves = np.stack((k, i[cut], middle), axis=1), np.stack((k, middle, j[cut]), axis=1)
+    return np.concatenate((f[whole], *halves)), ends, np.concatenate((whole, cut, cut))
 
 
 def hull_faces(x: FloatArray) -> IntArray:

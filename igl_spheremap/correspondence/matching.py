@@ -2,40 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MapError, MeshError, check_number, own_errstate
+from ..errors import MapError, check_number, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.variational import check_landmarks, match_landmarks
-from ..mesh.arrays import FloatArray, IntArray, listed, plain_array
+from ..mesh.arrays import FloatArray, listed_words
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..shapes.features import SurfacePair
-from ..shapes.locate import Location
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
 from ..sphere.rows import unit_rows
 from ..untangle.local_repair import unfolded
 from .descent import SHARES, Descent
-from .fits import fit_moebius
+from .landmarks import Landmarks, Points
 from .levels import Level
 from .registration import FIRST_WIDTH, reflected
-from .surface_map import SurfaceMap, checked_location
+from .surface_map import SurfaceMap
 
 #: From so many landmarks on the Moebius map at the start is theirs; its boost has this weight beside their mean squared
 #: miss.
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: So many of the landmarks that miss their goals are named in the error.
 _NAMED = 5
-
-Points = ArrayLike | Location
 
 
 @own_errstate
@@ -46,6 +43,7 @@ def match(
     landmarks: tuple[Points, Points] | None = None,
     features: tuple[ArrayLike, ArrayLike] | None = None,
     *,
+    curves: Iterable[tuple[Points, Points]] = (),
     feature_weight: float = 0.4,
     position_weight: float = 0.0,
     soft: bool = False,
@@ -62,11 +60,16 @@ def match(
     a, b : SphereMap or (v, f)
         The surfaces with their maps, best area-preserving ones; arrays are mapped at balance 1.
     landmarks : (points of A, points of B), optional
-        Points that belong together, the same number of either: (k,) vertex indices, or for B a `Location`. They are
-        met bit for bit on the sphere; three and more of them decide how the surfaces face each other.
+        Points that belong together, the same number of either: (k,) vertex indices, or a `Location`. They are met bit
+        for bit on the sphere; three and more of them decide how the surfaces face each other. A's faces are divided
+        where its points are no vertices.
     features : (A's values, B's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
         surfaces and compared at unit variance. Without them curvature and depth choose starts, nothing else.
+    curves : iterable of (curve of A, curve of B), optional
+        Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
+        two or more, not the same number of either. Each point of A's curve is a landmark, whose place on B's curve is
+        at the same share of its length; between them the one curve lies as near to the other as points are apart.
     feature_weight : float
         Of the features' squared differences beside the strain, both summed over an area of 4 pi.
     position_weight : float
@@ -86,7 +89,7 @@ def match(
     Raises
     ------
     MeshError
-        If a mesh, a landmark or a feature is invalid.
+        If a mesh, a landmark, a curve or a feature is invalid.
     FoldingsRemain
         If a given map is not certified folding-free.
     MapError
@@ -107,8 +110,11 @@ def match(
         check_number(weight, name)
     a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(*each, 1.0) for each in (a, b))
     a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
-    vertices, goals = _checked(landmarks, a, b)
-    a = reflected(a) if reflect else a
+    given = Landmarks.of(landmarks, curves, a, b)
+    vertices, goals = given.vertices, given.goals
+    if features is not None:
+        features = given.carried(features[0], a), features[1]
+    n, a = len(a.sphere), reflected(given.surface) if reflect else given.surface
     own, other = Level.of(a, "A", vertices), Level.of(b, "B")
     directions = unit_rows(interpolate(b.sphere, b.faces, goals))
     pair = SurfacePair(a, b, features, [FIRST_WIDTH, *(SHARES.values() if features is not None else ())])
@@ -118,11 +124,7 @@ def match(
     if len(vertices) >= _ENOUGH:
         start = match_landmarks(a.sphere, check_landmarks(len(a.sphere), vertices, directions, 1.0), _STIFFNESS)
     else:
-        candidates = tuple(pair.rotations())
-        starts = [_start(a, pair, candidate) for candidate in candidates]
-        best = descent.best(starts)
-        start = starts[best]
-        candidates = (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
+        start, candidates = descent.start(pair)
     found = own, unfolded(a.mesh, start)
 
     def report(level: Level, y: FloatArray, energy: float) -> None:
@@ -133,69 +135,18 @@ def match(
     with suppress(StopIteration):  # of a listener
         found = descent.run(found[1], report)
     level, x = found
-    added = len(x) - len(a.sphere)
-    notes = (f"faces of A are split where landmarks could not be met else: {added} vertices come after its own",)
+    added, needed = len(a.sphere) - n, len(x) - len(a.sphere)
+    notes = [f"faces of A are divided at landmarks: {added} vertices come after its own"] if added else []
+    if needed:
+        notes.append(f"faces of A are split where landmarks could not be met else: {needed} vertices come last")
     result = certified(level.mesh, x)
     result = replace(result, run=history.complete(result.run, "match"))
     apart = np.degrees(2 * np.arcsin(np.linalg.norm(x[vertices] - directions, axis=1) / 2))
     if apart.any() and not soft:
         worst = np.argsort(-apart)[:_NAMED]
         worst = worst[apart[worst] > 0]
+        names = listed_words([given.names[k] for k in worst], _NAMED)
         raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
-                       f"without a fold; furthest off, by {apart.max():.3g} degrees, is landmark {listed(worst)}: "
-                       "correct it, or give soft=True", result)
-    return SurfaceMap(result, b, vertices, goals, candidates, notes if added else ())
-
-
-def _start(a: SphereMap, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:
-    """A's sphere after a rotation, and the Moebius map that its features ask for."""
-    found = [unfolded(a.mesh, a.sphere @ candidate.rotation.T)]  # rounding may fold slivers
-
-    def keep(y: FloatArray, _: float) -> None:
-        found[0] = y
-
-    fit_moebius(found[0], a.faces, pair.weights, pair.features[0], pair.fixed_features(0), keep)
-    return found[0]
-
-
-def _checked(landmarks: tuple[Points, Points] | None, a: SphereMap, b: SphereMap) -> tuple[IntArray, Location]:
-    """Landmarks as vertices of A and points of B; a MeshError that names the one that is wrong."""
-    if landmarks is None:
-        nothing = np.empty(0, dtype=np.int64)
-        return nothing, Location(nothing, np.empty((0, 3)))
-    if not isinstance(landmarks, Sequence) or len(landmarks) != 2:
-        raise MeshError("landmarks are no pair; give (points of A, points of B)")
-    first, second = landmarks
-    if isinstance(first, Location):
-        raise MeshError("landmarks of A are a Location; give vertex indices")
-    vertices = _vertices(first, len(a.sphere), "A")
-    goals = checked_location(second, b.faces, "B") if isinstance(second, Location) else _at_vertices(
-        b.faces, _vertices(second, len(b.sphere), "B"))
-    if len(vertices) != len(goals.face):
-        raise MeshError(f"{len(vertices)} landmarks of A have {len(goals.face)} points of B; give one for each")
-    on_b = interpolate(b.sphere, b.faces, goals)
-    for points, name in ((a.sphere[vertices], "A"), (on_b, "B")):
-        order = np.lexsort(points.T)
-        equal = np.flatnonzero((points[order[1:]] == points[order[:-1]]).all(axis=1))
-        if len(equal):
-            i, j = sorted(order[equal[0] : equal[0] + 2])
-            raise MeshError(f"landmarks {i} and {j} are one point of {name}; give each its own")
-    return vertices, goals
-
-
-def _vertices(values: ArrayLike, n: int, name: str) -> IntArray:
-    """Vertex indices, at least one."""
-    index = plain_array(values, f"landmarks of {name}")
-    if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
-        raise MeshError(f"landmarks of {name} are no list of vertex indices; give one whole number each, at least one")
-    bad = np.flatnonzero((index < 0) | (index >= n))
-    if len(bad):
-        raise MeshError(f"landmark {bad[0]} of {name} is vertex {index[bad[0]]}, but there are vertices 0 to {n - 1}")
-    return index.astype(np.int64)
-
-
-def _at_vertices(f: IntArray, vertices: IntArray) -> Location:
-    """Vertices as points of faces."""
-    corner = np.empty(int(f.max()) + 1, dtype=np.int64)
-    corner[f.ravel()] = np.arange(f.size)
-    return Location(corner[vertices] // 3, np.eye(3)[corner[vertices] % 3])
+                       f"without a fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
+                       "soft=True", result)
+    return SurfaceMap(result, b, vertices, goals, candidates, tuple(notes))

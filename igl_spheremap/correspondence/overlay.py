@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from ..errors import own_errstate
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.measure import face_areas
 from ..result.sphere_map import SphereMap
-from ..shapes.locate import Location
+from ..shapes.locate import Location, at_vertices, joined, rows_of
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .cells import Sides, merge_close
@@ -95,9 +94,9 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
     half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
     crossed = _crossings(A, half_a, B, half_b)
-    location_a = _joined(_at_vertices(A), _rows(of_b.location, alone), crossed[0])
-    location_b = _joined(of_a.location, _rows(_at_vertices(B), alone), crossed[1])
-    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, _rows(location_a, slice(first, None))))))
+    location_a = joined(at_vertices(A.f), rows_of(of_b.location, alone), crossed[0])
+    location_b = joined(of_a.location, rows_of(at_vertices(B.f), alone), crossed[1])
+    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, rows_of(location_a, slice(first, None))))))
     on_a, on_b = interpolate(a.vertices, A.f, location_a), interpolate(b.vertices, B.f, location_b)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
     faces, cell = sides.triangles(x)
@@ -105,9 +104,9 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     node = merge_close(faces, least, x, on_a, on_b, own, other)
     if (node != np.arange(len(node))).any():
         faces, cell = sides.merged(node).triangles(x)
-        location_b.face[node[other]], location_b.weights[node[other]] = _at_vertices(B)
+        location_b.face[node[other]], location_b.weights[node[other]] = at_vertices(B.f)
     used, corners = np.unique(faces, return_inverse=True)
-    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], _rows(location_a, used), _rows(location_b, used),
+    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], rows_of(location_a, used), rows_of(location_b, used),
                    cell // len(B.f), cell % len(B.f), np.searchsorted(used, node[other]))
 
 
@@ -119,13 +118,6 @@ def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Trian
     number = np.arange(first + len(key))
     number[first:] += order[np.searchsorted(key, again, sorter=order)] - np.arange(len(key))
     return replace(cut_b, start=number[cut_b.start], end=number[cut_b.end])
-
-
-def _at_vertices(T: Triangulation) -> Location:
-    """Vertices as points of faces."""
-    corner = np.empty(len(T.x), dtype=np.int64)
-    corner[T.f.ravel()] = np.arange(T.f.size)
-    return Location(corner // 3, np.eye(3)[corner % 3])
 
 
 def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray) -> tuple[Location, Location]:
@@ -158,11 +150,3 @@ def _on_sides(half: IntArray, end: FloatArray) -> Location:
     weights, rows = np.zeros((len(half), 3)), np.arange(len(half))
     weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - end, end
     return Location(half // 3, weights)
-
-
-def _rows(location: Location, rows: Any) -> Location:
-    return Location(location.face[rows], location.weights[rows])
-
-
-def _joined(*parts: Location) -> Location:
-    return Location(np.concatenate([part.face for part in parts]), np.concatenate([part.weights for part in parts]))

@@ -68,7 +68,7 @@ class Registration:
     stages : tuple of RegistrationStage
         Start and every stage, in their order.
     candidates : tuple of RotationCandidate
-        Rotations that were considered and their correlations, the best first; empty without that stage.
+        Rotations that were considered and their correlations, the one that was taken first; empty without that stage.
     notes : tuple of str
         Reasons to doubt the result.
     """
@@ -89,7 +89,7 @@ class Registration:
 
     @property
     def margin(self) -> float:
-        """How much better the best rotation correlates than the runner-up; NaN if there is none."""
+        """How much better the rotation that was taken correlates than the next one; NaN if there is none."""
         return self.candidates[0].correlation - self.candidates[1].correlation if len(self.candidates) > 1 else np.nan
 
 
@@ -113,7 +113,8 @@ def register(
         Data over the vertices of each, (n,) or (n, k) with the same k. By default curvature and depth of each surface.
         They are smoothed on the surfaces and compared at unit variance.
     stages : sequence of str
-        Which of "rotation" (correlation over all rotations), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
+        Which of "rotation" (that correlates best; before "elastic", of the four best the one that leads to the least
+        energy from surface to surface, as in `match`), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
         (Newton's method on the strain from one surface to the other, with the features' difference, as in `match`).
     stiffness : float, optional
         Weight of the strain from surface to surface beside features of unit variance: 0.15 by default for given
@@ -158,22 +159,23 @@ def register(
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     moving = reflected(moving) if reflect else moving
     pair = SurfacePair(moving, fixed, features, [FIRST_WIDTH, *(SHARES.values() if "elastic" in stages else ())])
+    descent = None
+    if "elastic" in stages:
+        last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
+        descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)), (pair, 1 / last))
     course = _Course(moving, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            candidates = tuple(pair.rotations())
+            candidates = descent.start(pair)[1] if descent else tuple(pair.rotations())
             with course.stage("rotation"):
                 turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
                 fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.fixed_features(0), course)
-        if "elastic" in stages:
-            last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
+        if descent:
             with course.stage("elastic", course.x):
-                descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)),
-                                  (pair, 1 / last))
                 descent.run(course.x, lambda _, y, cost: course(y, cost))
     result = certified(moving.mesh, course.x)
     run = history.complete(result.run, "register")
@@ -223,7 +225,7 @@ def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: Fl
 def _doubts(candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:
     notes = []
     if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
-        notes.append(f"the margin is small: the best rotation correlates {candidates[0].correlation:.3f}, "
+        notes.append(f"the margin is small: the rotation that was taken correlates {candidates[0].correlation:.3f}, "
                      f"another one {candidates[1].correlation:.3f}")
     for before, after in pairwise(stages):
         lost = float(before.correlation.mean() - after.correlation.mean())

@@ -29,11 +29,11 @@ class SurfaceMap:
     ----------
     map : SphereMap
         A's map to the sphere in the frame of B's, certified. Its mesh is A; where A was mirrored, or its faces were
-        split at landmarks, it is that surface.
+        divided at landmarks, it is that surface.
     target : SphereMap
         B's map to the sphere.
     landmarks : (k,) int64 array
-        Vertices of A that were to meet given points of B.
+        Vertices of A that were to meet given points of B, those of curves last.
     goals : Location
         These points of B.
     candidates : tuple of RotationCandidate

@@ -44,6 +44,27 @@ class Location:
         return f"Location({len(self.face)} points)"
 
 
+def at_vertices(f: IntArray) -> Location:
+    """All vertices of a closed mesh as points of faces.
+
+    >>> at_vertices(np.array([[0, 1, 2], [0, 2, 1]])).weights[1]
+    array([0., 0., 1.])
+    """
+    corner = np.empty(int(f.max()) + 1, dtype=np.int64)
+    corner[f.ravel()] = np.arange(f.size)
+    return Location(corner // 3, np.eye(3)[corner % 3])
+
+
+def rows_of(location: Location, rows: Any) -> Location:
+    """Some of the points."""
+    return Location(location.face[rows], location.weights[rows])
+
+
+def joined(*parts: Location) -> Location:
+    """Points one after the other."""
+    return Location(np.concatenate([part.face for part in parts]), np.concatenate([part.weights for part in parts]))
+
+
 class SphereLocator:
     """Exact point location on a spherical triangulation.
 

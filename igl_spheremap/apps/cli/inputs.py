@@ -84,11 +84,9 @@ class InputMap:
             raise
 
 
-def load_source(args: Namespace) -> InputMesh:
-    """The mesh that the command line names; repairs are reported on stderr, for they may renumber vertices."""
-    source = read_source(
-        args.source, repair=repair_options(args), kind=args.format, stage=args.progress.stage
-    )
+def load_source(args: Namespace, name: str | None = None) -> InputMesh:
+    """A mesh that the command line names, SOURCE by default; repairs, which may renumber vertices, go to stderr."""
+    source = read_source(name or args.source, repair=repair_options(args), kind=args.format, stage=args.progress.stage)
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
     return source

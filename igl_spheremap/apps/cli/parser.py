@@ -188,6 +188,9 @@ COMMANDS = (
         *shared.target("B's positions on the connectivity of A; .npz holds the whole map; - for stdout"),
         argument("--landmarks", ("A", "B"), "corresponding vertices of A and B, which are met exactly: .pinned or .vts "
                  "lists", nargs=2),
+        argument("--curve", ("A", "B"), "corresponding curves, such lists of neighbouring vertices, one of each: A's "
+                 "vertices go to the places at the same share of the length; may be given again", nargs=2,
+                 action="append", default=[]),
         switch("--soft", help="come near the landmarks, if they can't be met"),
         shared.FEATURE,
         argument("--feature-weight", "W", "of the features' squared differences beside the strain (default: 0.4)",
@@ -201,6 +204,7 @@ COMMANDS = (
         switch("--show", help="open a window with A, B and what is between them"),
         *shared.pictures(CARRIED_SIZE),
         shared.FORMAT,
+        *shared.REPAIR,
         *shared.OUTPUT,
     )),
     Command("batch", "batch", (

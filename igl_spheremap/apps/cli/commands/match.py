@@ -21,7 +21,7 @@ from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ...viewer.choices import guess_up
 from ..exits import Exit, UsageError
-from ..inputs import STREAM, InputMesh, read_source
+from ..inputs import STREAM, InputMesh, load_source
 from ..output import Findings, check_outputs, write_target
 from .register import read_features
 
@@ -43,13 +43,19 @@ def run_match(args: Namespace) -> Exit:
     args.frame = None
     if pictured:
         open_for(args, "igl_spheremap")
-    sources = [read_source(name, kind=args.format, stage=args.progress.stage) for name in (args.source, args.other)]
-    landmarks = _landmarks(args.landmarks, sources) if args.landmarks else None
+    sources = [load_source(args, name) for name in (args.source, args.other)]
+    landmarks = _vertices(args.landmarks, sources) if args.landmarks else None
+    if landmarks and len(landmarks[0]) != len(landmarks[1]):
+        (file, other), (m, n) = args.landmarks, map(len, landmarks)
+        raise UsageError(f"{file} has {m} landmarks but {other} has {n}; give lists of the same landmarks in the same "
+                         "order")
+    curves = [_vertices(files, sources) for files in args.curve]
     features = read_features(args.feature, *sources) if args.feature else None
     a, b = (_mapped(args, source) for source in sources)
     args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
-    result = match(a, b, landmarks, features, feature_weight=args.feature_weight, reflect=args.reflect,
-                   position_weight=args.position_weight, soft=args.soft, listener=args.progress.listener(a.faces))
+    result = match(a, b, landmarks, features, curves=curves, feature_weight=args.feature_weight,
+                   position_weight=args.position_weight, soft=args.soft, reflect=args.reflect,
+                   listener=args.progress.listener(a.faces))
     if whole:
         args.progress.stage(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
@@ -76,20 +82,18 @@ def run_match(args: Namespace) -> Exit:
 
 
 def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
-    """The map that an archive holds, or the area-preserving one."""
+    """The map that an archive holds, unless its mesh was repaired, or the area-preserving one."""
     path = Path(source.name)
-    if path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
+    if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)
     args.progress.stage(f"mapping {source.name} to the sphere")
-    return balanced_spherical_map(source.v, source.f, 1.0, listener=args.progress.listener(source.f))
+    return balanced_spherical_map(source.v, source.f, 1.0, caps=source.caps,
+                                  listener=args.progress.listener(source.f))
 
 
-def _landmarks(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:
-    """The vertices of A and of B in two lists of the same length."""
+def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:
+    """The vertices of A and of B in two lists."""
     a, b = (read_landmarks(file) for file in files)
-    if len(a) != len(b):
-        raise UsageError(f"{files[0]} has {len(a)} landmarks but {files[1]} has {len(b)}; give lists of the same "
-                         "landmarks in the same order")
     for file, source, vertices in zip(files, sources, (a, b), strict=True):
         if vertices.max() >= len(source.v):
             raise UsageError(f"{file} names vertex {vertices.max()} but {source.name} has vertices 0 to "

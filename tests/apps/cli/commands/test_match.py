@@ -77,6 +77,32 @@ def test_landmarks_are_met_and_those_that_contradict_each_other_are_named(landma
     assert main([*words, "--soft"]) == 0
 
 
+def test_curves_are_lists_of_any_lengths(landmarks, tmp_path, capsys):
+    f, g = (ism.samples.make(name, n_vertices=n)[1] for name, n in (("pear", 400), ("spheroid", 500)))
+    for name, vertices in (("ridge.vts", f[0, :2]), ("other.vts", g[0])):
+        (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
+    whole, lists = str(tmp_path / "whole.npz"), [str(tmp_path / name) for name in ("ridge.vts", "other.vts")]
+    assert main(["match", A, B, whole, "--curve", *lists, "-q"]) == 0
+    onto = ism.read_surface_map(whole)
+    assert np.array_equal(onto.landmarks, f[0, :2])
+    assert onto.landmark_errors.max() < 1e-12
+    assert main(["match", A, B, whole, "-f", "--curve", lists[0], str(tmp_path / "missing.vts")]) != 0
+    assert "missing.vts" in capsys.readouterr().err
+
+
+def test_files_are_repaired_where_that_is_asked_for(tmp_path, capsys):
+    v, f = ism.samples.make("pear", n_vertices=400)
+    holed, out = str(tmp_path / "holed.ply"), str(tmp_path / "out.ply")
+    ism.write_mesh(holed, v, f[1:])
+    assert main(["match", holed, B, out, "-q"]) == 2
+    assert "--fill-holes" in capsys.readouterr().err
+    assert main(["match", holed, B, out, "-q", "--fill-holes"]) == 64
+    assert "--fill-holes goes with --repair" in capsys.readouterr().err
+    assert main(["match", B, holed, out, "-q", "--repair", "--fill-holes"]) == 0
+    assert "repaired" in capsys.readouterr().err
+    assert np.array_equal(read_mesh(out).f, ism.samples.make("spheroid", n_vertices=500)[1])
+
+
 def test_what_can_t_be_done_is_said_before_the_work(tmp_path, capsys):
     assert main(["match", A, B, str(tmp_path / "out.ply"), "--overlay", str(tmp_path / "a.ply"), "b.foo"]) == 74
     assert "b.foo: unknown format" in capsys.readouterr().err
