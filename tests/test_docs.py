@@ -305,7 +305,7 @@ def test_every_other_picture_is_made_by_one_program():
     assert max(sizes.values()) < 300_000
 
 
-_NUMBER = re.compile(r"\d[\d,]*\.?\d*")
+_NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
 #: Pictures that show captions: a minute of one processor for all.
 CAPTIONED = ["dino.png", "eigen_projection.png", "harmonics.png", "registration.png", "folding_removal.png",
              "checkerboard.png", "compare_methods.png", "angles_or_areas.png", "align_landmarks.png", "foldings.gif",
