@@ -8,11 +8,14 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
-from ..sphere.rows import row_crosses, row_dots
+from ..result.sphere_map import SphereMap
+from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .walk import Segments, Triangulation
 
 #: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
 _ROUNDING = 8 * np.finfo(float).eps
+#: Rounds of moves at most.
+_ROUNDS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +125,43 @@ def merge_close(faces: IntArray, least: FloatArray, x: FloatArray, on_a: FloatAr
         on_b[node[other]] = vertices_b
         left[touched[flat]] = False
         rows = touched[~flat]
+
+
+def nudge(p: FloatArray, faces: IntArray, result: SphereMap, owners: IntArray, fixed: IntArray) -> None:
+    """Move nodes on a surface by some rounding errors, in place, so that faces are positive that rounding made flat.
+
+    `owners` are the surface's faces that they are parts of. Each one that is not positive asks for the least moves of
+    its corners that give it a height above rounding; where several move a node, their moves are averaged. Faces as
+    small as what `merge_close` takes for one point stay as they are.
+    """
+    height = _ROUNDING / 4 * np.abs(p).max()
+    movable = np.ones(len(p), dtype=bool)
+    movable[fixed] = False
+    a, b, c = (result.vertices[result.faces[:, k]] for k in range(3))
+    normals = row_crosses(b - a, c - a)
+    length = np.sqrt(row_dots(normals, normals))
+    normals[length <= height * np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))] = 0
+    normals = unit_rows(normals)
+    rows = np.arange(len(faces))
+    for _ in range(_ROUNDS):
+        f, normal = faces[rows], normals[owners[rows]]
+        sides = np.stack([p[f[:, k - 1]] - p[f[:, k - 2]] for k in range(3)])
+        twice = row_dots(row_crosses(sides[1], sides[2]), normal)
+        longest = np.sqrt(_squares(sides).max(axis=0))
+        bad = (twice <= 0) & (longest > 4 * height) & normal.any(axis=1)
+        f, normal, sides, longest = f[bad], normal[bad], sides[:, bad], longest[bad]
+        free = movable[f.T]
+        share = (2 * height * longest - twice[bad]) / np.maximum((_squares(sides) * free).sum(axis=0), height**2)
+        share = np.minimum(share, 4 * height / longest)  # where only a corner far from the others may move
+        moves = np.zeros_like(p)
+        for k in range(3):
+            np.add.at(moves, f[:, k], (share * free[k])[:, None] * row_crosses(normal, sides[k]))
+        count = np.bincount(f.ravel(), minlength=len(p))
+        moved = np.flatnonzero(count)
+        p[moved] += moves[moved] / count[moved, None]
+        rows = np.flatnonzero((count > 0)[faces].any(axis=1))
+        if not len(rows):
+            break
 
 
 def _sides(f: IntArray, n: int) -> IntArray:

@@ -90,16 +90,10 @@ class Descent:
         return found[0]
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
-        """The map that a start on A's own mesh leads to, and that mesh, or its refinement near landmarks.
-
-        If landmarks don't meet their goals on the last of the coarse levels, its map is the result.
-        """
+        """The map that a start on A's own mesh leads to, and that mesh, or its refinement near landmarks."""
         before, y = self._a, start
         for a, b in self._levels:
-            own = a is self._a
-            if own and not (y[before.landmarks] == self._goals).all() and not self._soft:
-                return a, before.carried(y, a)
-            before, y = self.lowered(a, b, before.carried(y, a), report if own else None)
+            before, y = self.lowered(a, b, before.carried(y, a), report if a is self._a else None)
         return before, y
 
     def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> tuple[Level, FloatArray]:

@@ -35,7 +35,7 @@ def fit_moebius(
 
     def residuals(t: FloatArray) -> FloatArray:
         nonlocal last
-        y = _moved(x, t)
+        y = _moved(x, t) if t.any() else x  # rounding may fold slivers
         values, gradients = fixed(y)
         last = y, root * (features - values), gradients
         if folded_faces(y, f).any():

@@ -149,4 +149,8 @@ def match(
         raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
                        f"without a fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
                        "soft=True", result)
-    return SurfaceMap(result, b, vertices, goals, candidates, tuple(notes))
+    onto = SurfaceMap(result, b, vertices, goals, candidates, tuple(notes))
+    small = [f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is known "
+             "roughly: give maps at balance 1"
+             for count, one, other in zip(onto.unresolved, "AB", "BA", strict=True) if count]
+    return replace(onto, notes=(*notes, *small)) if small else onto

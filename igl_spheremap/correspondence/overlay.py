@@ -13,7 +13,7 @@ from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, rows_of
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
-from .cells import Sides, merge_close
+from .cells import Sides, merge_close, nudge
 from .walk import Segments, Triangulation, places, walk
 
 
@@ -57,9 +57,10 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
     Vertices that differ by rounding, as those of a map that was turned there and back, are merged, and so are edges
-    between them. Where edges are nearer to each other than some 1e-14 and yet apart, float64 can't tell the places of
-    their crossings: single faces may have an area of rounding, of either sign. Where a whole limb of one surface,
-    shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on that one.
+    between them. Where edges are nearer to each other than some 1e-13 and yet apart, float64 can't tell the places of
+    their crossings: these are moved by some 1e-15 of the size, so that faces are positive on A and on B. Where a whole
+    limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
+    that one.
 
     Parameters
     ----------
@@ -105,9 +106,12 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     if (node != np.arange(len(node))).any():
         faces, cell = sides.merged(node).triangles(x)
         location_b.face[node[other]], location_b.weights[node[other]] = at_vertices(B.f)
+    owners = cell // len(B.f), cell % len(B.f)
+    for result, positions, owner, vertices in ((a, on_a, owners[0], own), (b, on_b, owners[1], node[other])):
+        nudge(positions, faces, result, owner, vertices)
     used, corners = np.unique(faces, return_inverse=True)
     return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], rows_of(location_a, used), rows_of(location_b, used),
-                   cell // len(B.f), cell % len(B.f), np.searchsorted(used, node[other]))
+                   *owners, np.searchsorted(used, node[other]))
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:

@@ -16,9 +16,12 @@ from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, SphereLocator
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
-from ..sphere.rows import unit_rows
+from ..sphere.rows import row_lengths, unit_rows
 from .overlay import Overlay, overlay
 from .stretch import Distortion
+
+#: Places in a face of this share of the size have some four digits.
+_SPECK = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,12 @@ class SurfaceMap:
         """Distances (k,) of the landmarks' images from the points that they were to meet, in the units of B."""
         goals = interpolate(self.target.vertices, self.target.faces, self.goals)
         return np.asarray(np.linalg.norm(self.positions[self.landmarks] - goals, axis=1))
+
+    @property
+    def unresolved(self) -> tuple[int, int]:
+        """How many faces of A are on B, and of B on A, so small that float64 can't tell what lies where in them."""
+        back = interpolate(self.map.vertices, self.map.faces, self._on_a.locate(self.target.sphere))
+        return _specks(self.positions, self.map.faces), _specks(back, self.target.faces)
 
     @own_errstate
     def forward(self, points: Location | ArrayLike) -> Location:
@@ -192,6 +201,12 @@ class SurfaceMap:
     @cached_property
     def _on_b(self) -> SphereLocator:
         return SphereLocator(self.target)
+
+
+def _specks(p: FloatArray, f: IntArray) -> int:
+    """How many faces are specks beside the whole."""
+    sides = np.max([row_lengths(p[f[:, k]] - p[f[:, k - 1]]) for k in range(3)], axis=0)
+    return int(np.count_nonzero(sides < _SPECK * np.ptp(p, axis=0).max()))
 
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:

@@ -119,15 +119,16 @@ def test_edges_that_coincide_but_for_rounding_are_merged(sizes: tuple[int, int])
     assert len(common.on_a) == sizes[1]
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-9, 1e-4])
-def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float) -> None:
+@pytest.mark.parametrize(("name", "tolerance"), [("pear", 1e-12), ("dumbbell", 1e-11)])  # a neck is small on the sphere
+@pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-15, 3e-15, 1e-14, 1e-13, 1e-9, 1e-4])
+def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float, name: str, tolerance: float) -> None:
     """Turned there and back, and shaken: rounding, and far above it."""
-    a, turn = mapped("pear", 1500), Rotation.random(random_state=4).as_matrix()
+    a, turn = mapped(name, 1500), Rotation.random(random_state=4).as_matrix()
     x = a.sphere @ turn @ turn.T + noise * np.random.default_rng(0).normal(size=a.sphere.shape)
     b = ism.sphere_map(a.vertices, a.faces, x / np.linalg.norm(x, axis=1, keepdims=True))
     common = overlay(b, a)
-    check_tiles(common, b, a)
-    assert np.abs(common.on_a - common.on_b).max() < 1e-12 + 100 * noise
+    check_tiles(common, b, a, tolerance)
+    assert np.abs(common.on_a - common.on_b).max() < tolerance + 1000 * noise
 
 
 def test_faces_without_area_on_b_have_none_there_and_keep_theirs_on_a() -> None:
