@@ -65,6 +65,20 @@ def test_a_planted_moebius_map_comes_back(ball):
     assert (correlations[-1] > 0.999).all()
 
 
+def test_rotations_are_ranked_by_the_strain_that_they_lead_to():
+    """Two features of three are turned: correlation follows them, a stiff map the body."""
+    x, f = ism.samples.sphere(642)
+    body = ism.sphere_map(x * [1, 1.2, 1.5], f, x)
+    c = np.random.default_rng(0).normal(size=(36, 3))
+    there, turned = synthesis(c, x), synthesis(c, x @ R.T)
+    features = np.column_stack((there[:, 0], turned[:, 1:])), there
+    correlated = ism.register(body, body, features, stages=["rotation"])
+    assert rotation_angle(correlated.rotation @ R.T) < 5
+    stiff = ism.register(body, body, features, stiffness=1e4)
+    assert stiff.margin < 0
+    assert np.degrees(np.linalg.norm(stiff.map.sphere - x, axis=1)).mean() < 1
+
+
 def test_stages_report_what_they_did(ball):
     fixed, values = ball
     seen = []
