@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import face_areas, weighted_quantile
 from ..sphere.rows import row_dots
 
@@ -30,7 +30,7 @@ class Distortion:
     angle : (m,) float64 array
         s1 / s2; 1 where angles are kept.
     areas_a, areas_b : (m,) float64 arrays
-        The share of each face in the area of A and of B.
+        The share of each face in the area of A and of B; 0 for those in caps.
     """
 
     symmetric_dirichlet: FloatArray
@@ -45,9 +45,10 @@ class Distortion:
                 f"{b['median']:.3g} over B; 95% below {a['p95']:.3g} and {b['p95']:.3g})")
 
     @classmethod
-    def of(cls, on_a: FloatArray, on_b: FloatArray, f: IntArray) -> Distortion:
-        """Of a mesh with positions on both surfaces."""
-        areas = face_areas(on_a, f), face_areas(on_b, f)
+    def of(cls, on_a: FloatArray, on_b: FloatArray, f: IntArray, caps: BoolArray | None = None) -> Distortion:
+        """Of a mesh with positions on both surfaces, of which caps do not count."""
+        whole = face_areas(on_a, f), face_areas(on_b, f)
+        areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
         with np.errstate(divide="ignore", invalid="ignore"):
             a, b = (_sides(p, f) / np.sqrt(area.sum()) for p, area in zip((on_a, on_b), areas, strict=True))
             # In planes with the first side along the axis, the map is the matrix (p q; 0 r).
@@ -56,7 +57,7 @@ class Distortion:
             J, half = p * r, (p**2 + q**2 + r**2) / 2
             root = np.sqrt(np.maximum(half**2 - J**2, 0))
             measures = [2 * half * (1 + 1 / J**2), np.maximum(J, 1 / J), (half + root) / J]
-        flat = (areas[0] == 0) | (areas[1] == 0)
+        flat = (whole[0] == 0) | (whole[1] == 0)
         return cls(*(np.where(flat, np.inf, measure) for measure in measures), *(area / area.sum() for area in areas))
 
     @property

@@ -177,7 +177,7 @@ class SurfaceMap:
         -------
         Distortion
             Symmetric Dirichlet energy, change of areas and change of angles of each face, and their figures over the
-            area of A and of B.
+            area of A and of B without caps.
 
         Examples
         --------
@@ -188,7 +188,11 @@ class SurfaceMap:
         (True, 0.0)
         """
         common = self._overlay
-        return Distortion.of(common.on_a, common.on_b, common.faces)
+        caps = np.zeros(len(common.faces), dtype=bool)
+        for result, face in ((self.map, common.face_a), (self.target, common.face_b)):
+            if result.mesh.caps is not None:
+                caps |= result.mesh.caps[face]
+        return Distortion.of(common.on_a, common.on_b, common.faces, caps)
 
     @cached_property
     def _overlay(self) -> Overlay:

@@ -47,3 +47,20 @@ def test_faces_without_area_count_as_far() -> None:
     assert lost >= 4
     assert figures["over_a"]["area"]["above_100"] > 0
     assert figures["over_b"]["area"]["above_100"] == 0
+
+
+def test_caps_have_no_part_in_the_figures() -> None:
+    """A body whose cap is blown up is the body itself."""
+    x, f = ism.samples.sphere(642)
+    caps = (x[f][..., 2] > 0.8).all(axis=1)
+    inside = np.setdiff1d(f[caps], f[~caps])
+    v = x * [1, 1.2, 1.5]
+    blown = v.copy()
+    blown[inside] *= 1.5
+    nothing = Location(np.empty(0, dtype=np.int64), np.empty((0, 3)))
+    a, b = (ism.sphere_map(each, f, x, caps=caps) for each in (v, blown))
+    figures = ism.SurfaceMap(a, b, nothing.face, nothing).distortion().figures
+    for over in ("over_a", "over_b"):
+        assert np.isclose(figures[over]["symmetric_dirichlet"]["p95"], 4)
+    a, b = (ism.sphere_map(each, f, x) for each in (v, blown))
+    assert ism.SurfaceMap(a, b, nothing.face, nothing).distortion().figures["over_b"]["area"]["p95"] > 1.1
