@@ -32,23 +32,26 @@ def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, Spher
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    result = auto(mesh, Auto(gauge="centred", tolerance=_TOLERANCE), listener)
+    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener)
     x, other = result.sphere, np.concatenate((copy, inside))
-    y = _symmetric(x, x[other], mesh.A)
+    y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")
     if y[inside, 2].mean() < 0:
         y[:, 1:] *= -1  # a half turn
     y[disk.rim, 2] = 0
     return lower(unit_rows(y)[:len(disk.v)], disk.rim), result
 
 
-def _symmetric(x: FloatArray, other: FloatArray, weights: FloatArray) -> FloatArray:
+def _symmetric(x: FloatArray, other: FloatArray, weights: FloatArray, along_axis: bool) -> FloatArray:
     """The mean of a map and its reflected exchange, turned so that the reflection is that of the z axis.
 
     The reflection R = 1 - 2 n n^T comes closest to the exchange: n is the eigenvector of the least eigenvalue of the
-    symmetric part of sum_i w_i x_i other_i^T.
+    symmetric part of sum_i w_i x_i other_i^T; or the axis next to it, where tips of limbs are at its ends: there, and
+    in the middle of the disk, coordinates are finer than float64 elsewhere.
     """
     M = weighted_moment(weights, x, other)
     n = np.linalg.eigh(M + M.T)[1][:, 0]
+    if along_axis:
+        n = np.eye(3)[np.abs(n).argmax()]
     y = unit_rows(x + other - 2 * np.outer(other @ n, n))
     first = np.cross(n, np.eye(3)[np.abs(n).argmin()])
     first /= np.linalg.norm(first)

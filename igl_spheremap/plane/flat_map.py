@@ -101,9 +101,12 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
     if run.status is not Status.STOPPED:
         with stage("flatten"):
             p, run = _spread(disk, p, balance, history)
-    p = _in_units(disk, p)
-    certificate = Certificate.of_plane(p, disk.f, disk.rim)
-    return FlatMap(disk, p, certificate, history.complete(run, "flatten", {"balance": float(balance)}))
+    for middle in (disk.A @ p, np.zeros(2)):  # a limb too deep for float64 elsewhere has its tip at the origin
+        q = _in_units(disk, p - middle)
+        certificate = Certificate.of_plane(q, disk.f, disk.rim)
+        if certificate.folding_free:
+            break
+    return FlatMap(disk, q, certificate, history.complete(run, "flatten", {"balance": float(balance)}))
 
 
 def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
@@ -116,10 +119,9 @@ def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tu
 
 
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
-    """A layout about the origin, upright, with the area of the surface in its own units, if it has any."""
+    """A layout turned upright, with the area of the surface in its own units, if it has any."""
     q = p[disk.rim]
     image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
     source = surface_area(disk.v, disk.f)
     size = np.ptp(disk.vertices, axis=0).max() / np.ptp(disk.v, axis=0).max()
-    p = upright(p - disk.A @ p, disk)
-    return np.asarray(p * (size * np.sqrt(source / image if source > 0 else 1.0)))
+    return np.asarray(upright(p, disk) * (size * np.sqrt(source / image if source > 0 else 1.0)))

@@ -137,6 +137,24 @@ def test_slivers_do_not_fold():
     assert ism.flatten(v, f).certificate.folding_free
 
 
+def test_a_deep_tube_keeps_its_tip():
+    """It has 60 radii, so that its end is e^-60 as large as the disk: float64 has such numbers at the origin only."""
+    rings, around = 151, 12
+    p, f = grid(rings, around + 1)
+    number = np.arange(len(p)).reshape(rings, -1)
+    number[:, -1] = number[:, 0]
+    f = np.vstack((number.ravel()[f], [[number[-1, k], number[-1, k + 1], len(p)] for k in range(around)]))
+    turn = 2 * np.pi * (p[:, 0] + p[:, 1] / 2) / around
+    v = np.vstack((np.column_stack((np.cos(turn), np.sin(turn), 0.4 * p[:, 1])), [[0, 0, 60]]))
+    rows, f = np.unique(f, return_inverse=True)
+    disk = ism.disk_conformal_map(v[rows], f.reshape(-1, 3))
+    assert disk.certificate.folding_free
+    assert np.abs(disk.angle_differences()).mean() < 15
+    radius = np.hypot(*disk.plane.T)
+    assert np.log(radius[radius > 0].min()) == pytest.approx(-60, rel=0.1)
+    assert ism.flatten(v[rows], f.reshape(-1, 3), 0).certificate.folding_free
+
+
 def test_a_listener_sees_the_run_and_can_stop_it():
     v, f, _ = cap(8, 1.5)
     seen = []
