@@ -246,7 +246,7 @@ def caps(path: Path) -> list[str]:
         first = mesh.f[np.flatnonzero(made)[0]]  # a cap, which is turned towards the viewer
         view = Rotation.align_vectors([[0.3, 0.3, 0.9]], [result.sphere[first].sum(axis=0)])[0].as_matrix()
         turned, angles = result.sphere @ view.T, np.abs(result.angle_differences()).mean()
-        done = mesh.actions[0].partition(" near")[0].replace(", a loop", ":\na loop")
+        done = mesh.actions[0].partition(" near")[0].replace(", a ", ":\na ")
         rows.append([
             Part(f"a surface {name}\n{len(w):,} vertices", fit(w, turn), g),
             Part(done, laid, mesh.f, shades, dots={f"rim {name}": (laid[rim], LINES[1], 0.012)}),

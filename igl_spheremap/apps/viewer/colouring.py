@@ -78,7 +78,7 @@ def places(mesh: Mesh) -> FloatArray:
 def colouring(
     mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None, folded: IntArray | None = None
 ) -> Colouring:
-    """Colours of a subject for source and image alike.
+    """Colours of a subject for source and image alike; caps are grey.
 
     `reach` is the value at the end of the colours, chosen from the map by default; `folded` saves the time to
     find the folded faces.
@@ -89,18 +89,23 @@ def colouring(
     if subject == "checkerboard":
         return checkerboard(mesh, x, folded=folded)
     if subject == "foldings":
-        return Colouring(places(mesh), folded, FOLDED_LEGEND)
+        return Colouring(_without_caps(mesh, places(mesh)), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
         u = log_factor(mesh, x)
         ramp = palette.diverging(_U, reach or palette.round_up(float(u.max())))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
         values = area_distortion(mesh.v, mesh.f, x)
-        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(values[np.isfinite(values)].max())))
+        seen = values[mesh.surface]
+        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(seen[np.isfinite(seen)].max())))
     else:
         values = np.abs(angle_differences(mesh.v, mesh.f, x)).mean(axis=1)
-        ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values, 95))))
-    return Colouring(ramp.colours(values), folded, ramp)
+        ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values[mesh.surface], 95))))
+    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, ramp)
+
+
+def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
+    return colours if mesh.caps is None else np.where(mesh.caps[:, None], palette.SURFACE, colours)
 
 
 def checkerboard(
@@ -112,6 +117,8 @@ def checkerboard(
     """
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
     corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x) if poles is None else poles)
+    if mesh.caps is not None:
+        corners[mesh.caps.repeat(3)] = 0.5
     legend = ("folded face", palette.FOLDED) if len(folded) else None
     return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, legend, corners)
 

@@ -126,7 +126,7 @@ class Comparison(ColouredApp):
     def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
         self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
-        self.differences = {name: angle_differences(mesh.v, mesh.f, x) for name, x in maps.items()}
+        self.differences = {name: angle_differences(mesh.v, mesh.f, x)[mesh.surface] for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
         turn = pose(mesh.v, up)
         for k, (name, x) in enumerate(maps.items()):

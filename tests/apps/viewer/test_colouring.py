@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.colouring import checkerboard, deepest_tips, mercator_corners
+from igl_spheremap.apps.viewer.colouring import checkerboard, colouring, deepest_tips, mercator_corners
+from igl_spheremap.draw.palette import SURFACE
 from igl_spheremap.mesh.measure import corner_angles
 
 
@@ -48,3 +49,22 @@ def test_the_squares_of_a_conformal_map_are_squares_on_the_surface():
         chart = corner_angles(flat, np.arange(len(flat)).reshape(-1, 3))
         angles.append(np.degrees(np.abs(chart - corner_angles(mesh.v, mesh.f)))[away].mean())
     assert angles[0] < 2 < angles[1]
+
+
+def test_caps_are_grey_and_count_in_no_scale():
+    v, f = ism.samples.make("pear", n_vertices=1000)
+    caps = v[f, 2].mean(axis=1) > np.quantile(v[:, 2], 0.9)
+    x = ism.spherical_conformal_map(v, f).sphere.copy()
+    top = int(v[:, 2].argmax())
+    x[top] *= -1  # the largest of all errors
+    mesh = ism.check_mesh(v, f, caps)
+    around = (f == top).any(axis=1)
+    assert caps[around].all()
+    for subject in ("foldings", "angle differences", "area distortion"):
+        colours = colouring(mesh, x, subject)
+        assert (colours.colours[caps] == SURFACE).all()
+        assert not (colours.colours[~caps] == SURFACE).all(axis=1).any()
+    squares = colouring(mesh, x, "checkerboard").checks.reshape(-1, 3, 2)
+    assert (squares[caps] == 0.5).all()
+    own, all_faces = (colouring(each, x, "area distortion").legend.high for each in (mesh, ism.check_mesh(v, f)))
+    assert own <= all_faces
