@@ -1,4 +1,4 @@
-"""A page about a run: verdict, figures, pictures, curves, versions; one HTML file that needs no network."""
+"""A page about a map: verdict, figures, pictures, curves, versions; one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -6,27 +6,36 @@ import io
 import platform
 import sys
 import tempfile
+from collections.abc import Callable, Iterable
 from html import escape
 from importlib import metadata
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ..draw.markup import MOST_FACES, View, page, picture, scene, table
-from ..draw.palette import FOLDED
+from ..draw.palette import FOLDED, diverging, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
+from ..result.plane_map import PlaneMap, plane_rows
 from ..result.recording import Recording, plot_run
 from ..result.run import title_of
 from ..result.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
+from ..verify.certificate import Certificate
+from .viewer.app import present
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
+from .viewer.compare import plane_view
 from .viewer.result_view import count_foldings
 from .viewer.show import picture_of
 
 _SIZE = (900, 470)
+_TURN = "Drag to turn, double-click to reset."
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
     "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
@@ -53,11 +62,8 @@ def write_report(
     ...     write_report(Path(folder), result, recording, source="spheroid").name
     'report.html'
     """
-    free = result.certificate.folding_free
     mesh = result.mesh
-    body = [
-        f"<h1>{escape(source)} on the sphere</h1>",
-        f'<p class="verdict {"free" if free else "folded"}">{escape(str(result.certificate))}</p>',
+    return _write_page(folder, f"{source} on the sphere", result.certificate, command, [
         table(result_rows(result)[1:]),
         "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
         "<h2>Before and after</h2>",
@@ -65,17 +71,58 @@ def write_report(
         "<h2>Pictures</h2>",
         *_pictures(mesh, result.sphere, recording, up),
         "<h2>Curves</h2>",
-        _curves(result, recording),
+        _svg(plot_run(recording.history, recording.foldings, result.angle_differences())),
+    ])
+
+
+def write_plane_report(folder: Path, result: PlaneMap, *, source: str, command: str = "", up: str = "auto") -> Path:
+    """`write_report` of a map to the plane."""
+    disk = result.mesh
+    return _write_page(folder, f"{source} in the plane", result.certificate, command, [
+        table(plane_rows(result)[1:]),
+        "<h2>Before and after</h2>",
+        _plane_scene(result, up),
+        "<h2>Pictures</h2>",
+        *_drawn([lambda path: present(lambda: plane_view(source, disk, result.plane, up), path, size=_SIZE)],
+                ["A checkerboard of the plane, carried to the surface: squares stay squares where angles do."]),
+        "<h2>Angles and areas</h2>",
+        _svg(result.plot()),
+    ])
+
+
+def _write_page(folder: Path, title: str, certificate: Certificate, command: str, parts: list[str]) -> Path:
+    verdict = "free" if certificate.folding_free else "folded"
+    body = [
+        f"<h1>{escape(title)}</h1>",
+        f'<p class="verdict {verdict}">{escape(str(certificate))}</p>',
+        *parts,
         "<h2>How it was made</h2>",
         f"<pre>{escape(command)}</pre>" if command else "",
         table(_versions()),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "report.html"
-    html = page(f"{source} on the sphere", "\n".join(filter(None, body)))
+    html = page(title, "\n".join(filter(None, body)))
     with replacing(path, force=True) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
+
+
+def _plane_scene(result: PlaneMap, up: str) -> str:
+    """Surface and image in the colours of what happens to areas, and the image in those of angles, to be turned."""
+    disk, f = result.mesh, result.faces
+    if len(f) > MOST_FACES:
+        return f"<p>A mesh of {len(f):,} faces is too large to be turned in a page.</p>"
+    ratios, differences = result.area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
+    reach = round_up(float(np.abs(ratios).mean()))
+    most = round_up(float(np.percentile(differences, 95)))
+    areas, angles = diverging("", reach).colours(ratios), sizes("", most).colours(differences)
+    image = fit(result.image, np.eye(3))
+    views = [View("Surface: areas", fit(disk.v, pose(disk.v, up)), areas), View("Image: areas", image, areas),
+             View("Image: angles", image, angles)]
+    text = (f"Areas: {_CAPTIONS['area distortion'].rstrip('.')}, green where it grows, up to {reach:g}. Angles: "
+            f"{_CAPTIONS['angle differences'].rstrip('.')}, dark blue from {most:g} degrees on. {_TURN}")
+    return f"{scene(f, views)}<p>{text}</p>"
 
 
 def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
@@ -91,8 +138,8 @@ def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
         painted[colours.folded] = FOLDED
         views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, painted, sphere=True))
     surface = View("Surface", fit(mesh.v, turn), views[0].colours)
-    hint = "Drag to turn, scroll on a sphere to magnify what is in front, double-click to reset."
-    return f"{scene(mesh.f, [surface, *views])}<p>{_CAPTIONS[SUBJECTS[0]]} {hint}</p>"
+    hint = "Scroll on a sphere to magnify what is in front."
+    return f"{scene(mesh.f, [surface, *views])}<p>{_CAPTIONS[SUBJECTS[0]]} {_TURN} {hint}</p>"
 
 
 def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:
@@ -104,19 +151,25 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
     if not in_scene:
         shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
+    def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
+        return lambda path: picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)
+
+    return _drawn([draw(x, title, subject) for title, x, subject in shots],
+                  [f"{title}. {_CAPTIONS[subject]}" for title, _, subject in shots])
+
+
+def _drawn(draws: Iterable[Callable[[Path], object]], captions: Iterable[str]) -> list[str]:
+    """Pictures that functions of a path draw, or why there are none."""
+    found = []
     try:
-        return [
-            picture(_shot(mesh, x, title, subject, up), f"{title}. {_CAPTIONS[subject]}") for title, x, subject in shots
-        ]
+        for draw, caption in zip(draws, captions, strict=True):
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "picture.png"
+                draw(path)
+                found.append(picture(_smaller(path), caption))
     except DisplayError as error:
         return [f"<p>No pictures: {escape(str(error))}</p>"]
-
-
-def _shot(mesh: Mesh, x: FloatArray, title: str, subject: str, up: str) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
-        picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)
-        return _smaller(path)
+    return found
 
 
 def _smaller(path: Path) -> bytes:
@@ -128,8 +181,8 @@ def _smaller(path: Path) -> bytes:
     return stream.getvalue()
 
 
-def _curves(result: SphereMap, recording: Recording) -> str:
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences())
+def _svg(figure: Any) -> str:
+    """A matplotlib figure as part of the page."""
     stream = io.StringIO()
     same_names = {"svg.hashsalt": "igl_spheremap"}
     with import_optional("matplotlib", "a report", "plot").rc_context(same_names):

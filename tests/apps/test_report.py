@@ -2,13 +2,17 @@
 
 import base64
 import ctypes
+import json
 import os
 import re
 import sys
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from disks import half
 from drawing import needs_drawing, run
+from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -95,6 +99,27 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     assert "folding-free: every face is positively oriented" in text
     assert f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014" in text
     assert len(text) < 1_500_000
+
+
+@needs_drawing
+@pytest.mark.parametrize("name", ["disk", "flatten"])
+def test_the_report_of_a_plane_map_has_its_figures_and_a_scene(tmp_path, name):
+    v, f, _ = half(*icosphere(3))
+    ism.write_mesh(tmp_path / "<face>.ply", v, f)
+    done = command(name, tmp_path / "<face>.ply", tmp_path / "out.obj", "--report", tmp_path / "report")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "report" / "report.html").read_text("utf-8")
+    tags = Balance(text).seen
+    assert [tag for tag, _ in tags].count("svg") == 1
+    assert [attributes["src"][:21] for tag, attributes in tags if tag == "img"] == ["data:image/png;base64"]
+    (views,) = [json.loads(attributes["data-scene"])["views"] for _, attributes in tags if "data-scene" in attributes]
+    assert [view["caption"] for view in views] == ["Surface: areas", "Image: areas", "Image: angles"]
+    colours = [np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3) for view in views]
+    assert all(len(each) == len(f) for each in colours)
+    assert np.array_equal(*colours[:2])
+    assert "folding-free: every face is positively oriented and the boundary crosses itself nowhere" in text
+    assert "&lt;face&gt;.ply in the plane</h1>" in text
+    assert f"igl-spheremap {name} " in text
 
 
 def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypatch):

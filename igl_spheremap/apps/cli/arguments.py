@@ -156,6 +156,7 @@ BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1,
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
 UP = choice("--up", UPS, "which way is up in pictures; default: by the file's format, or auto: the way in which the "
             "surface stands")
+REPORT = (argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"), UP)
 #: What all commands take that map a mesh and write the map.
 MAPPING = (
     *source(),
@@ -165,8 +166,7 @@ MAPPING = (
     argument("--radius", "R", "of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
              type=POSITIVE),
     switch("--with-surface", help="write the surface with the sphere beside it: x y z px py pz of a .ply file"),
-    argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"),
-    UP,
+    *REPORT,
     argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
     switch("--timings", help="print the time of each stage"),
     *OUTPUT,
@@ -180,6 +180,7 @@ PLANE = (
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds, such as lh.cortex.patch.3d"),
     *target("the map: .obj (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
             "mesh"),
+    *REPORT,
     argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
     *OUTPUT,
 )

@@ -13,15 +13,18 @@ from ...draw.palette import INK, LINES, SURFACE, Colour, sequential
 from ...draw.plot import angle_histogram, fit, pose
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
+from ...mesh.disk import Disk
+from ...result.plane_map import in_space
 from ...result.sphere_map import SphereMap
 from ...shapes.features import FeatureSurface
 from ...sphere.rows import unit_rows
+from ...verify.certificate import Certificate
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import App, ColouredApp, present, subject_combo
 from .body import Body, Legend
 from .choices import COMPARISON_SIZE
-from .colouring import colouring, relief
+from .colouring import SQUARES, colouring, relief
 from .result_view import count_foldings, edge_width
 from .stage import Stage, draw_legend
 from .window import imgui, implot, is_offscreen, ps
@@ -99,6 +102,18 @@ def registration_view(
     return PartsView([[
         Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)
         for caption, one, values, legend in shown
+    ]])  # fmt: skip
+
+
+def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
+    """A surface and its image in the plane, with a checkerboard of the plane on both."""
+    certificate = Certificate.of_plane(p, disk.f, disk.rim)
+    checks = SQUARES * p[disk.f].reshape(-1, 2) / np.ptp(p, axis=0).max()
+    folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
+    return PartsView([[
+        Part(f"{name}\n{len(disk.v):,} vertices", fit(disk.v, pose(disk.v, up)), disk.f, checks=checks),
+        Part(f"in the plane\n{count_foldings(len(folded))}, {len(certificate.crossings):,} boundary edges that meet "
+             "others", fit(in_space(p), np.eye(3)), disk.f, folded=folded, checks=checks),
     ]])  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 """`disk` and `flatten`: maps of surfaces with one boundary loop to the plane, and their check."""
 
+import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,8 @@ from ....result.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result.run import Status
 from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
+from ...report import write_plane_report
+from ...viewer.choices import guess_up
 from ..exits import Exit, Interrupt
 from ..inputs import STREAM, read_any
 from ..output import Findings, check_outputs, check_plots, write_plot
@@ -77,6 +81,10 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
     if args.plot is not None:
         write_plot(args.plot, result.plot(source.name))
+    if args.report is not None:
+        args.progress.stage(f"drawing the report in {args.report}")
+        write_plane_report(Path(args.report), result, source=source.name,
+                           command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
     labels = {"mesh", "method", "note"}

@@ -4,20 +4,15 @@ from argparse import Namespace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from ....draw.plot import fit, pose
 from ....errors import FileError, FoldingsRemain, MeshError
 from ....io.written_map import read_map
 from ....maps.balanced import balanced_spherical_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ....result.plane_map import in_space
 from ....result.sphere_map import SphereMap
-from ....verify.certificate import Certificate
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
-from ...viewer.compare import Part, PartsView
+from ...viewer.compare import plane_view
 from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
 from ...viewer.result_view import ResultView, caption_of
@@ -25,9 +20,7 @@ from ..arguments import chosen_method
 from ..exits import UsageError
 from ..inputs import InputMesh, load_pair, load_source, read_source
 from ..output import Findings, check_outputs
-from .plane import InputDisk, find_plane_map
-
-_CHECKS = 24  # squares of the checkerboard along the longer side of an image in the plane
+from .plane import find_plane_map
 
 
 def run_view(args: Namespace) -> None:
@@ -44,25 +37,14 @@ def run_view(args: Namespace) -> None:
         if (plane := find_plane_map(args)) is None:
             raise
         args.progress.close()
-        run_app(_plane_view(*plane, args.up or guess_up(args.source)), args)
+        found, p = plane
+        run_app(plane_view(found.name, check_disk(found.v, found.f), p, args.up or guess_up(args.source)), args)
         return
     args.progress.close()
     up = args.up or guess_up(source.name)
     panel = not (args.screenshot or args.video)
     view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
     run_app(view, args)
-
-
-def _plane_view(source: InputDisk, p: FloatArray, up: str) -> PartsView:
-    """The surface and its image, with a checkerboard of the plane on both."""
-    disk = check_disk(source.v, source.f)
-    certificate = Certificate.of_plane(p, disk.f, disk.rim)
-    checks = _CHECKS * p[disk.f].reshape(-1, 2) / np.ptp(p, axis=0).max()
-    folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
-    row = [Part(f"{source.name}\n{len(disk.v):,} vertices", fit(disk.v, pose(disk.v, up)), disk.f, checks=checks),
-           Part(f"in the plane\n{len(folded):,} folded faces, {len(certificate.crossings):,} boundary edges that meet "
-                "others", fit(in_space(p), np.eye(3)), disk.f, folded=folded, checks=checks)]
-    return PartsView([row])
 
 
 def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
