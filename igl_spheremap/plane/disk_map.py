@@ -29,8 +29,9 @@ from .tutte import tutte_map
 #: Weight of the areas where only they are to count: .97, with which it begins, leaves them 9 percent off (median of
 #: 30 disks), this one 5: a circle bends what a sphere or a free boundary would not.
 _EVEN_WEIGHT = 0.99
-#: After two to five steps the quadratic energy is as low as its next step would make it.
-_HARMONIC_STEPS = 5
+#: The boundary slides far where it is jagged: after 5 steps the mean angle difference of two of 50 disks is still twice
+#: as large as after 30, from which on none changes.
+_HARMONIC_STEPS = 30
 
 
 @dataclass(frozen=True, eq=False, repr=False)

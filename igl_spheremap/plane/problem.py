@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 
 from ..balance.energy import FlatFaces
-from ..balance.family import log_factor
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..newton.faces import FaceEnergy, FaceProblem
@@ -83,20 +82,22 @@ class FreeProblem(FaceProblem):
 class ConformalEnergy:
     """Sum over faces of half their weight times (s1 - s2)^2, with the stretches s1 >= s2 of their maps.
 
-    Each face counts by its area, divided by how much areas around it grow in a given map. The minimum is harmonic, and
-    faces at a jagged boundary, which no conformal map keeps, bend alone.
+    Each face counts by its area, times the growth of areas by stereographic projection where a given map has the face:
+    as if its image were on the half of a sphere, as that of a doubled surface. Faces at a jagged boundary, which no
+    conformal map keeps, bend alone.
 
     Parameters
     ----------
     source : FlatFaces
         The mesh.
     x : (n, 2) float64 array
-        A map to the plane without foldings.
+        A map to the disk of radius 2 without foldings.
     """
 
     def __init__(self, source: FlatFaces, x: FloatArray) -> None:
         self.source, self.f = source, source.f
-        self.area = source.area * np.exp(-log_factor(source, x))
+        middle = x.take(source.corners, axis=0).mean(axis=0) / RADIUS
+        self.area = source.area * (2 / (1 + (middle * middle).sum(axis=1))) ** 2
 
     @cached_property
     def _hats(self) -> FloatArray:
