@@ -1,11 +1,12 @@
 """Figures of docs/correspondence.md: maps between surfaces, against the best rotation or Moebius map, and known truth.
 
-    python -m benchmarks correspondences --meshes FOLDER --fsaverage FOLDER [--only pairs warps landmarks sizes]
-    python -m benchmarks --package CHECKOUT correspondences ...   the pairs by the `register` of an earlier version
+    python -m benchmarks correspondences --meshes FOLDER... --fsaverage FOLDER
+                                         [--only pairs warps landmarks registration functional overlays sizes]
+    python -m benchmarks --package CHECKOUT correspondences ... --only pairs   by the `register` of an earlier version
 
 FOLDER of the meshes holds the names of `PAIRS` as .obj or .npz files with `v` and `f`; that of fsaverage5 is
 nilearn/datasets/data/fsaverage5 of the package nilearn. Distances are root mean squares over A's area after a
-similarity, over A's rms radius. Seconds are of the CPU, one thread.
+similarity, over A's rms radius. Seconds are of the CPU, one thread. "functional" needs pyfmaps.
 """
 
 from __future__ import annotations
@@ -16,16 +17,19 @@ from pathlib import Path
 import igl
 import nibabel
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
+from igl_spheremap.correspondence.overlay import overlay
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, peak_memory, timed
-from .shapes import warped
+from .shapes import correlation, degrees, warped
 
 #: A onto B: sides of a body, one shape meshed twice, unlike shapes. "/n" takes n faces, "~" mirrors, "name:n" is a
-#: sample, "fs:" a surface of fsaverage5.
+#: sample, "fs:" a surface of fsaverage5, "body:s" a random body and "body:s+" the same one turned, on another grid,
+#: with noise.
 PAIRS = """
 ~hippocampus_aal_right hippocampus_aal_left | choi_hippocampus hippocampus_aal_left
 ~putamen_cit168_right paper_putamen_10002/8000 | ~fs:white_right fs:white_left | ~fs:pial_right fs:pial_left
@@ -39,6 +43,8 @@ vhacd_cow2/6000 cow_libigl | cow_libigl spot_oded/6000 | dino_1502 paper_dino_55
 paper_dino_5524 dino_isoblend_6013 | paper_dilo_9731/6000 dino_isoblend_6013 | choi_maxplanck/6000 choi_moai/8000
 choi_maxplanck/8000 paper_bimba_15002/8000 | paper_brain_15002/10000 fs:pial_left/10000 | penguin koala/6000
 armadillo_oded/8000 lucy_cr_50k/8000
+body:1 body:1+ | body:2 body:2+ | body:3 body:3+ | body:4 body:4+ | body:5 body:5+ | body:1 body:2 | body:3 body:4
+body:5 body:6 | body:7 body:8 | body:9 body:10 | bird:2500 penguin | cow_libigl koala/6000 | spot_oded/6000 koala/6000
 """
 #: Pairs of one shape, whose points belong together where they are nearest.
 SAME = ("spot_oded/6000 spot_oded/14000", "armadillo_oded/8000 armadillo_oded/12000", "dino:2500 dino:5000",
@@ -49,7 +55,7 @@ class Data:
     """Meshes and their area-preserving maps."""
 
     def __init__(self, meshes: list[Path], fsaverage: Path) -> None:
-        self._meshes, self._fsaverage = meshes, fsaverage
+        self._meshes, self.fsaverage = meshes, fsaverage
 
     def mesh(self, name):
         """Vertices and faces by a name as in `PAIRS`."""
@@ -57,8 +63,10 @@ class Data:
             v, f = self.mesh(name[1:])
             return v * [-1, 1, 1], np.ascontiguousarray(f[:, ::-1])
         name, _, faces = name.partition("/")
-        if name.startswith("fs:"):
-            v, f = (np.asarray(each.data) for each in nibabel.load(self._fsaverage / f"{name[3:]}.gii.gz").darrays)
+        if name.startswith("body:"):
+            v, f = body(int(name[5:].rstrip("+")), name.endswith("+"))
+        elif name.startswith("fs:"):
+            v, f = (np.asarray(each.data) for each in nibabel.load(self.fsaverage / f"{name[3:]}.gii.gz").darrays)
         elif ":" in name:
             name, _, n = name.partition(":")
             v, f = ism.samples.make(name, n_vertices=int(n))
@@ -73,6 +81,26 @@ class Data:
     def map(self, name):
         """The area-preserving map."""
         return ism.balanced_spherical_map(*self.mesh(name), 1.0)
+
+
+def body(seed, again):
+    """A random body of four to seven bent limbs; `again` turned, on a finer grid and with noise."""
+    rng = np.random.default_rng(seed)
+    limbs, n = rng.integers(4, 8), 52 if again else 44
+    directions = unit_rows(rng.normal(size=(limbs, 3)))
+    lengths, radii = rng.uniform(0.7, 1.6, limbs), rng.uniform(0.16, 0.3, limbs)
+    bends = 0.35 * rng.normal(size=(limbs, 3))
+    grid = np.linspace(-2.1, 2.1, n)
+    points = np.stack([each.ravel(order="F") for each in np.meshgrid(grid, grid, grid, indexing="ij")], axis=1)
+    turn = Rotation.random(random_state=seed).as_matrix() if again else np.eye(3)
+    values = np.exp(-3.6 * (points**2).sum(axis=1))
+    for direction, length, radius, bend in zip(directions, lengths, radii, bends, strict=True):
+        for t in np.linspace(0.2, 1, 9):
+            centre = length * t * direction + t**2 * bend
+            values += 0.45 * np.exp(-((points @ turn - centre) ** 2).sum(axis=1) / radius**2)
+    v, f = (np.asarray(each) for each in igl.marching_cubes(values - 0.35, points, n, n, n)[:2])
+    mesh = ism.repair_mesh(v, f, keep_largest=True)
+    return (mesh.v + 0.004 * rng.normal(size=mesh.v.shape) if again else mesh.v), mesh.f
 
 
 def similar(p, q, w):
@@ -127,11 +155,11 @@ def nearest(a, b):
     return np.asarray(points), corners[np.arange(len(corners)), off.argmin(axis=1)]
 
 
-def error(a, onto, truth):
-    """Mean distance from the true points over the rms radius."""
+def error(a, onto, truth, rows=slice(None)):
+    """Mean distance from the true points over the rms radius, of all vertices or of some."""
     w = vertex_areas(a.vertices, a.faces)
     radius = np.sqrt(w @ ((truth - w @ truth / w.sum()) ** 2).sum(axis=1) / w.sum())
-    return w @ np.linalg.norm(onto - truth, axis=1) / w.sum() / radius
+    return w[rows] @ np.linalg.norm(onto - truth, axis=1)[rows] / w[rows].sum() / radius
 
 
 def warps(data):
@@ -155,14 +183,16 @@ def landmarks(data):
     for name in SAME:
         a, b = map(data.map, name.split())
         truth, vertices = nearest(a, b)
+        order = rng.permutation(np.unique(vertices, return_index=True)[1])
         for k in (5, 10, 20):
-            chosen = rng.permutation(np.unique(vertices, return_index=True)[1])[:k]
+            chosen, rest = order[:k], order[k:50]
             onto, seconds = timed(lambda: ism.match(a, b, (chosen, vertices[chosen])))  # noqa: B023
             moebius = ism.landmark_map(a.vertices, a.faces, chosen, b.sphere[vertices[chosen]], max_iterations=0)
             start = ism.transfer(b, b.vertices, unit_rows(moebius.sphere))
+            off = [f"{error(a, p, truth):.4f} and {error(a, p, truth, rest):.4f}" for p in (start, onto.positions)]
             print(f"{name}, {k} landmarks: met {(onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all()}, "
-                  f"{onto.map.certificate.foldings} folded; all points, Moebius {error(a, start, truth):.4f}, end "
-                  f"{error(a, onto.positions, truth):.4f}, {seconds:.1f} s", flush=True)
+                  f"{onto.map.certificate.foldings} folded; all points and {len(rest)} landmarks that were left out: "
+                  f"Moebius {off[0]}, end {off[1]}, {seconds:.1f} s", flush=True)
     for name in ("cow_libigl spot_oded/6000", "choi_hippocampus hippocampus_aal_left"):
         a, b = map(data.map, name.split())
         for k in (3, 5, 10):
@@ -174,6 +204,71 @@ def landmarks(data):
                 except ism.MapError:
                     pass
             print(f"{name}, {k} landmarks by chance: {met} of 4 met", flush=True)
+
+
+def registration(data):
+    """`register` on fsaverage5 and a pair of hippocampi, by stiffness; curvature was not used on the first."""
+    def over(name):
+        return np.asarray(nibabel.load(data.fsaverage / f"{name}.gii.gz").darrays[0].data, float)
+
+    for stiffness in (None, 0.05, 0.1, 0.2):
+        fixed, moving = data.map("fs:white_left"), data.map("~fs:white_right")
+        found = ism.register(moving, fixed, (over("sulc_right"), over("sulc_left")), stiffness=stiffness)
+        w, end = vertex_areas(moving.vertices, moving.faces), found.stages[-1]
+        curvature = correlation(over("curv_right"), ism.transfer(fixed, over("curv_left"), found.map), w)
+        print(f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
+              f" |log J| {end.strain:.4f}, {found.map.certificate.foldings} folded", flush=True)
+    for stiffness in (None, 1.0, 10.0):
+        off = []
+        for side in ("left", "right"):
+            fixed, moving = data.map(f"fs:white_{side}"), data.map(f"fs:pial_{side}")
+            x = ism.register(moving, fixed, stiffness=stiffness).map.sphere
+            off.append(np.average(degrees(x, fixed.sphere), weights=vertex_areas(moving.vertices, moving.faces)))
+        fixed, moving = data.map("hippocampus_aal_left"), data.map("~hippocampus_aal_right")
+        x = ism.register(moving, fixed, stiffness=stiffness).map.sphere
+        print(f"stiffness {stiffness}: pial on white, left {off[0]:.3f}, right {off[1]:.3f} degrees; hippocampi "
+              f"{distance(moving, fixed, x):.4f}", flush=True)
+
+
+def functional(data):
+    """Functional maps of pyfmaps, as it ships and after ZoomOut, where the truth is known."""
+    from pyFM.functional import FunctionalMapping
+    from pyFM.mesh import TriMesh
+
+    def found(a, b):
+        model = FunctionalMapping(TriMesh(b.vertices, b.faces), TriMesh(a.vertices, a.faces))
+        model.preprocess()
+        model.fit()
+        first = model.get_p2p()
+        return first, model.get_p2p(model.zoomout_refine(nit=30, step=5))
+
+    for name in SAME:
+        a, b = map(data.map, name.split())
+        truth, own = nearest(a, b)
+        images, seconds = timed(lambda: found(a, b))  # noqa: B023
+        onto, ours = timed(lambda: ism.match(a, b))  # noqa: B023
+        off = [f"{error(a, b.vertices[p], truth):.4f} ({1 - len(np.unique(p)) / len(p):.0%} of A's vertices share "
+               "their image)" for p in images]
+        print(f"{name}: functional map {off[0]}, refined {off[1]}, {seconds:.1f} s; nearest vertices "
+              f"{error(a, b.vertices[own], truth):.4f}; match {error(a, onto.positions, truth):.4f}, {ours:.1f} s",
+              flush=True)
+
+
+def overlays(data):
+    """Time, memory and exactness of the common refinement, by size."""
+    for n in (10_000, 40_000):
+        a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n)) for name in ("brain", "pear"))
+        b = ism.sphere_map(b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix())
+        before = peak_memory()
+        both, seconds = timed(lambda: overlay(a, b))  # noqa: B023
+        areas = [igl.doublearea(p, both.faces) for p in (both.on_a, both.on_b)]
+        whole = [abs(each.sum() / igl.doublearea(m.vertices, m.faces).sum() - 1)
+                 for each, m in zip(areas, (a, b), strict=True)]
+        print(f"{len(a.sphere)} on {len(b.sphere)} vertices: {len(both.on_a)} vertices, {len(both.faces)} faces, "
+              f"{seconds:.2f} s, peak {peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
+              f"{sum(int((each <= 0).sum()) for each in areas)} faces without area, areas of A and B off by "
+              f"{whole[0]:.0e}, {whole[1]:.0e}, Euler characteristic {len(both.on_a) - len(both.faces) // 2}",
+              flush=True)
 
 
 def sizes(data):
@@ -191,7 +286,7 @@ def sizes(data):
 
 def main(argv: list[str]) -> None:
     """Print the figures."""
-    parts = {part.__name__: part for part in (pairs, warps, landmarks, sizes)}
+    parts = {part.__name__: part for part in (pairs, warps, landmarks, registration, functional, overlays, sizes)}
     arguments = parser(__doc__)
     arguments.add_argument("--meshes", type=Path, nargs="+", required=True)
     arguments.add_argument("--fsaverage", type=Path, required=True)

@@ -25,7 +25,7 @@ from .strain import ComposedStrain, Lift, log_strain
 _SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
-#: Weights of the sphere's strain: on the way, and at the end.
+#: Weights of the sphere's strain: the least on the way, and at the end.
 _GUARD, _LAST_GUARD = 0.05, 0.01
 #: Newton steps at each share and at the end, at most, and the share of the energy below which two gains end them.
 _STEPS, _LAST_STEPS, _GAIN = 5, 30, 2e-3
@@ -46,18 +46,22 @@ class Descent:
         The surfaces on their own meshes.
     goals : (k, 3) float64 array
         Points of B's sphere that A's landmarks are to meet.
-    features : (SurfacePair, float), optional
-        Features, smoothed by the widths of `SHARES` and one before them, and their weight.
+    pair : SurfacePair
+        Features, smoothed by the widths of `SHARES` and one before them.
+    weights : (float, float)
+        Weights of the features: on the way, and at the share 1.
     position_weight : float
         Weight of the squared distances between the surfaces' points, after a similarity.
     soft : bool
         Whether landmarks are drawn to their goals instead of being held there.
+    guard : float
+        Weight of the strain of A's sphere at the share 1.
     """
 
-    def __init__(self, a: Level, b: Level, goals: FloatArray, features: tuple[SurfacePair, float] | None = None,
-                 position_weight: float = 0.0, soft: bool = False) -> None:
+    def __init__(self, a: Level, b: Level, goals: FloatArray, pair: SurfacePair, weights: tuple[float, float], *,
+                 position_weight: float = 0.0, soft: bool = False, guard: float = _LAST_GUARD) -> None:
         self._a, self._b, self._goals, self._soft = a, b, goals, soft
-        self._features, self._position_weight = features, position_weight
+        self._pair, self._weights, self._position_weight, self._guard = pair, weights, position_weight, guard
 
     @cached_property
     def _levels(self) -> list[tuple[Level, Level]]:
@@ -65,27 +69,32 @@ class Descent:
         coarse = [(self._a.coarser(size), self._b.coarser(size)) for size in _SIZES]
         return [*coarse, (self._a, self._b)]
 
-    def start(self, pair: SurfacePair) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-        """The rotation with its Moebius map that leads to the least energy on the coarsest level; all rotations, its
-        own first.
+    def start(self) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+        """The rotation with its Moebius map that leads to the least energy times distance of positions on the coarsest
+        level; all rotations, its own first.
+
+        Energy and distance vanish for similar surfaces. Energy is local: a body may be laid on another one with its
+        limbs exchanged, and be strained less.
         """
-        candidates, (a, b) = pair.rotations(), self._levels[0]
-        starts, energies = [], []
+        candidates, (a, b) = self._pair.rotations(), self._levels[0]
+        starts, values = [], []
         for candidate in candidates:
-            starts.append(self._fitted(pair, candidate))
+            starts.append(self._fitted(candidate))
             level, y = self.lowered(a, b, self._a.carried(starts[-1], a))
             terms = self._terms(level, b, y, len(SHARES))
-            energies.append(log_strain(level, b, y) + sum(term.value(y) for term in terms))
-        best = int(np.argmin(energies))
+            energy = log_strain(level, b, y) + sum(term.value(y) for term in terms)
+            values.append(energy * _distance(level, b, y))
+        best = int(np.argmin(values))
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
-    def _fitted(self, pair: SurfacePair, candidate: RotationCandidate) -> FloatArray:
+    def _fitted(self, candidate: RotationCandidate) -> FloatArray:
         """A's sphere after a rotation, and the Moebius map that its features ask for."""
         found = [unfolded(self._a.mesh, self._a.x @ candidate.rotation.T)]  # rounding may fold slivers
 
         def keep(y: FloatArray, _: float) -> None:
             found[0] = y
 
+        pair = self._pair
         fit_moebius(found[0], self._a.f, pair.weights, pair.features[0], pair.fixed_features(0), keep)
         return found[0]
 
@@ -108,7 +117,7 @@ class Descent:
             held[a.landmarks] = True
         for number, share in enumerate(SHARES, 1):
             last = number == len(SHARES)
-            strain = ComposedStrain(a, b, share, _LAST_GUARD if last else _GUARD)
+            strain = ComposedStrain(a, b, share, self._guard if last else max(_GUARD, self._guard))
             problem = FaceProblem(strain, self._terms(a, b, y, number), held=held)
             value, small = problem.value(y), 0
             for k, trial in enumerate(newton(problem, LineSearch(a.system), y), 1):
@@ -124,12 +133,11 @@ class Descent:
         """What is to agree beside low strain at one of the shares."""
         terms: list[VertexTerm] = []
         areas = 4 * np.pi * a.mesh.A
-        if self._features is not None:
-            pair, weight = self._features
-            values = pair.features[number]
+        if weight := self._weights[number == len(SHARES)]:
+            values = self._pair.features[number]
             if a.own is not None:
                 values = a.own.at(a.x, values)
-            terms.append(Misfit(weight * areas, values, pair.fixed_features(number)))
+            terms.append(Misfit(weight * areas, values, self._pair.fixed_features(number)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals
@@ -145,6 +153,13 @@ class Descent:
 def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points of the sphere themselves, and their gradients."""
     return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
+
+
+def _distance(a: Level, b: Level, y: FloatArray) -> float:
+    """Root mean square of the distance between A's points and their places on B, after a similarity."""
+    on_b = Lift(b.locator, b.v).values(y)
+    off = similar(on_b, a.v, a.mesh.A, on_b) - a.v
+    return float(np.sqrt(a.mesh.A @ row_dots(off, off)))
 
 
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:

@@ -31,6 +31,8 @@ from .surface_map import SurfaceMap
 #: From so many landmarks on the Moebius map at the start is theirs; its boost has this weight beside their mean squared
 #: miss.
 _ENOUGH, _STIFFNESS = 3, 1e-2
+#: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
+_GUIDE = 0.4
 #: So many of the landmarks that miss their goals are named in the error.
 _NAMED = 5
 
@@ -65,7 +67,8 @@ def match(
         where its points are no vertices.
     features : (A's values, B's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
-        surfaces and compared at unit variance. Without them curvature and depth choose starts, nothing else.
+        surfaces and compared at unit variance. Without them curvature and depth choose starts and guide the descent,
+        but for its last steps on each mesh.
     curves : iterable of (curve of A, curve of B), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
         two or more, not the same number of either. Each point of A's curve is a landmark, whose place on B's curve is
@@ -117,14 +120,14 @@ def match(
     n, a = len(a.sphere), reflected(given.surface) if reflect else given.surface
     own, other = Level.of(a, "A", vertices), Level.of(b, "B")
     directions = unit_rows(interpolate(b.sphere, b.faces, goals))
-    pair = SurfacePair(a, b, features, [FIRST_WIDTH, *(SHARES.values() if features is not None else ())])
-    descent = Descent(own, other, directions, None if features is None else (pair, feature_weight), position_weight,
-                      soft)
+    pair = SurfacePair(a, b, features, [FIRST_WIDTH, *SHARES.values()])
+    descent = Descent(own, other, directions, pair, (_GUIDE, 0.0) if features is None else (feature_weight,) * 2,
+                      position_weight=position_weight, soft=soft)
     candidates: tuple[RotationCandidate, ...] = ()
     if len(vertices) >= _ENOUGH:
         start = match_landmarks(a.sphere, check_landmarks(len(a.sphere), vertices, directions, 1.0), _STIFFNESS)
     else:
-        start, candidates = descent.start(pair)
+        start, candidates = descent.start()
     found = own, unfolded(a.mesh, start)
 
     def report(level: Level, y: FloatArray, energy: float) -> None:

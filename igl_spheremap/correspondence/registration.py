@@ -27,7 +27,7 @@ from .levels import Level
 
 FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
 #: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
-_STIFFNESS, _GEOMETRY_STIFFNESS = 0.15, 2.5
+_STIFFNESS, _GEOMETRY_STIFFNESS = 0.07, 2.5
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
@@ -115,11 +115,12 @@ def register(
     stages : sequence of str
         Which of "rotation" (that correlates best; before "elastic", of the four best the one that leads to the least
         energy from surface to surface, as in `match`), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
-        (Newton's method on the strain from one surface to the other, with the features' difference, as in `match`).
+        (Newton's method on the strain from one surface to the other, as in `match`, and on that of the moving sphere,
+        with the features' difference).
     stiffness : float, optional
-        Weight of the strain from surface to surface beside features of unit variance: 0.15 by default for given
-        features, 2.5 for those of the geometry. Lower values raise the correlation and not the precision: features
-        differ between bodies, too.
+        Weight of the strains, from surface to surface and of the moving sphere alike, beside features of unit variance:
+        0.07 by default for given features, 2.5 for those of the geometry. Lower values raise the correlation and not
+        the precision: features differ between bodies, too.
     reflect : bool
         Mirror the moving surface and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
@@ -162,12 +163,13 @@ def register(
     descent = None
     if "elastic" in stages:
         last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
-        descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)), (pair, 1 / last))
+        descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)), pair,
+                          (1 / last,) * 2, guard=1.0)  # `stages` report the sphere's strain
     course = _Course(moving, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            candidates = descent.start(pair)[1] if descent else tuple(pair.rotations())
+            candidates = descent.start()[1] if descent else tuple(pair.rotations())
             with course.stage("rotation"):
                 turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
                 course(turned, 1 - candidates[0].correlation)

@@ -173,7 +173,7 @@ COMMANDS = (
         shared.FEATURE,
         argument("--stages", "LIST", "which stages to run, separated by commas (default: "
                  f"{','.join(STAGES)})", default=",".join(STAGES)),
-        argument("--stiffness", "S", "of the elastic stage (default: 0.15, or 2.5 for features of the surfaces)",
+        argument("--stiffness", "S", "of the elastic stage (default: 0.07, or 2.5 for features of the surfaces)",
                  type=POSITIVE),
         switch("--reflect", help="register the mirror image of MOVING and its sphere (x to -x); OUT fits MOVING as it "
                "is, and `transfer`, `resample` and `check` take it with --reflect"),
