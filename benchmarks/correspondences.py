@@ -20,12 +20,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
-from igl_spheremap.correspondence.overlay import overlay
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, peak_memory, timed
-from .shapes import correlation, degrees, warped
 
 #: A onto B: sides of a body, one shape meshed twice, unlike shapes. "/n" takes n faces, "~" mirrors, "name:n" is a
 #: sample, "fs:" a surface of fsaverage5, "body:s" a random body and "body:s+" the same one turned, on another grid,
@@ -164,6 +162,8 @@ def error(a, onto, truth, rows=slice(None)):
 
 def warps(data):
     """Copies of fewer faces, whose spheres are warped smoothly: back to the true points."""
+    from .shapes import warped
+
     for name in ("choi_maxplanck/8000 choi_maxplanck", "spot_oded/6000 spot_oded/14000",
                  "fs:white_left/8000 fs:white_left", "koala/6000 koala/10000"):
         a, b = map(data.map, name.split())
@@ -179,6 +179,8 @@ def warps(data):
 
 def landmarks(data):
     """Landmarks of one shape meshed twice, and of unlike ones by chance: how many are met, and the rest's distance."""
+    from igl_spheremap.maps.variational import check_landmarks, match_landmarks
+
     rng = np.random.default_rng(1)
     for name in SAME:
         a, b = map(data.map, name.split())
@@ -187,8 +189,8 @@ def landmarks(data):
         for k in (5, 10, 20):
             chosen, rest = order[:k], order[k:50]
             onto, seconds = timed(lambda: ism.match(a, b, (chosen, vertices[chosen])))  # noqa: B023
-            moebius = ism.landmark_map(a.vertices, a.faces, chosen, b.sphere[vertices[chosen]], max_iterations=0)
-            start = ism.transfer(b, b.vertices, unit_rows(moebius.sphere))
+            targets = check_landmarks(len(a.sphere), chosen, b.sphere[vertices[chosen]], 1.0)
+            start = ism.transfer(b, b.vertices, match_landmarks(a.sphere, targets, 1e-2))
             off = [f"{error(a, p, truth):.4f} and {error(a, p, truth, rest):.4f}" for p in (start, onto.positions)]
             print(f"{name}, {k} landmarks: met {(onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all()}, "
                   f"{onto.map.certificate.foldings} folded; all points and {len(rest)} landmarks that were left out: "
@@ -208,6 +210,8 @@ def landmarks(data):
 
 def registration(data):
     """`register` on fsaverage5 and a pair of hippocampi, by stiffness; curvature was not used on the first."""
+    from .shapes import correlation, degrees
+
     def over(name):
         return np.asarray(nibabel.load(data.fsaverage / f"{name}.gii.gz").darrays[0].data, float)
 
@@ -256,6 +260,8 @@ def functional(data):
 
 def overlays(data):
     """Time, memory and exactness of the common refinement, by size."""
+    from igl_spheremap.correspondence.overlay import overlay
+
     for n in (10_000, 40_000):
         a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n)) for name in ("brain", "pear"))
         b = ism.sphere_map(b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix())
