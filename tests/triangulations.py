@@ -6,10 +6,17 @@ import igl
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from igl_spheremap.sphere.rows import unit_rows
+
 
 def unit(p):
     """Rows of unit length."""
     return p / np.linalg.norm(p, axis=1)[:, None]
+
+
+def drawn_to_pole(x, size):
+    """The map after the linear map that draws directions to the poles of the z axis; no face changes its sign."""
+    return unit_rows(x * [size, size, 1])
 
 
 def random_points(n=200, seed=0):

@@ -94,7 +94,12 @@ def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
     """Mean logarithm of the lengths of the edges around each vertex; no length counts as less than the least float."""
     start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
     d = v.take(start, axis=0) - v.take(end, axis=0)
-    log = np.log(np.maximum(np.sqrt(np.einsum("ij,ij->i", d, d)), np.finfo(float).tiny))
+    square, least = np.einsum("ij,ij->i", d, d), np.finfo(float).tiny
+    log = np.log(np.maximum(np.sqrt(square), least))
+    fine = square < least / np.finfo(float).eps  # squares that underflow
+    if fine.any():
+        size = np.maximum(np.abs(d[fine]).max(axis=1), least)
+        log[fine] = np.log(size) + np.log(np.maximum(np.linalg.norm(d[fine] / size[:, None], axis=1), 1))
     n = len(v)  # a closed mesh runs through every edge once each way
     return np.asarray(np.bincount(start, log, n) / np.bincount(start, minlength=n))
 

@@ -105,6 +105,15 @@ def unit_rows(x: FloatArray) -> FloatArray:
     return np.where(unit[:, None], x, y / np.sqrt(square)[:, None])
 
 
+def sizes(x: FloatArray) -> FloatArray:
+    """Powers of two, of about the largest entry of each row; 1 for zero rows. To divide by one is exact.
+
+    >>> sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-661, 1]
+    array([1., 1.])
+    """
+    return np.ldexp(1.0, _exponents(x))
+
+
 def _exponents(x: FloatArray) -> NDArray[np.int32]:
     a, b, c = np.abs(x).T  # a maximum along rows of three takes ten times as long
     return np.frexp(np.maximum(np.maximum(a, b), c))[1]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..sphere.rows import row_dets, row_dots
+from ..sphere.rows import row_dets, row_dots, sizes
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 from .kernel import Stars, stars_of
@@ -130,6 +130,8 @@ class Complex:
         inside = np.flatnonzero((fans.a != t) & (fans.b != t))
         p, a, b = self.x[t[inside]], self.x[fans.a[inside]], self.x[fans.b[inside]]
         u, w = a - p, b - p
+        size = sizes(np.abs(u) + np.abs(w))[:, None]  # without it products underflow near ends of axes
+        u, w = u / size, w / size
         det = row_dets(p, u, w)
         sides = row_dots(u, u) + row_dots(w, w) + row_dots(w - u, w - u)
         # With 2 sqrt 3 = 3.46 equilateral faces would have 1; a little less stays below 1 in spite of rounding.

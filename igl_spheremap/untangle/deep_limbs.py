@@ -72,6 +72,8 @@ class DeepLimb:
         Least cost of the limb with its branches, by the steps that were gained outside its rim.
     choice : (bins, steps) int64 array
         Index of the best kappa in each bin, by the steps that were gained outside the bin.
+    useful : (bins,) int64 array
+        How many of the steps that were gained bring the vertices of a bin nearer to the floor.
     """
 
     tip: int
@@ -84,6 +86,7 @@ class DeepLimb:
     kappa: FloatArray = field(init=False)
     cost_to_go: FloatArray = field(init=False)
     choice: IntArray = field(init=False)
+    useful: IntArray = field(init=False)
 
     @property
     def log_distance(self) -> FloatArray:
@@ -107,6 +110,11 @@ class DeepLimb:
 def floors(dtype: type[np.floating]) -> list[float]:
     """Depths in nepers below which no edge is to be left in numbers of a type, the deepest first."""
     return [float(-np.log(np.finfo(dtype).eps) - margin) for margin in _MARGINS]
+
+
+def normal_range(floor: float) -> float:
+    """Nepers from the tips at ends of axes within which coordinates hold edges above a floor as normal numbers."""
+    return float(-np.log(np.finfo(float).tiny)) - floor
 
 
 def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened:
@@ -137,8 +145,11 @@ def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
     """Discs about the tips beyond the floor, branches before what they branch off from."""
     limbs: dict[int, DeepLimb] = {}
     parents: dict[int, int] = {}
-    width = max(1.0, _STEP / 10 * float(placed.depth.max()))  # the table grows as the square of the number of bins
-    for tip, parent, members in tips_beyond(placed.depth, placed.f, floor):
+    found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
+    inwards = placed.depth + placed.finer
+    longest = float(inwards[np.isfinite(inwards)].max())
+    width = max(1.0, _STEP / 10 * longest)  # the table grows as the square of the number of bins
+    for tip, parent, members in found:
         log = placed.about(tip)
         radius = float(np.delete(log.real, members).min(initial=np.inf))
         disc = np.flatnonzero(log.real < radius)
@@ -154,13 +165,16 @@ def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
     return list(limbs.values())
 
 
-def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int, int, IntArray]]:
+def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
+                finer: FloatArray | float = 0.0) -> list[tuple[int, int, IntArray]]:
     """Merge tree of the deep vertices: (tip, the deeper tip that its limb meets or -1, the limb), branches first.
 
-    The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends.
+    The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
+    edges are short, though coordinates are `finer` there: what is to be shortened is shortened on its whole length.
     """
     if depth.max() <= floor:
         return []
+    inwards = depth + finer
     n = len(depth)
     edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
     graph = sp.csr_matrix(edges, shape=(n, n))
@@ -170,14 +184,14 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float) -> list[tuple[int,
     tip: dict[int, int] = {}
     members: dict[int, list[int]] = {}
     found: list[tuple[int, int, IntArray]] = []
-    deep = np.flatnonzero(depth > _ONSET)
-    for v in deep[np.argsort(-depth[deep], kind="stable")].tolist():
+    deep = np.flatnonzero(inwards > _ONSET)
+    for v in deep[np.argsort(-inwards[deep], kind="stable")].tolist():
         here = v
         part[v], tip[v], members[v] = v, v, [v]
         for other in {int(part[u]) for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
-            elder, younger = (here, other) if depth[tip[here]] >= depth[tip[other]] else (other, here)
+            elder, younger = (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
             end = tip[younger]
-            if depth[end] > floor and depth[end] - depth[v] >= _ONSET:
+            if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:
                 found.append((end, tip[elder], np.array(members[younger])))
             keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
             tip[keep] = tip[elder]
@@ -208,34 +222,42 @@ def _choose_kappas(limbs: list[DeepLimb], placed: Placed, source: FloatArray, fl
 def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:
     """Solve for the least cost V of the limb, for every gain g in nepers outside its rim, from the tip outwards.
 
-        V_b(g) = min over kappa of  C_b(kappa) + W_b(h) + V_{b+1}(h),    h = g + w (1 - kappa),
+        V_b(g) = min over kappa of  C_b(kappa) + W_b(min(h, u_b)) + V_{b+1}(h),    h = g + w (1 - kappa),
         W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
 
     w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
-    depth_b that of the deepest.
+    depth_b that of the deepest. So much of the gain as u_b is of use: all, but where coordinates are finer they are
+    coarser again by what a vertex gains, as long as they are of normal numbers.
     """
     at = limb.bins(limb.log_distance)
     bins = int(at.max()) + 1
     own = np.ones(len(limb.disc), dtype=bool)
     for branch, _ in limb.branches:
         own &= ~np.isin(limb.disc, branch.disc)
-    deepest = np.zeros(bins)
+    deepest, finer = np.zeros((2, bins))
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
+    inner = limb.disc != limb.tip
+    np.maximum.at(finer, at[inner], np.broadcast_to(placed.finer, limb.log.shape)[limb.disc[inner]])
     count = np.bincount(at, minlength=bins) + _SPARE
     cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
-    steps = int((placed.depth.max() - floor) / step) + cost.shape[1]
-    gained = step * np.arange(steps)
+    thinner = -np.log(_kappas())[:, None]
+    steps = int((placed.depth.max() + thinner[-1, 0] - floor) / step) + cost.shape[1]
+    anchored = np.isinf(np.broadcast_to(placed.finer, limb.log.shape)[limb.tip])
+    limb.useful = np.full(bins, steps)
+    if anchored:
+        limb.useful = np.clip((finer - normal_range(floor)) / step, 0, steps).astype(np.int64)
     value = np.zeros(steps)
     limb.choice = np.zeros((bins, steps), dtype=np.int64)
     for b in range(bins - 1, -1, -1):
-        value = value + _BELOW * count[b] * np.maximum(0, deepest[b] - gained - floor)
+        gained = np.minimum(np.arange(steps), limb.useful[b])
         for branch, where in limb.branches:
             if where == b:
-                value = value + branch.cost_to_go
-        later = np.append(value, np.full(cost.shape[1], value[-1]))
-        total = np.stack([cost[b, i] + later[i:i + steps] for i in range(cost.shape[1])])
+                value = value + branch.cost_to_go[gained]
+        later = value + _BELOW * count[b] * np.maximum(0, deepest[b] + thinner - step * gained - floor)
+        later = np.concatenate((later, np.repeat(later[:, -1:], len(thinner), axis=1)), axis=1)
+        total = np.stack([cost[b, i] + row[i:i + steps] for i, row in enumerate(later)])
         limb.choice[b] = total.argmin(axis=0)
         value = total.min(axis=0)
     limb.cost_to_go = value
@@ -252,7 +274,7 @@ def _follow(limb: DeepLimb, gained: int) -> None:
         gained += int(step)
         for branch, where in limb.branches:
             if where == b:
-                _follow(branch, gained)
+                _follow(branch, min(gained, int(limb.useful[b])))
 
 
 def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> FloatArray:

@@ -167,7 +167,8 @@ def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArr
     ahead = row_dots(planes.centre, wanted)
     seen = ahead > _IN_VIEW
     ahead = np.where(seen, ahead, 1.0)
-    away = np.einsum("ki,kji->kj", wanted - planes.centre, planes.axes) / (ahead * planes.size**2)[:, None]
+    size = planes.size[:, None]
+    away = np.einsum("ki,kji->kj", (wanted - planes.centre) / size, planes.axes / size[..., None]) / ahead[:, None]
     way = np.where(seen[:, None], away - z, 0.0)
     h = planes.offset + row_dots(planes.normal, z[planes.owner])
     approach = -row_dots(planes.normal, way[planes.owner])

@@ -57,6 +57,8 @@ class Placed:
     about: Callable[[int], ComplexArray]
     #: The point of the plane that each position is relative to: 0, or an end of an axis, which is 0 or of length 1.
     anchor: ComplexArray | complex = 0j
+    #: Nepers by which coordinates are finer at each vertex, as it is so near to an end of an axis; infinite at the end.
+    finer: FloatArray | float = 0.0
     #: Rotation of rows that follows inverse stereographic projection.
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
 

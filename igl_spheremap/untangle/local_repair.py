@@ -12,7 +12,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..sphere.moebius import fix_gauge
-from ..sphere.rows import row_crosses, row_dets, row_dots, unit_rows, weighted_sum
+from ..sphere.rows import row_crosses, row_dets, row_dots, sizes, unit_rows, weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -108,10 +108,12 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     reach = np.sqrt(row_dots(outward, outward))
     outward /= np.where(reach > 0, reach, 1.0)[:, None]
     side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
+    size = sizes(np.abs(side[0]) + np.abs(side[1]))
+    side = [s / size[:, None] for s in side]
     square = np.stack([row_dots(s, s) for s in side])
     slope = [row_crosses(outward, s) for s in side]
     lack = SMALL_ANGLE * square.max(axis=0) - row_dets(outward, side[1], side[2])
-    length = lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
+    length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
     move, count = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
     for k in range(3):
         np.add.at(move, folded[:, k], length[:, None] * slope[k])

@@ -17,7 +17,7 @@ from ..mesh.measure import corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
-from ..sphere.rows import column_crosses, row_dets, row_dots, tangent_axes, unit_rows, weighted_sum
+from ..sphere.rows import column_crosses, row_dets, row_dots, sizes, tangent_axes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .effort import Effort
@@ -156,13 +156,16 @@ class AngleProblem:
         corners = self.f.T
         p = np.ascontiguousarray(x.T).take(corners, axis=1)  # coordinate, corner, face
         side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
+        along = axes.take(corners, axis=2)  # axis, coordinate, corner, face
+        if (side * side).sum(axis=0).min() < np.finfo(float).tiny ** 0.25:  # products of four sides underflow
+            size = sizes(np.abs(side).sum(axis=1).T)
+            side, along = side / size, along / size
         normal = column_crosses(side[:, 0], side[:, 1])
         double_area = np.sqrt((normal * normal).sum(axis=0))
         normal /= np.where(double_area > 0, double_area, 1.0)
         angles = np.arctan2(double_area, -(side[:, [1, 2, 0]] * side[:, [2, 0, 1]]).sum(axis=0))
         square = (side * side).sum(axis=0)
         turn = column_crosses(normal[:, None], side) / np.where(square > 0, square, 1.0)
-        along = axes.take(corners, axis=2)  # axis, coordinate, corner, face
         J = np.empty((3, 3, 2, len(self.f)))
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3

@@ -13,7 +13,7 @@ from itertools import permutations
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from .deep_limbs import tips_beyond
+from .deep_limbs import normal_range, tips_beyond
 from .layout import Placed, exponential, log_sum, logarithm, to_ball
 
 
@@ -37,13 +37,13 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     anchor = (at[:, 0] + 1j * at[:, 1])[nearest]
     around = [about(tip) for tip in tips]
     log = np.choose(nearest, around)
-    distance = log.real.copy()
-    distance[tips] = [np.partition(here.real, 1)[1] for here in around]  # of the nearest vertex
-    distance -= np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
+    distance = log.real - np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
+    finer = np.maximum(-distance, 0)
+    distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]  # of the nearest vertex
     depth = placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
     # Coordinates are no finer below the smallest normal number, which no edge at the floor is to be below.
-    depth += np.clip(distance, np.log(np.finfo(float).tiny) + floor, 0)
-    return replace(placed, log=log, anchor=anchor, depth=depth, about=about, turn=turn)
+    depth += np.clip(distance, -normal_range(floor), 0)
+    return replace(placed, log=log, anchor=anchor, depth=depth, finer=finer, about=about, turn=turn)
 
 
 def _nearest_ends(t: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import corner_angles
-from ..sphere.rows import row_crosses, row_dots, tangent_axes, unit_rows
+from ..sphere.rows import row_crosses, row_dots, sizes, tangent_axes, unit_rows
 from .collapse import independent
 from .embedding import proper
 from .kernel import REACH, Stars, solve_symmetric, stars_of
@@ -46,20 +46,18 @@ class AngleLoss:
         """The loss of some of the faces."""
         return replace(self, source=self.source[:, faces])
 
-    def values(self, p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Loss of each face."""
-        d = self._differences(a - p, b - p)[0]
+    def values(self, u: FloatArray, w: FloatArray) -> FloatArray:
+        """Loss of each face, given its sides u = a - p and w = b - p in any unit."""
+        d = self._differences(u, w)[0]
         return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
-    def model(self, p: FloatArray, a: FloatArray, b: FloatArray,
-              axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def model(self, u: FloatArray, w: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loss of each face, its gradient (e, 2) as p moves along two axes, and a Hessian (e, 3): xx, xy, yy.
 
         The gradient is sum d (grad d) / size and the Hessian sum (grad d) (grad d)^T / size, that of Gauss and Newton
         for squares with fixed weights 1 / size. As p moves by h, the angle at a corner c grows by h . (n x (p - c)) /
         |p - c|^2 up to its sign, n the unit normal.
         """
-        u, w = a - p, b - p
         d, normal = self._differences(u, w)
         turn_a = -row_crosses(normal, u) / row_dots(u, u)[:, None]
         turn_b = row_crosses(normal, w) / row_dots(w, w)[:, None]
@@ -132,16 +130,19 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     owner = stars.owner
     p, a, b = (x.take(ids, axis=0) for ids in (stars.vertices, stars.a, stars.b))
     at, axes = p.take(owner, axis=0), np.stack(tangent_axes(p), axis=1)
+    u, w = a - at, b - at
+    size = np.maximum.reduceat(sizes(u), stars.start)[:, None]  # products underflow near ends of axes, in other units
+    u, w = u / size[owner], w / size[owner]
     old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
-                              for part in loss.model(at, a, b, axes.take(owner, axis=0)))
-    nearest = np.minimum.reduceat(row_dots(a - at, a - at), stars.start)
-    steps = _newton(gradient, hessian, REACH * np.sqrt(nearest))
-    move = steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1]
+                              for part in loss.model(u, w, axes.take(owner, axis=0)))
+    steps = _newton(gradient, hessian, REACH * np.sqrt(np.minimum.reduceat(row_dots(u, u), stars.start)))
+    move = size * (steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1])
     new, rows, part = old.copy(), np.arange(len(p)), stars
     for length in _LENGTHS:
         trial = unit_rows(p[rows] + length * move[rows])
         x[part.vertices] = trial
-        value = np.add.reduceat(loss.values(trial.take(part.owner, axis=0), a, b), part.start)
+        at, unit = trial.take(part.owner, axis=0), size[rows].take(part.owner, axis=0)
+        value = np.add.reduceat(loss.values((a - at) / unit, (b - at) / unit), part.start)
         better = (value < old[rows]) & proper(x, part)
         new[rows[better]] = value[better]
         if better.all():

@@ -70,6 +70,7 @@ def test_log_edges_of_a_regular_solid_and_of_none():
     tetrahedron = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
     assert np.allclose(log_edges(tetrahedron, f), np.log(np.sqrt(8)))
+    assert np.allclose(log_edges(1e-290 * tetrahedron, f), np.log(np.sqrt(8)) - 290 * np.log(10))
     assert np.allclose(log_edges(0 * tetrahedron, f), np.log(np.finfo(float).tiny))
 
 

@@ -7,6 +7,7 @@ import pytest
 from triangulations import (
     bad_positions,
     delaunay_sphere,
+    drawn_to_pole,
     flip_edges,
     icosphere,
     random_triangulation,
@@ -45,6 +46,21 @@ def test_only_vertices_near_a_planted_folding_move():
     moved = np.flatnonzero((y != folded).any(axis=1))
     assert len(moved) <= 12
     assert np.linalg.norm(x[moved] - x[0], axis=1).max() < 0.35
+
+
+def test_a_folding_beside_an_end_of_an_axis_is_repaired_alike_at_every_scale():
+    x, f = icosphere(4)
+    at = int(np.argmin(np.abs(x[:, 2] - 0.8)))
+    x[at] = unit(x[at:at + 1] + 4 * (x[f[(f == at).any(axis=1)][0]].mean(axis=0) - x[at]))[0]
+    repaired = []
+    for size in (2.0**-40, 2.0**-700):
+        y = drawn_to_pole(x, size)
+        assert 0 < certify(y, f).foldings < 10
+        z = progressive_embedding(y, f)
+        assert certify(z, f).folding_free
+        assert (y != z).any(axis=1).sum() <= 12
+        repaired.append(z[x[:, 2] > 0.3, :2] / size)
+    assert repaired[1] == pytest.approx(repaired[0], rel=1e-9)
 
 
 def test_what_is_put_back_returns_to_where_it_was():

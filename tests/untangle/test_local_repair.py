@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from triangulations import icosphere, unit
+import pytest
+from triangulations import drawn_to_pole, icosphere, unit
 
 from igl_spheremap.untangle.local_repair import small_moves
 from igl_spheremap.verify.certificate import certify, orientation_signs
@@ -27,6 +28,18 @@ def test_slivers_stand_up_by_moves_as_small_as_they_are_thin():
     assert certify(y, f).folding_free
     assert np.linalg.norm(y - x, axis=1).max() < 0.01 * edge
     assert (y != x).any(axis=1).sum() < 200
+
+
+def test_slivers_beside_an_end_of_an_axis_stand_up_by_the_same_moves_at_every_scale():
+    x, f = _with_slivers()
+    near = x[:, 2] > 0.3
+    moves = []
+    for size in (2.0**-40, 2.0**-700):
+        y = drawn_to_pole(x, size)
+        assert certify(y, f).foldings >= 10
+        moves.append((small_moves(y, f[near[f].all(axis=1)])[near, :2] - y[near, :2]) / size)
+    assert moves[0].any()
+    assert moves[1] == pytest.approx(moves[0], rel=1e-6, abs=1e-12)
 
 
 def test_a_map_without_foldings_stays_bit_for_bit():

@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import islice, pairwise
 
 import numpy as np
-from triangulations import icosphere, unit
+import pytest
+from triangulations import drawn_to_pole, icosphere, unit
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.descent.preconditioned import harmonic_map
@@ -59,6 +60,15 @@ def test_the_gradient_is_the_first_variation_of_the_reweighted_squares():
     move = h * p.move(NOISY, model, t)
     loss = [((corner_angles(NOISY + sign * move, F).T - p.source) ** 2).sum() / 2e6 for sign in (1, -1)]
     assert np.isclose((model.gradient * t).sum(), (loss[0] - loss[1]) / (2 * h), rtol=1e-5)
+
+
+def test_the_model_in_units_of_edges_is_alike_at_every_scale_beside_an_end_of_an_axis():
+    at = np.flatnonzero((X[F][..., 2] > 0.3).all(axis=1))
+    coarse, fine = (problem(0.1).model(drawn_to_pole(NOISY, size)) for size in (2.0**-40, 2.0**-700))
+    assert np.abs(coarse.blocks[..., at]).max() > 1
+    assert fine.blocks[..., at] == pytest.approx(coarse.blocks[..., at], rel=1e-9, abs=1e-9)
+    inside = np.setdiff1d(F[at], F[np.setdiff1d(np.arange(len(F)), at)])
+    assert fine.gradient[:, inside] == pytest.approx(coarse.gradient[:, inside], rel=1e-9, abs=1e-9)
 
 
 def test_a_step_is_that_of_the_dense_system_with_its_border():
