@@ -47,11 +47,11 @@ class _RegionTooSmall(Exception):
 
 
 class _TooCoarse(Exception):
-    """Float64 has no position for some vertices inside the kernels of their stars."""
+    """Float64 has no position for some vertices inside the kernels of their stars, in a region of so many rings."""
 
-    def __init__(self, vertices: IntArray) -> None:
+    def __init__(self, vertices: IntArray, reach: int = 0) -> None:
         super().__init__()
-        self.vertices = vertices
+        self.vertices, self.reach = vertices, reach
 
 
 #: Called with the whole map; vertices that are still removed lie on those that they were collapsed to.
@@ -93,20 +93,18 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     bad = folded_faces(x, f)
     if not bad.any() or bad.sum() > len(f) / 2:
         return x
-    forced = np.zeros(len(x), dtype=bool)
-    with suppress(_TooCoarse):
-        return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, keep_positions=True)
-    rings = 2 * RINGS
-    while persistent:
+    forced, rings, reach, keep = np.zeros(len(x), dtype=bool), 2 * RINGS, 2 * RINGS, True
+    while True:
         try:
-            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener)
+            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, reach, keep)
         except _TooCoarse as failure:
-            if forced.all():
-                break
-            forced[failure.vertices] = True
-            forced = dilate(f, forced, rings)
-            rings *= 2
-    return x
+            if not persistent or forced.all():
+                return x
+            if not keep:
+                forced[failure.vertices] = True
+                forced = dilate(f, forced, rings)
+                rings *= 2
+            keep, reach = False, failure.reach  # smaller regions were too small
 
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
@@ -127,14 +125,13 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
 
 
 def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
-                  listener: PositionsListener | None, keep_positions: bool = False) -> FloatArray:
-    """Remove and rebuild the forced vertices, and around bad faces as little as possible.
+                  listener: PositionsListener | None, rings: int, keep_positions: bool) -> FloatArray:
+    """Remove and rebuild the forced vertices, and around bad faces as little as possible, within so many rings or more.
 
     With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
     """
     around = forced.copy()
     around[f[bad]] = True
-    rings = 2 * RINGS
     while True:
         region = dilate(f, around, rings)
         faces = region[f].any(axis=1)
@@ -151,7 +148,7 @@ def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArr
             rings *= 2
             continue
         except _TooCoarse as failure:
-            raise _TooCoarse(vertices[failure.vertices]) from None
+            raise _TooCoarse(vertices[failure.vertices], rings) from None
         y = x.copy()
         y[vertices] = part
         return y
