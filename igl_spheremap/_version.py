@@ -1,3 +1,3 @@
 """The version, in a file of its own: whatever writes it down imports nothing else."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
