@@ -24,7 +24,7 @@ Points = ArrayLike | Location
 
 
 @dataclass(frozen=True, eq=False)
-class Landmarks:
+class LandmarkPairs:
     """Points of A and of B that belong together.
 
     Attributes
@@ -49,7 +49,7 @@ class Landmarks:
 
     @classmethod
     def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], a: SphereMap,
-           b: SphereMap) -> Landmarks:
+           b: SphereMap) -> LandmarkPairs:
         """The points checked; a MeshError that names the one that is wrong."""
         pairs, names = [(rows_of(at_vertices(a.faces), slice(0, 0)),) * 2], list[str]()
         if landmarks is not None:

@@ -23,7 +23,7 @@ from ..shapes.transfer import interpolate
 from ..sphere.rows import unit_rows
 from ..untangle.local_repair import unfolded
 from .descent import SHARES, Descent
-from .landmarks import Landmarks, Points
+from .landmarks import LandmarkPairs, Points
 from .levels import Level
 from .registration import FIRST_WIDTH, reflected
 from .surface_map import SurfaceMap
@@ -113,7 +113,7 @@ def match(
         check_number(weight, name)
     a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(*each, 1.0) for each in (a, b))
     a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
-    given = Landmarks.of(landmarks, curves, a, b)
+    given = LandmarkPairs.of(landmarks, curves, a, b)
     vertices, goals = given.vertices, given.goals
     if features is not None:
         features = given.carried(features[0], a), features[1]

@@ -61,7 +61,8 @@ def test_a_call_that_exceeds_its_memory_is_ended(child):
     assert child.call(errands.process, memory=300)
 
 
-def test_a_limit_of_memory_that_cannot_be_kept_is_refused(monkeypatch):
+def test_a_limit_of_memory_that_cannot_be_kept_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(os.path, "exists", lambda path: not str(path).startswith("/proc"))  # as on macOS and Windows
     with pytest.raises(FileError, match="a memory limit needs /proc"):
         map_many(["any.ply"], "{stem}.obj", memory=300)
