@@ -128,18 +128,18 @@ def is_worse(mean: float, before: float) -> bool:
     return mean >= (1 + 5 * FEW) * before
 
 
-def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
+def restore_gauge(mesh: Mesh, x: FloatArray, embed: bool = True) -> FloatArray:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
-    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
-    the angles of huge faces.
+    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or at all
+    unless `embed`, or would spoil the angles of huge faces.
     """
     y = fix_gauge(mesh, x)
     free = Certificate.of(y, mesh.f).folding_free
     if free and not is_coarse(surface_area(x, mesh.f)):
         return y
     if not free:
-        if not is_off_centre(mesh, x):
+        if not embed or not is_off_centre(mesh, x):
             return x
         y = repair_locally(mesh, y)
     worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))

@@ -50,16 +50,16 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
-                 damping: float, quick: bool = False) -> FloatArray:
+                 damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q = g_k / g_{k-1}, all
     further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain, but not after
     one that had to be shortened, whose gain predicts nothing. Sweeps help where limbs are too fine for steps. If
-    `quick`, steps are not exact, and there are no sweeps.
+    `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
-    problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid)
+    problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
     mean, last = problem.value(x), 0.0
     for trial in newton(problem, steps, x) if effort.systems else ():
@@ -109,12 +109,14 @@ class AngleProblem:
         Centroid that their images are to have.
     smoothing : float, optional
         Differences below this, in radians, count by their squares; a share of their mean by default.
+    rough : bool, optional
+        Whether foldings of a step are repaired by small moves only, and nothing is relaxed around them.
     """
 
     def __init__(self, f: IntArray, source: FloatArray, A: FloatArray, centroid: FloatArray,
-                 smoothing: float | None = None) -> None:
+                 smoothing: float | None = None, rough: bool = False) -> None:
         self.f, self.source, self.A, self.centroid, self._fixed = f, source, A, centroid, smoothing
-        self._smoothing = smoothing or 0.0
+        self._smoothing, self._rough = smoothing or 0.0, rough
 
     def value(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -143,7 +145,9 @@ class AngleProblem:
         folded = folded_faces(y, self.f)
         if folded.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
-        if folded.any():
+        if folded.any() and self._rough:
+            y = small_moves(y, self.f)
+        elif folded.any():
             z = embed_locally(small_moves(y, self.f), self.f, persistent=False)
             movable = dilate(self.f, (z != y).any(axis=1), RINGS)
             around = movable[self.f].any(axis=1)

@@ -8,7 +8,8 @@
 4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
 
 The map of a step is taken if it is certified and its angle differences are the least so far. A step that fails leaves
-the map as it is, and a note.
+the map as it is, and a note. A poor map competes with layouts around several holes (candidates.py): each takes a few
+rough steps, and the best goes on.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -35,15 +37,18 @@ from ..sphere.rows import weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
+from ..verify.signs import folded_faces
 from .candidates import Badness, layouts, least_folded
 from .deep_limbs import floors, shorten_limbs
 from .effort import Effort
+from .embedding import fix_orientation
 from .layout import Placed, onto_sphere, unroll
-from .local_repair import has_few_foldings, is_off_centre, is_worse, repair_locally, restore_gauge
+from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair_locally, restore_gauge, small_moves
 from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
 from .poles import at_poles
 
-#: Runs of steps on small meshes at the most, each from the end of the last; and quick steps in a run.
+#: Runs of steps on small meshes at the most, each from the end of the last; quick steps in a run, and half the rough
+#: ones that compare candidates; and candidates in a row that gain nothing, after which no more are tried.
 _SEVERAL = 3
 
 
@@ -59,19 +64,23 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
     with steps.attempt("repair"):
         mesh, x, free = first.mesh, first.sphere, first.certificate.folding_free
         few = free or has_few_foldings(first.certificate, mesh.f)
-        poor = is_coarse(surface_area(x, mesh.f)) and steps.mean(x) > 2 * GOOD
+        small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
+        coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
+        poor = coarse and steps.mean(x) > 2 * GOOD
         if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
             steps.notify(x, first.energy, 0)
             return steps.result()
         steps.accept("map", x)
-        if not free and few and (not poor or len(mesh.v) <= SMALL):
+        if not free and few and not poor:
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
         if poor or not few:
             with steps.attempt("angles"):
-                steps.angles(centred, effort.holes if poor else 0)
+                deep = steps.angles(centred, effort.holes if poor else 0)
+                if poor and effort.holes and (small or not deep):
+                    steps.compete(effort.holes)
         # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
-        if not steps.found or (not few and len(mesh.v) <= SMALL):
+        if not steps.found or (small and not few and not steps.ends):
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
         if steps.found and (poor or not few or (polish and is_worth_steps(mesh, steps.best.sphere))):
@@ -87,10 +96,15 @@ class _Steps:
     """The steps, and the best map so far."""
 
     laid_out = False
+    #: The map in the plane by the angles of `angles`, on the sphere, if it competes with others.
+    layout: FloatArray | None = None
+    #: The map itself after all its steps, where it competes with layouts.
+    done: SphereMap | None = None
 
     def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort) -> None:
         self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
         self.effort, self.found = effort, list[tuple[float, SphereMap]]()
+        self.ends = list[float]()  # mean angle differences of candidates after rough steps
         self.rounds: list[Round] = []
         self.notes: list[str] = []
         self._began = time.perf_counter()
@@ -144,34 +158,78 @@ class _Steps:
         if self.listener is not None:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
-    def angles(self, centred: bool, holes: int) -> None:
-        """Angles that close, and their layout, its limbs as deep as float64 holds.
+    def angles(self, centred: bool, holes: int) -> bool:
+        """Lay the body out by angles that close, its limbs as deep as float64 holds; True if they are deeper.
 
-        Layouts around other holes compete with it, the least folded of which are repaired.
+        With `holes`, a layout that is not deep is only one of the candidates.
         """
         placed = unroll(self.mesh, self.first.sphere, self._system)
-        self.laid_out = placed is not None
-        holes = min(holes, max(1, holes * SMALL // len(self.mesh.v))) if holes else 0
-        if placed is not None and (not holes or placed.depth.max() > floors(np.float64)[0]):
-            for y, stretch, gauge in self._placements(placed, centred):
-                if not self.accept("angles", y, stretch, gauge):
-                    before = self.rounds[-1].mean_angle_difference
-                    self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
-                    if is_worse(self.rounds[-1].mean_angle_difference, before):
-                        continue
-                return
-            return
-        maps = [] if placed is None else [onto_sphere(placed, placed.z)]
-        maps += layouts(self.mesh, self._system, holes)
-        badness = Badness(self.mesh)
-        tried = (least_folded(y, badness) for y in sorted(maps, key=badness)[:_SEVERAL])
-        for _, y in sorted(tried, key=lambda entry: entry[0])[:2]:
-            if self.accept("angles", y):
-                return
+        self.laid_out = placed is not None or holes > 0
+        deep = placed is not None and bool(placed.depth.max() > floors(np.float64)[0])
+        if placed is None or (holes and not deep):
+            self.layout = None if placed is None else onto_sphere(placed, placed.z)
+            return deep
+        for y, stretch, gauge in self._placements(placed, centred):
+            if self.accept("angles", y, stretch, gauge):
+                break
             before = self.rounds[-1].mean_angle_difference
-            self.accept("embedding", repair_locally(self.mesh, y, sweeps=5))
+            self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
             if not is_worse(self.rounds[-1].mean_angle_difference, before):
+                break
+        return deep
+
+    def compete(self, holes: int) -> None:
+        """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule."""
+        small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
+        few = replace(self.effort, systems=min(2 * _SEVERAL, self.effort.systems), sweeps=0)
+        for name, y, embed in self._candidates(holes):
+            known = free and name == "map"
+            if not (known or self.accept(name, y)):
+                if not embed and folded_faces(small_moves(y, self.mesh.f), self.mesh.f).any():
+                    continue
+                if not self.accept("embedding", repair_locally(self.mesh, y, sweeps=5)):
+                    continue
+            mean, start = self.found[0 if known else -1]
+            rough = name != "map" or (free and not small)
+            with self.attempt("newton"):
+                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system,
+                                 few if rough else self.effort, damping=DAMPED if name != "map" else HALF_DIGITS,
+                                 rough=rough)
+                self.accept("newton", x)
+            self.ends.append(min(mean, self.found[-1][0]))
+            if not rough:
+                self.done = self.best
+
+    def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, bool]]:
+        """Maps to try, and whether to embed them, until several in a row gain nothing.
+
+        Those that small moves do not free of foldings are moved to the gauge that folds least.
+        """
+        badness, f, n = Badness(self.mesh), self.mesh.f, len(self.mesh.v)
+        x, small = fix_orientation(self.first.sphere, f), n <= SMALL
+        if badness.folded(x) <= FEW:
+            yield "map", x, small
+            if self.ends and self.ends[0] < (2 if small else 1) * GOOD:
                 return
+        wanted, tried, idle = len(self.ends) + max(1, holes * SMALL // (2 * n)), set[float](), 0
+        left = list[tuple[float, FloatArray]]()
+        for y in chain([] if self.layout is None else [self.layout], layouts(self.mesh, self._system, holes)):
+            bad = badness(y)
+            if round(bad, 6) in tried:  # around the same face
+                continue
+            tried.add(round(bad, 6))
+            if badness.folded(y) and badness.folded(small_moves(y, f)):
+                bad, y = least_folded(y, badness)
+            least, count = min(self.ends, default=np.inf), len(self.ends)
+            yield "angles", y, small
+            if len(self.ends) == count:
+                left.append((bad, y))
+            else:
+                idle = 0 if min(self.ends) < (1 - self.effort.least_gain) * least else idle + 1
+            if idle == _SEVERAL or (not small and len(self.ends) >= wanted):
+                return
+        if not self.found and left:
+            yield "angles", min(left, key=lambda entry: entry[0])[1], True
 
     def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
@@ -190,23 +248,29 @@ class _Steps:
         """Lower the angle differences of the map and of the best one, then further those of the best on small meshes.
 
         Maps that need no repair are improved by few factorised steps, and above 4,000 vertices, where factorisations
-        take most of the time, by quick steps with conjugate gradients.
+        take most of the time, by quick steps with conjugate gradients. Of candidates only the best takes further steps.
         """
-        n, effort, damping = len(self.mesh.v), self.effort, DAMPED if self.laid_out else HALF_DIGITS
-        quick, slow = quick and n > (_SEVERAL + 1) * SMALL, not quick
-        if not slow or self.first.certificate.folding_free:
-            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
-        starts = [self.best] if self.best is self.found[0][1] else [self.found[0][1], self.best]
+        n, quick = len(self.mesh.v), quick and len(self.mesh.v) > (_SEVERAL + 1) * SMALL
+        effort, most = self.effort, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n
+        if quick or self.first.certificate.folding_free or (self.ends and n > SMALL):
+            effort = replace(effort, systems=min(effort.systems, most))
+        starts = [self.best] if self.ends or self.best is self.found[0][1] else [self.found[0][1], self.best]
+        damping, rough = DAMPED if self.laid_out else HALF_DIGITS, bool(self.ends) and n <= SMALL
+        if self.best is self.done:
+            starts, damping, rough = [], HALF_DIGITS, False
         for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
             start = starts[k] if k < len(starts) else self.best
-            before = self.mean(start.sphere)
-            x, run = start.sphere, start.run
-            held = run.gauge == "poles" or is_off_centre(self.mesh, x)
-            centroid = weighted_sum(self.mesh.A, x) if held else np.zeros(3)
-            x = match_angles(self.mesh, x, centroid, self._system, effort, damping=damping, quick=quick)
+            before, run = self.mean(start.sphere), start.run
+            x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
+                             damping=damping, rough=rough)
             self.accept("newton", x, run.stretch, run.gauge)
             if k >= len(starts) and self.rounds[-1].mean_angle_difference > (1 - effort.least_gain) * before:
                 return
+
+    def _centroid(self, start: SphereMap) -> FloatArray:
+        """Where steps are to keep the centroid of the source's area."""
+        held = start.gauge == "poles" or is_off_centre(self.mesh, start.sphere)
+        return weighted_sum(self.mesh.A, start.sphere) if held else np.zeros(3)
 
     def polish(self) -> None:
         """Lower the angle differences further."""
@@ -225,7 +289,7 @@ class _Steps:
         return replace(best, run=replace(best.run, rounds=rounds, notes=(*best.notes, *self.notes)))
 
     def _in_gauge(self, found: SphereMap) -> SphereMap:
-        x = restore_gauge(self.mesh, found.sphere)
+        x = restore_gauge(self.mesh, found.sphere, not self.ends or len(self.mesh.v) <= SMALL)
         run = replace(found.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
         return replace(found, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
 

@@ -138,6 +138,18 @@ def test_damping_grows_where_a_step_folds():
     assert trials[-1].value < 0.1 * problem().value(x)
 
 
+def test_rough_steps_mend_slivers_by_small_moves_and_refuse_what_only_embedding_would_mend():
+    p = AngleProblem(F, corner_angles(X, F).T, A, A @ X, rough=True)
+    i, j = F[0, :2]
+    for target, mended in ((X[j] + 0.02 * (X[j] - X[i]), True), (-X[i], False)):
+        move = np.zeros_like(X)
+        move[i] = target - X[i]
+        trial = p.accept(X, move)
+        assert trial.folded.any()
+        assert np.isfinite(trial.value) == mended
+        assert (orientation_signs(trial.x, F) > 0).all()
+
+
 def test_angle_polish_lowers_the_mean():
     mesh = check_mesh(*samples.make("bird", n_vertices=1500))
     x = fix_gauge(mesh, harmonic_map(mesh, build_operators(mesh)).last.x)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bodies import ring_floor, worm
+from scipy.spatial import ConvexHull
 from triangulations import icosphere, unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
@@ -98,6 +99,8 @@ def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(long_arms):
     z = restore_gauge(mesh, y)
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(mesh.A @ z) < max(1e-3, np.linalg.norm(mesh.A @ y) / 10)
+    assert not certify(fix_gauge(mesh, y), mesh.f).folding_free
+    assert restore_gauge(mesh, y, embed=False) is y
 
 
 def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
@@ -108,11 +111,34 @@ def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
     assert certify(x, f).folding_free
     repaired = _repaired(mesh, operators, x)
     assert repaired.certificate.folding_free
-    assert [r.start for r in repaired.rounds][:2] == ["map", "angles"]  # of a coarse mesh, and poor
+    assert {r.start for r in repaired.rounds} == {"map", "newton"}  # of a coarse mesh, and poor
     assert _mean(mesh, repaired.sphere) < 0.5 * _mean(mesh, x)
     mesh, operators, x = _mapped("dumbbell", n_vertices=1500)
     assert _mean(mesh, x) > 2
     assert _repaired(mesh, operators, x).sphere is x
+
+
+@pytest.mark.parametrize("reflection", [1, -1])
+def test_a_coarse_map_whose_own_steps_bring_it_to_the_angles_needs_no_layout(reflection):
+    """A coarse polyhedron inscribed in the sphere is its own map; near it the repair finds it, mirrored or not."""
+    v, f = _inscribed()
+    mesh = check_mesh(v, f)
+    x = unit(v + 0.05 * np.cos(np.arange(v.size)).reshape(v.shape)) * [1, 1, reflection]
+    assert _mean(mesh, x) > 2.4
+    repaired = _repaired(mesh, build_operators(mesh), x)
+    assert repaired.certificate.folding_free
+    assert "angles" not in [r.start for r in repaired.rounds]
+    assert _mean(mesh, repaired.sphere) < 0.3
+
+
+def test_layouts_compete_around_so_many_holes_until_three_in_a_row_gain_nothing():
+    v, f = _rod(taper=0.3)
+    one, all_three = (spherical_conformal_map(v, f, effort=Effort(holes=holes)).rounds for holes in (1, 5))
+    assert [r.start for r in one].count("angles") == 2  # by angles as the map has them, and by the mesh's own
+    assert [r.start for r in all_three].count("angles") == 3
+    own, *ends = [r.mean_angle_difference for r in all_three[:-1] if r.start == "newton"]
+    assert len(ends) == 3
+    assert min(ends) > (1 - Effort().least_gain) * own
 
 
 def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
@@ -124,12 +150,23 @@ def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
     assert np.linalg.norm(mesh.A @ improved.sphere) < 1e-9
 
 
-def _rod():
-    """A rod of eight long flat sides, each but two triangles."""
+def _inscribed():
+    """The convex hull of 24 points on a spiral of the sphere."""
+    k = np.arange(24) + 0.5
+    z, angle = 1 - k / 12, np.pi * (1 + 5**0.5) * k
+    v = np.column_stack((np.sqrt(1 - z**2) * np.cos(angle), np.sqrt(1 - z**2) * np.sin(angle), z))
+    hull = ConvexHull(v)
+    f = hull.simplices
+    outward = np.linalg.det(v[f]) > 0
+    return v, np.where(outward[:, None], f, f[:, ::-1])
+
+
+def _rod(taper=1.0):
+    """A rod of eight long flat sides, each but two triangles, its end narrower in one direction."""
     t = np.arange(8) * np.pi / 4
     ring = np.column_stack((np.cos(t), np.sin(t), 0 * t))
     top = np.array([0.0, 0.0, 2.0])
-    v = np.vstack((0 * top, ring, ring + top, top))
+    v = np.vstack((0 * top, ring, ring * [taper, 1, 1] + top, top))
     a, b = 1 + np.arange(8), 1 + (np.arange(8) + 1) % 8
     f = np.vstack([np.column_stack(c) for c in ((0 * a, b, a), (a, b, b + 8), (a, b + 8, a + 8),
                                                 (a + 8, b + 8, 0 * a + 17))])

@@ -49,7 +49,7 @@ def effort(text: str) -> Effort:
     """A type of arguments for argparse: what a repair may cost.
 
     >>> effort("systems=5,sweeps=0")
-    Effort(systems=5, sweeps=0, holes=4, least_gain=0.025, polish_gain=0.004)
+    Effort(systems=5, sweeps=0, holes=5, least_gain=0.025, polish_gain=0.004)
     """
     try:
         words = dict(part.split("=") for part in text.split(","))
@@ -192,7 +192,7 @@ OPTIONS = (
     choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
            "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
-             "systems=20, sweeps=10, holes=4, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
+             "systems=20, sweeps=10, holes=5, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
 )
