@@ -108,7 +108,8 @@ def licences(name):
     """What a package's metadata says; the text of a licence, which may quote others', only by its first line."""
     about = metadata(name)
     classes = [line for line in about.get_all("Classifier", []) if line.startswith("License")]
-    return [about["License-Expression"]] if about["License-Expression"] else classes or about["License"].split("\n")[:1]
+    expression = about.get("License-Expression")
+    return [expression] if expression else classes or about["License"].split("\n")[:1]
 
 
 def test_nothing_that_the_core_brings_is_under_the_gpl():

@@ -108,7 +108,7 @@ def unit_rows(x: FloatArray) -> FloatArray:
 def sizes(x: FloatArray) -> FloatArray:
     """Powers of two, of about the largest entry of each row; 1 for zero rows. To divide by one is exact.
 
-    >>> sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-661, 1]
+    >>> sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-662, 1]
     array([1., 1.])
     """
     return np.ldexp(1.0, _exponents(x))

@@ -30,9 +30,8 @@ _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: A map without foldings takes no steps if mean < GOOD degrees or sweep_gain * max(ALIKE, (median / mean)^2) < WORTH,
 #: where mean and median are of the angle differences, and sweep_gain is the share by which a sweep lowers the mean.
 #: Steps lower differences that are alike everywhere (median near the mean), which sweeps do not (docs/repair.md).
-#: Up to 2,000 vertices, where they cost milliseconds, steps are to gain 7 percent, and above a fifth: exact ones, up to
-#: 4,000, gain about 12 times that product, quick ones, above, mostly less.
-GOOD, _WORTH, _ALIKE = 1.2, (0.006, 0.017, 0.023), 0.3
+#: Steps gain about 12 times that: 7 percent, up to 2,000 vertices, where they cost milliseconds, and 20 above.
+GOOD, _WORTH, _ALIKE = 1.2, (0.006, 0.017), 0.3
 #: Vertices up to which most of the time of a step is the overhead of calls. Samples that decide on steps are half as
 #: large: faces for the mean, stars of vertices for the gain of a sweep. With twice the faces 231 meshes decide alike.
 SMALL = 1000
@@ -85,8 +84,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     mean = float(difference.mean())
     y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    worth = _WORTH[(len(x) > 2 * SMALL) + (len(x) > 4 * SMALL)]
-    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > worth)
+    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH[len(x) > 2 * SMALL])
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
