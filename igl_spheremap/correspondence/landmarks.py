@@ -51,7 +51,7 @@ class LandmarkPairs:
     def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], a: SphereMap,
            b: SphereMap) -> LandmarkPairs:
         """The points checked; a MeshError that names the one that is wrong."""
-        pairs, names = [(rows_of(at_vertices(a.faces), slice(0, 0)),) * 2], list[str]()
+        pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
         if landmarks is not None:
             points, goals = (_points(each, result, "landmark", name) for each, result, name in zip(
                 _pair(landmarks, "landmarks"), (a, b), "AB", strict=True))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, own_errstate
 from .arrays import FloatArray, IntArray, check_triangles, listed_words, place
 from .check import area_weights, check_indices, check_positions, normalised
-from .edges import components, edge_keys, pinched_vertices
+from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
 from .timings import stage
@@ -98,9 +98,8 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
     check_indices(f, n)
     refusal = Refusal(f, n, v, None)
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
-    order = np.argsort(edge_keys(start, stop, n), kind="stable")
-    _, first, faces_at = np.unique(edge_keys(start, stop, n)[order], return_index=True, return_counts=True)
-    one, other = order[first[faces_at == 2]], order[first[faces_at == 2] + 1]
+    _, edge, one, other = shared_edges(f, n)
+    faces_at = np.bincount(edge)
     if (start == stop).any() or (faces_at > 2).any() or (start[one] == start[other]).any():
         refusal.half_edges()
     unused = np.flatnonzero(np.bincount(start, minlength=n) == 0)
@@ -109,7 +108,8 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
     parts, label = components(one // 3, other // 3, m)
     if parts > 1:
         refusal.components(label)
-    open_edges = order[first[faces_at == 1]]
+    order = np.argsort(edge, kind="stable")
+    open_edges = order[faces_at[edge[order]] == 1]
     if not len(open_edges):
         raise MeshError("closed surface: it has no boundary; map it to the sphere (spherical_conformal_map), or cut it "
                         "open along a path of edges")
@@ -119,7 +119,7 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
     if len(loops) > 1:
         raise MeshError(f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}; a disk has one: "
                         f"fill the other holes, or {_CLOSE}")
-    handles = (1 - (n - len(first) + m)) // 2
+    handles = (1 - (n - len(faces_at) + m)) // 2
     if handles:
         raise MeshError(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane "
                         f"is free of foldings; cut the surface open along more edges, or {_CLOSE}")

@@ -51,6 +51,24 @@ def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
     return np.minimum(start, stop) * n + np.maximum(start, stop)
 
 
+def shared_edges(f: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Edges of any triangles, by half-edges 3 i + k from corner k of face i to the next.
+
+    Their keys in order, the edge of each half-edge, and in pairs the half-edges of those with exactly two faces.
+    """
+    keys, edge = np.unique(edge_keys(f.ravel(), f[:, [1, 2, 0]].ravel(), n), return_inverse=True)
+    order = np.argsort(edge, kind="stable")
+    first, second = order[np.bincount(edge)[edge[order]] == 2].reshape(-1, 2).T
+    return keys, edge, first, second
+
+
+def half_edges_from(f: IntArray, n: int, start: IntArray, stop: IntArray) -> IntArray:
+    """Half-edges 3 i + k, from corner k of face i to the next, that run from given vertices to others."""
+    keys = f.ravel() * n + f[:, [1, 2, 0]].ravel()
+    order = np.argsort(keys)
+    return order[np.searchsorted(keys, start * n + stop, sorter=order)]
+
+
 def half_edges(f: IntArray, n: int) -> HalfEdges | None:
     """Half-edges of faces whose indices are in range; None unless each has exactly one twin."""
     faces = f.astype(np.int32)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from .arrays import FloatArray, IntArray, count, examples, listed, place
-from .edges import direction_components, edge_keys, pinched_vertices
+from .edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
 from .surface import Surface, holes_text
 
@@ -54,21 +54,19 @@ class Refusal:
             self._refuse(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
                          "remove them")
         start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
-        edge, inverse, faces_at = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
-        ends = np.column_stack((edge // n, edge % n))
+        keys, edge, first, second = shared_edges(f, n)
+        ends, faces_at = np.column_stack((keys // n, keys % n)), np.bincount(edge)
         if (faces_at > 2).any():
             bad = ends[faces_at > 2]
-            _, first, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
-            twice = first[copies > 1]
+            _, one, copies = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+            twice = one[copies > 1]
             hint = (f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies" if len(twice)
                     else "split the surface there, or remove the surplus faces")
             self._refuse(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}", hint)
         if (faces_at < 2).any() and self.asked is not None:
-            self._open(np.column_stack((start, stop))[faces_at[inverse] < 2])
-        order = np.argsort(inverse, kind="stable")
-        first, second = order[faces_at[inverse[order]] == 2].reshape(-1, 2).T
+            self._open(np.column_stack((start, stop))[faces_at[edge] < 2])
         clash = start[first] == start[second]
-        bad = ends[inverse[first[clash]]]
+        bad = ends[edge[first[clash]]]
         faces = np.column_stack((first // 3, second // 3))[clash]
         forward, backward = direction_components(first // 3, second // 3, clash, len(f))
         if (forward == backward).any():

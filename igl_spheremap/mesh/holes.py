@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import FloatArray, IntArray
+from .edges import half_edges_from
 
 #: How much wider each ring of a cap is than the one around it. At 1.3 a cap has two thirds more vertices, and angles at
 #: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
@@ -106,9 +107,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
 
 def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArray:
     """Of boundary edges (k) from a to b, the directions (k, 3) away from their faces b -> a; as long as the edges."""
-    keys = f.ravel() * len(v) + f[:, [1, 2, 0]].ravel()
-    order = np.argsort(keys)
-    half = order[np.searchsorted(keys[order], b * len(v) + a)]
+    half = half_edges_from(f, len(v), b, a)
     edge, out = v[b] - v[a], v[a] - v[f[:, [2, 0, 1]].ravel()[half]]
     square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
     out -= (out * edge).sum(axis=1)[:, None] / square * edge

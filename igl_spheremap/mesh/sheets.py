@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
-from .edges import components, edge_keys
+from .edges import components, shared_edges
 from .measure import enclosed_volume
 
 #: An edge that is crowded still where bodies are parted joins them instead, which may crowd its neighbours.
@@ -31,12 +31,11 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
     are parted, or, where that leaves the edge crowded, those with nothing between them. Faces agree in direction then.
     """
     start, stop, n = f.ravel(), f[:, [1, 2, 0]].ravel(), len(v)
-    _, edge, count = np.unique(edge_keys(start, stop, n), return_inverse=True, return_counts=True)
+    _, edge, first, second = shared_edges(f, n)
+    count = np.bincount(edge)
     crowded = np.flatnonzero(count[edge] > 2)
     if not len(crowded) or (count[count > 2] % 2).any():
         return None
-    order = np.argsort(edge, kind="stable")
-    first, second = order[count[edge[order]] == 2].reshape(-1, 2).T
     sheets, sheet = components(first // 3, second // 3, len(f))
     pairs = crowded[np.lexsort((sheet[crowded // 3], edge[crowded]))].reshape(-1, 2)
     by_angles = (np.unique(edge[crowded] * sheets + sheet[crowded // 3], return_counts=True)[1] != 2).any()
@@ -50,10 +49,8 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
                 return None
             pairs = found
         parted = _with_pairs(f, n, at, np.r_[first, pairs[:, 0]], np.r_[second, pairs[:, 1]])
-        stop_now = parted.f[:, [1, 2, 0]].ravel()
-        _, new, now = np.unique(edge_keys(parted.f.ravel(), stop_now, len(parted.owner)), return_inverse=True,
-                                return_counts=True)
-        left = np.unique(edge[now[new] > 2])
+        new = shared_edges(parted.f, len(parted.owner))[1]
+        left = np.unique(edge[np.bincount(new)[new] > 2])
         if not len(left):
             return replace(parted, edges=int((count > 2).sum()))
         joined[left] ^= True
@@ -75,14 +72,15 @@ def _paired_by_angles(v: FloatArray, f: IntArray, half: IntArray, edge: IntArray
     order = np.lexsort((angle, group))
     # Around an edge, counterclockwise as seen from its end, a face that runs down has the body before it.
     down = ~up[order]
-    position = np.arange(len(order)) - np.searchsorted(group[order], group[order])
+    begin = np.searchsorted(group[order], group[order])
+    position = np.arange(len(order)) - begin
     if enclosed_volume(v, f) < 0:
         down = ~down
     opens = down ^ joined[edge[half[order]]]
-    if (opens != (opens[np.searchsorted(group[order], group[order])] ^ (position % 2 == 1))).any():
+    if (opens != (opens[begin] ^ (position % 2 == 1))).any():
         return None
     size = np.bincount(group)[group[order]]
-    after = np.arange(len(order)) - position + (position + 1) % size
+    after = begin + (position + 1) % size
     return np.column_stack((half[order[opens]], half[order[after[opens]]]))
 
 

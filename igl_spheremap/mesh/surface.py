@@ -6,7 +6,7 @@ import igl
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
-from .edges import components, direction_components, edge_keys
+from .edges import components, direction_components, edge_keys, shared_edges
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
@@ -216,11 +216,7 @@ class Surface:
 
     def _twins(self) -> tuple[IntArray, IntArray]:
         """Half-edges (3 * face + corner) in pairs, of the edges that have exactly two faces."""
-        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
-        order = np.argsort(keys, kind="stable")
-        _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
-        pairs = first[count == 2]
-        return order[pairs], order[pairs + 1]
+        return shared_edges(self.f, len(self.v))[2:]
 
     def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
         if count:

@@ -9,6 +9,7 @@ import numpy as np
 from ..balance.energy import FlatFaces
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.disk import Disk
+from ..mesh.edges import half_edges_from
 from ..newton.faces import FaceEnergy, FaceProblem
 from ..newton.loop import Model
 from ..newton.system import gram_blocks
@@ -57,11 +58,8 @@ class FreeProblem(FaceProblem):
     def __init__(self, energy: FaceEnergy, disk: Disk) -> None:
         super().__init__(energy)
         self._rim = disk.rim
-        # Half-edges in the order of the boundary: the face of each of its edges.
-        n, (start, stop) = len(disk.v), (disk.f.ravel(), disk.f[:, [1, 2, 0]].ravel())
-        order = np.argsort(start * n + stop)
-        keys = disk.rim * n + np.roll(disk.rim, -1)
-        self._at_rim = order[np.searchsorted((start * n + stop)[order], keys)] // 3
+        # The face of each edge of the boundary, in its order.
+        self._at_rim = half_edges_from(disk.f, len(disk.v), disk.rim, np.roll(disk.rim, -1)) // 3
 
     def axes(self, x: FloatArray) -> FloatArray:
         """The two coordinates."""

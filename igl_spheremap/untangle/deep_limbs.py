@@ -236,17 +236,16 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
         own &= ~np.isin(limb.disc, branch.disc)
     deepest, finer = np.zeros((2, bins))
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
-    inner = limb.disc != limb.tip
-    np.maximum.at(finer, at[inner], np.broadcast_to(placed.finer, limb.log.shape)[limb.disc[inner]])
+    inner, finer_at = limb.disc != limb.tip, np.broadcast_to(placed.finer, placed.depth.shape)
+    np.maximum.at(finer, at[inner], finer_at[limb.disc[inner]])
     count = np.bincount(at, minlength=bins) + _SPARE
     cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
     thinner = -np.log(_kappas())[:, None]
     steps = int((placed.depth.max() + thinner[-1, 0] - floor) / step) + cost.shape[1]
-    anchored = np.isinf(np.broadcast_to(placed.finer, limb.log.shape)[limb.tip])
     limb.useful = np.full(bins, steps)
-    if anchored:
+    if np.isinf(finer_at[limb.tip]):
         limb.useful = np.clip((finer - normal_range(floor)) / step, 0, steps).astype(np.int64)
     value = np.zeros(steps)
     limb.choice = np.zeros((bins, steps), dtype=np.int64)

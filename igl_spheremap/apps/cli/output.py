@@ -60,7 +60,7 @@ def check_plots(args: Namespace) -> None:
     if args.plot is not None and Path(args.plot).suffix.lower() not in FORMATS:
         raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
     for flag in ("--plot", "--report"):
-        if getattr(args, flag.lstrip("-"), None) is not None:
+        if getattr(args, flag.lstrip("-")) is not None:
             import_optional("matplotlib", flag, "plot")
 
 
