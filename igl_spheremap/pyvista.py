@@ -95,7 +95,7 @@ class SphereMapAccessor:
         Parameters
         ----------
         source : pyvista.PolyData, optional
-            The surface that was mapped, whose faces count then; by default the sphere's own.
+            The surface that was mapped, whose faces are taken; by default the sphere's own.
 
         Returns
         -------

@@ -128,8 +128,7 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
     Parameters
     ----------
     v : (n, 3) array_like
-        Source positions; the source counts as having unit area, for the energy depends on its scale unless p
-        = 2.
+        Source positions; the source counts as having unit area, for the energy depends on its scale unless p is 2.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     x : (n, 3) array_like

@@ -8,18 +8,18 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from .palette import FOLDED, INK
-from .plot import SMALL, new_figure, plot_angles
+from .plot import BINS, SMALL, new_figure, plot_angles
 
 #: Colours of logarithms of area ratios reach to this: areas half and double.
 _REACH = float(np.log(2))
-_BINS = 81
 
 
 def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArray, ratios: FloatArray,
                title: str) -> Any:
-    """A figure of a map: its image, coloured by area ratios, folded faces apart, and histograms of angles and areas.
+    """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
 
-    It takes images, faces, boundary, angle differences in degrees, and logarithms of area ratios.
+    It takes images (n, 2), faces, vertices of the boundary loop, angle differences in degrees, and logarithms of area
+    ratios.
     """
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
     shown = np.clip(np.nan_to_num(ratios), -_REACH, _REACH)
@@ -38,7 +38,7 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
     plot_angles(middle, differences)
     finite = ratios[np.isfinite(ratios)]
     size = np.abs(finite)
-    right.hist(np.clip(finite, -3 * _REACH, 3 * _REACH), bins=_BINS, color="0.4")
+    right.hist(np.clip(finite, -3 * _REACH, 3 * _REACH), bins=BINS, color="0.4")
     right.set(yticks=[])
     right.set_xlabel("log(image area / source area) (ends hold the rest)", fontsize=SMALL)
     right.set_title(f"areas: mean size of the logarithm {size.mean():.3g},\n99% below "

@@ -19,7 +19,7 @@ FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
 _PIXELS = 420  # along a side of a picture of a surface
 _AMBIENT = 0.5  # brightness where light grazes a surface
-_BINS = 81  # odd: the middle one is about 0
+BINS = 81  # odd: the middle one is about 0
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
@@ -67,13 +67,13 @@ def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, 
     >>> edges[[0, -1]].tolist(), share[[40, -1]].round(3).tolist()
     ([-40.0, 40.0], [0.667, 0.333])
     """
-    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=_BINS, range=(-reach, reach))
+    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=BINS, range=(-reach, reach))
     return edges, counts / differences.size
 
 
 #: Where the light comes from, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
-_MARGIN = 1.06  # half the side of a picture, in half the body's longer side
+_MARGIN = 1.06  # side of a picture, in units of the body's longer side
 #: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
 #: Share of the height that is the lowest part of a surface, on which it may stand.

@@ -98,6 +98,7 @@ def _transposed(array: NDArray[Any]) -> str:
 
 
 def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
+    """`3 faces`, or `1 face`."""
     return f"{len(items)} {singular if len(items) == 1 else plural or singular + 's'}"
 
 

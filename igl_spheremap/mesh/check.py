@@ -106,7 +106,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mes
 
 
 def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
-    """`check_mesh` of what a repair has made: the call that an error names keeps the options `asked` of that repair."""
+    """`check_mesh` for a repair: the call that an error suggests includes the options `asked` of that repair."""
     vertices, faces = check_positions(v), check_triangles(f)
     edges = _check_sphere(faces, len(vertices), vertices, asked)
     return _mesh(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))

@@ -30,8 +30,8 @@ class RepairedMesh:
     face_source : (m,) int64 array
         Row of the input that each face comes from, -1 for the faces of caps.
     vertex_image : (n_input,) int64 array
-        Vertex that each row of the input became, -1 for those that were dropped; the first one of those that became
-        several, where sheets touch or a handle was cut.
+        Vertex that each row of the input became, -1 for those that were dropped. Where a row became several vertices
+        (sheets that touched, a handle that was cut), the first of them.
     actions : tuple of str
         What was done, a phrase each; empty for a mesh that was sound.
     """
@@ -61,10 +61,10 @@ def repair_mesh(
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
 
     Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
-    unreferenced vertices, makes the orientation consistent and outward, and parts sheets that touch at a
-    vertex, or meet in edges of an even number of faces: so that each has two there, or where one touches itself, by the
-    angles of its faces. Coincident vertices elsewhere are left alone: thin sheets have them. New geometry, which closes
-    holes and handles, is made where it is asked for.
+    unreferenced vertices, makes the orientation consistent and outward, and separates sheets that touch at a
+    vertex or meet in edges of an even number of faces. At such an edge each sheet keeps its own two faces; one that
+    touches itself is separated by the angles of its faces. Coincident vertices elsewhere are left alone: thin sheets
+    have them. New vertices and faces, which close holes and handles, are made on request only.
 
     Parameters
     ----------
@@ -75,10 +75,11 @@ def repair_mesh(
     keep_largest : bool
         Keep the component with the most faces and drop the others; by default several are refused.
     holes : {"refuse", "fill"}
-        Fill each hole by a cap: rings of triangles that go on as the surface does at first, and grow towards a centre.
+        "fill" closes each hole by a cap: rings of triangles that first continue the surface, then grow towards a
+        centre. By default holes are refused.
     handles : {"refuse", "cut"}
-        Cut each handle along a short loop, around it or through it, whichever is shorter, and fill both sides by caps.
-        Holes are filled first, if that is asked for. Caps may run through the body, which maps do not mind.
+        "cut" cuts each handle along a short loop, around it or through it, whichever is shorter, and fills both sides
+        by caps, after the holes. Caps may run through the body: maps are as good. By default handles are refused.
 
     Returns
     -------

@@ -93,7 +93,7 @@ def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:
 
 
 def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
-    """The boundary loop of the faces of a disk; a MeshError if they are none, which names places by the positions v."""
+    """The boundary loop of a disk; a MeshError if the faces form none, with places by the positions v."""
     n, m = len(v), len(f)
     check_indices(f, n)
     refusal = Refusal(f, n, v, None)

@@ -63,7 +63,7 @@ def shared_edges(f: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, Int
 
 
 def half_edges_from(f: IntArray, n: int, start: IntArray, stop: IntArray) -> IntArray:
-    """Half-edges 3 i + k, from corner k of face i to the next, that run from given vertices to others."""
+    """Half-edges 3 i + k, from corner k of face i to the next, that run from vertices `start` to `stop`."""
     keys = f.ravel() * n + f[:, [1, 2, 0]].ravel()
     order = np.argsort(keys)
     return order[np.searchsorted(keys, start * n + stop, sorter=order)]
@@ -100,7 +100,7 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
 
 
 def pinched_vertices(tail: IntArray, half: IntArray, twin: NDArray[np.integer]) -> IntArray:
-    """Vertices with several fans of faces: half-edges 3 i + k of face i have a `tail`, pairs are opposite."""
+    """Vertices with several fans of faces, by the tails of all half-edges and pairs `half`, `twin` of opposite ones."""
     # A fan is a class of half-edges with one tail; a half-edge goes on to the next one of its twin.
     fans, fan = components(half, 3 * (twin // 3) + (twin + 1) % 3, len(tail))
     vertex = np.empty(fans, dtype=np.int64)

@@ -38,8 +38,8 @@ class Remedy:
 class Refusal:
     """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
 
-    `asked` are the options of the repair that the mesh comes from; the call that an error names has them, too. They are
-    None where a disk is asked for: no call makes one, and its rim may be open.
+    `asked` are the options of the repair that the mesh comes from; the call that an error suggests includes them. They
+    are None for a disk: no call makes one, and it may have a boundary.
     """
 
     def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy | None) -> None:
@@ -104,7 +104,7 @@ class Refusal:
                          f"{examples(bad)}", "give each sheet a vertex of its own")
 
     def _open(self, edges: IntArray) -> NoReturn:
-        """Edges with one face: holes, or rims of positions that are welded."""
+        """Edges with one face: holes, or seams whose two sides have vertices at the same places."""
         work, _ = self._cleaned
         if not work.sound:
             self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")

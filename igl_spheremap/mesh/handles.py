@@ -13,26 +13,26 @@ from .edges import edge_keys
 #: Classes are counted modulo this prime: products stay within int64. A loop that does not separate the surface is taken
 #: for one that does with a chance of 5e-10.
 _PRIME = 2**31 - 1
-#: Roots of searches for a first short loop, along one of the basis; they see a handle that is no shorter than the
-#: distance of two of them.
+#: Vertices of a loop of the basis at which searches for a first short loop begin; a handle that is longer than the
+#: distance between two of them has one on it.
 _ROOTS = 24
-#: Edges, on average, that the first searches reach; the next ones twice as far.
+#: Reach of the first searches, in mean edge lengths; each further one reaches twice as far.
 _REACH = 6
 #: Vertices, over all roots, that one exact search may visit.
 _VISITS = 400_000
-#: Loops that are shorter by less than this are as long, to rounding.
+#: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
 _SHORTER = 1 - 1e-9
 
 
 def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
-    """Simple loops of vertices of a closed connected surface, apart from each other, that together do not separate it.
+    """Disjoint simple loops of vertices of a closed connected surface that together do not separate it.
 
     One for each handle, as a rule; at least one if there is a handle, and others once those are cut. The shortest come
     first: searches near the loops of a basis reach further and further, and end where a wider one finds no more.
     """
     loops = _Loops(v, f)
     basis, reach = loops.basis(), _REACH * loops.mean_edge
-    while loops.left and basis:
+    while loops.uncut and basis:
         found = [loops.shortest(_spread(loop, _ROOTS), reach) for loop in basis]
         for loop in sorted((loops.tightened(loop) for loop in found if loop is not None), key=loops.length):
             loops.cut(loop)  # unless it meets another one that was shorter
@@ -52,9 +52,10 @@ def short_loop(v: FloatArray, f: IntArray) -> IntArray:
 class _Loops:
     """The classes of loops of a closed surface, and the shortest loops near others.
 
-    A tree of shortest paths, and a tree across the other edges, leave two edges for each handle (Erickson and
-    Whittlesey 2005). Each closes a loop of the first tree, which together are a basis, and one of the second tree: how
-    often a loop of vertices crosses these says which class it is of, and a loop separates if it crosses none.
+    A tree of shortest paths, and a tree of the dual graph across the other edges, leave two edges for each handle (the
+    tree-cotree decomposition, Erickson and Whittlesey 2005). Each closes a loop with the first tree, which together are
+    a basis of the homology, and one with the second tree, a dual loop. How often a loop of vertices crosses each dual
+    loop, with sign, is its homology class; it separates the surface if all are 0.
     """
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
@@ -78,12 +79,12 @@ class _Loops:
         self._entries = entries
         distance, self._previous = dijkstra(self._graph, indices=0, return_predecessors=True)
         self._crossing = self._dual_loops(distance, there // 3, back // 3, len(f))
-        rank = len(self._left)
+        rank = len(self._leftover)
         self._functionals = np.eye(rank, dtype=np.int64)  # of classes: 0 on the loops that were cut
         self._rng = np.random.default_rng(0)
         self._blocked = np.zeros(n, dtype=bool)
         self.cuts: list[IntArray] = []
-        self._use()
+        self._draw_functional()
 
     def _dual_loops(self, distance: FloatArray, left: IntArray, right: IntArray, m: int) -> csr_matrix:
         """How often, with sign, each dual loop crosses each edge from its left face to its right one."""
@@ -97,34 +98,35 @@ class _Loops:
         weights = np.arange(1, len(pair) + 1)
         dual = minimum_spanning_tree(csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))).tocoo()
         tree = edge[dual.data.astype(np.int64) - 1]
-        self._left = np.setdiff1d(free, tree)
+        self._leftover = np.setdiff1d(free, tree)
         links = coo_matrix((np.ones(len(tree)), (left[tree], right[tree])), shape=(m, m)).tocsr()
         _, parent = breadth_first_order(links, 0, directed=False, return_predecessors=True)
         up, sign = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
         outward = parent[left[tree]] == right[tree]
         up[left[tree[outward]]], sign[left[tree[outward]]] = tree[outward], 1
         up[right[tree[~outward]]], sign[right[tree[~outward]]] = tree[~outward], -1
-        rows, columns, values = [self._left], [np.arange(len(self._left))], [np.ones(len(self._left), dtype=np.int64)]
+        rank = len(self._leftover)
+        rows, columns, values = [self._leftover], [np.arange(rank)], [np.ones(rank, dtype=np.int64)]
         above = parent.tolist()
-        for k, edge_left in enumerate(self._left.tolist()):
+        for k, edge_left in enumerate(self._leftover.tolist()):
             for face, way in ((int(right[edge_left]), 1), (int(left[edge_left]), -1)):
                 path = np.array(_to_root(above, face)[:-1], dtype=np.int64)
                 rows.append(up[path])
                 columns.append(np.full(len(path), k))
                 values.append(way * sign[path])
         entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return csr_matrix(entries, shape=(len(tail), len(self._left)))
+        return csr_matrix(entries, shape=(len(tail), rank))
 
     @property
-    def left(self) -> int:
+    def uncut(self) -> int:
         """Handles that are not cut yet."""
-        return len(self._left) // 2 - len(self.cuts)
+        return len(self._leftover) // 2 - len(self.cuts)
 
     def basis(self) -> list[IntArray]:
         """The loops that the edges left by both trees close."""
         above = self._previous.tolist()
         found = []
-        for edge in self._left.tolist():
+        for edge in self._leftover.tolist():
             a, b = (_to_root(above, int(end[edge])) for end in (self._tail, self._head))
             found.append(np.array(_without_stem(a, b)))
         return found
@@ -133,14 +135,14 @@ class _Loops:
         """Length of a loop."""
         return float(self._length[self._edges(loop)].sum())
 
-    def cut(self, loop: IntArray) -> bool:
-        """Take a loop for a cut, if it does not meet or, together with them, separate: other loops will keep off it."""
+    def cut(self, loop: IntArray) -> None:
+        """Cut along a loop, unless it meets an earlier cut or, with them, separates; later loops will keep off it."""
         if self._blocked[loop].any():
-            return False
+            return
         forward = np.where(loop < np.roll(loop, -1), 1, -1)
         values = self._functionals @ (self._crossing[self._edges(loop)].T @ forward) % _PRIME
         if not values.any():
-            return False
+            return
         k = int(np.flatnonzero(values)[0])
         ratio = values * pow(int(values[k]), -1, _PRIME) % _PRIME
         rest = self._functionals - ratio[:, None] * self._functionals[k] % _PRIME
@@ -149,8 +151,7 @@ class _Loops:
         rows = np.repeat(self._blocked, np.diff(self._graph.indptr))
         self._graph.data[rows | self._blocked[self._graph.indices]] = np.inf
         self.cuts.append(loop)
-        self._use()
-        return True
+        self._draw_functional()
 
     def tightened(self, loop: IntArray) -> IntArray:
         """A loop that does not separate, shortened until no shorter one runs through any of its vertices."""
@@ -161,8 +162,8 @@ class _Loops:
             loop, length = shorter, self.length(shorter)
         return loop
 
-    def _use(self) -> None:
-        """Take a random functional of those that are left: 0 on loops that, with the cuts, separate."""
+    def _draw_functional(self) -> None:
+        """A random combination of the functionals that are left: 0 on loops that, with the cuts, separate."""
         mix = self._rng.integers(1, _PRIME, (len(self._functionals), 1))
         functional = (mix * self._functionals % _PRIME).sum(axis=0) % _PRIME
         self._values = self._sign * (self._crossing @ functional % _PRIME)[self._edge]
@@ -171,7 +172,7 @@ class _Loops:
         return np.searchsorted(self._keys, edge_keys(loop, np.roll(loop, -1), self._n))
 
     def shortest(self, roots: IntArray, reach: float) -> IntArray | None:
-        """The shortest loop through one of these vertices, and within that distance of it, that does not separate."""
+        """The shortest loop that does not separate, through one of the roots and within `reach` of it, if any."""
         near = dijkstra(self._graph, indices=roots, limit=reach, min_only=True)
         ball = np.flatnonzero(np.isfinite(near))
         part = self._entries[ball][:, ball].tocoo()

@@ -15,9 +15,9 @@ from .edges import half_edges_from
 #: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
 _GROWTH = 1.6
 
-#: So many rings of a cap go on as the surface does: where a cap is bent against the surface along a jagged rim, angles
-#: around its vertices do not add up to a turn. Holes of 30 percent of the area cost 2.1, 1.2, .76 and .61 degrees at
-#: the rim with 0, 1, 2 and 3 of them, but three run through each other at narrow rims.
+#: The first rings of a cap continue the surface, so many of them: a cap that is bent against the surface along a jagged
+#: rim has angles that do not add up to a turn around its vertices. Holes of 30 percent of the area cost 2.1, 1.2, .76
+#: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims.
 _ONWARD = 2
 #: Directions at the edges of a jagged rim alternate; after so many passes they do not.
 _SMOOTHINGS = 4
@@ -63,11 +63,10 @@ def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[list[int]
 def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
     """New vertices and faces that close a rim of positions (k, 3); new vertices are numbered from k on.
 
-    Rings, each spaced wider than the one around it, and a fan inside: the first rings go on as the surface does at the
-    rim, in directions `onward` (k, 3) at the edges from each vertex to the next, the others run to their centre. What a
-    cap leaves to be seen in the angles of the surface is the error of its own triangles at the rim: they have the size
-    of the rim's edges there, and a cap has fewer than 8/3 vertices for each of them. A rim of three edges takes one
-    face.
+    Rings, each spaced wider than the one around it, and a fan inside. The first rings continue the surface along the
+    conormals `onward` (k, 3) of the edges from each vertex to the next; the others run to their centre. Triangles at
+    the rim are as large as its edges, which keeps the error of the angles there small; a cap has fewer than 8/3
+    vertices for each edge of the rim. A rim of three edges takes one face.
     """
     k = len(p)
     if k == 3:
@@ -106,7 +105,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArray:
-    """Of boundary edges (k) from a to b, the directions (k, 3) away from their faces b -> a; as long as the edges."""
+    """Conormals (k, 3) of boundary edges from a to b, away from their faces b -> a; as long as the edges."""
     half = half_edges_from(f, len(v), b, a)
     edge, out = v[b] - v[a], v[a] - v[f[:, [2, 0, 1]].ravel()[half]]
     square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
@@ -115,7 +114,7 @@ def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArra
 
 
 def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray:
-    """Faces between two rings, whose vertices are at ta and tb of one turn: each edge goes to the other's next vertex.
+    """Faces between two rings, vertices at fractions ta and tb of a turn: each edge takes the next vertex opposite.
 
     >>> _strip(np.array([0, 1, 2]), np.array([0, 0.3, 0.6]), np.array([3, 4]), np.array([0.2, 0.7])).tolist()
     [[0, 1, 3], [1, 2, 3], [2, 4, 3], [2, 0, 4], [0, 3, 4]]
@@ -123,5 +122,5 @@ def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray
     n, m = len(a), len(b)
     order = np.argsort(np.concatenate((ta[1:], ta[:1] + 1, tb[1:], tb[:1] + 1)), kind="stable")
     outer = order < n
-    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))  # before
+    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))  # so far
     return np.column_stack((a[i % n], np.where(outer, a[(i + 1) % n], b[(j + 1) % m]), b[j % m]))

@@ -10,13 +10,14 @@ from .arrays import BoolArray, FloatArray, IntArray
 from .edges import components, shared_edges
 from .measure import enclosed_volume
 
-#: An edge that is crowded still where bodies are parted joins them instead, which may crowd its neighbours.
+#: An edge that is still non-manifold after bodies were separated joins them in the next round, which may make
+#: neighbouring edges non-manifold.
 _ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class PartedSheets:
-    """Faces of which no edge has more than two, the row of the input of each vertex, and how many edges were parted."""
+    """Faces, at most two at each edge, the input's row of each vertex, and how many edges were parted."""
 
     f: IntArray
     owner: IntArray
@@ -26,25 +27,25 @@ class PartedSheets:
 def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
     """Part sheets that meet in edges of an even number of faces; None if there is no such edge, or it can't be done.
 
-    Sheets go on across an edge into themselves, if each has two faces there. Where one touches itself, faces are sorted
-    by their angles around the edge: those with the body between them belong together, so that bodies which touch
-    are parted, or, where that leaves the edge crowded, those with nothing between them. Faces agree in direction then.
+    A sheet with two faces at an edge goes on from one into the other. Where a sheet touches itself, its faces are
+    sorted by angle around the edge, and neighbours with the body between them are paired, which separates bodies that
+    touch; where the edge stays non-manifold, neighbours with nothing between them. Paired faces agree in direction.
     """
     start, stop, n = f.ravel(), f[:, [1, 2, 0]].ravel(), len(v)
     _, edge, first, second = shared_edges(f, n)
     count = np.bincount(edge)
-    crowded = np.flatnonzero(count[edge] > 2)
-    if not len(crowded) or (count[count > 2] % 2).any():
+    nonmanifold = np.flatnonzero(count[edge] > 2)
+    if not len(nonmanifold) or (count[count > 2] % 2).any():
         return None
     sheets, sheet = components(first // 3, second // 3, len(f))
-    pairs = crowded[np.lexsort((sheet[crowded // 3], edge[crowded]))].reshape(-1, 2)
-    by_angles = (np.unique(edge[crowded] * sheets + sheet[crowded // 3], return_counts=True)[1] != 2).any()
+    pairs = nonmanifold[np.lexsort((sheet[nonmanifold // 3], edge[nonmanifold]))].reshape(-1, 2)
+    by_angles = (np.unique(edge[nonmanifold] * sheets + sheet[nonmanifold // 3], return_counts=True)[1] != 2).any()
     at = np.zeros(n, dtype=bool)
-    at[start[crowded]] = at[stop[crowded]] = True
+    at[start[nonmanifold]] = at[stop[nonmanifold]] = True
     joined = np.zeros(len(count), dtype=bool)
     for _ in range(_ROUNDS if by_angles else 1):
         if by_angles:
-            found = _paired_by_angles(v, f, crowded, edge, joined)
+            found = _paired_by_angles(v, f, nonmanifold, edge, joined)
             if found is None:
                 return None
             pairs = found
@@ -58,7 +59,7 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
 
 
 def _paired_by_angles(v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray) -> IntArray | None:
-    """Pairs (k, 2) of half-edges at crowded edges, by their faces' angles; None unless directions alternate there."""
+    """Pairs (k, 2) of half-edges at non-manifold edges, by angles of faces; None unless directions alternate."""
     start, stop, third = (f[:, corners].ravel()[half] for corners in ([0, 1, 2], [1, 2, 0], [2, 0, 1]))
     up = start < stop
     a, b = np.minimum(start, stop), np.maximum(start, stop)

@@ -16,8 +16,8 @@ from .sheets import part_sheets
 class Surface:
     """Vertices and faces, the rows of the input that they come from (-1: new), and what was done.
 
-    `clean` repairs what needs no new geometry, and leaves each vertex one fan of faces. What is left then are holes,
-    `rims`, and handles, `genus`; unless `sound` is False: an edge has more than two faces, or no directions agree.
+    `clean` repairs what needs no new geometry, and gives each fan of faces a vertex of its own. If `sound`, only holes
+    (`rims`) and handles (`genus`) are left then; else an edge has more than two faces, or there is no orientation.
     """
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
@@ -68,13 +68,13 @@ class Surface:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
         keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
         _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
-        crowded = (count[index] > 2).reshape(-1, 3).any(axis=1)
-        if not crowded.any():
+        nonmanifold = (count[index] > 2).reshape(-1, 3).any(axis=1)
+        if not nonmanifold.any():
             return
         copy = np.ones(len(self.f), dtype=bool)
         copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
-        self._keep_faces(~(copy & crowded))
-        self._note("dropped", int((copy & crowded).sum()), "surplus copy of a face", "surplus copies of faces")
+        self._keep_faces(~(copy & nonmanifold))
+        self._note("dropped", int((copy & nonmanifold).sum()), "surplus copy of a face", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
         parted = part_sheets(self.v, self.f)
@@ -120,7 +120,7 @@ class Surface:
         self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
 
     def split_fans(self, cut: IntArray) -> None:
-        """Give each fan of faces around a vertex a vertex of its own, and find the rims; edges of keys `cut` open.
+        """Give each fan of faces around a vertex a vertex of its own, and find the rims; open the edges of keys `cut`.
 
         Where a rim passes a vertex twice, its fans stay together: the caps of both holes will lie between them.
         """
@@ -128,8 +128,8 @@ class Surface:
         start, n = self.f.ravel(), len(self.v)
         stop = self.f[:, [1, 2, 0]].ravel()
         keys = edge_keys(start, stop, n)
-        crowded = np.unique(keys, return_counts=True)[1].max(initial=0) > 2
-        if crowded or (start[first] == start[second]).any():
+        nonmanifold = np.unique(keys, return_counts=True)[1].max(initial=0) > 2
+        if nonmanifold or (start[first] == start[second]).any():
             return
         self.sound = True
         shut = ~np.isin(keys[first], cut)

@@ -134,7 +134,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
     The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: `reuse`
     can't be used any more.
 
-    Raises FactorisationFailed if even uniform weights can't be, for want of memory.
+    Raises FactorisationFailed if not even uniform weights can be factorised, for want of memory.
     """
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")

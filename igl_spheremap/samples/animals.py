@@ -155,7 +155,7 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     n_vertices : int
         Approximate number of vertices.
     arm_length : float
-        Length of each arm, in mean circumferences of the arm.
+        Length of each arm, in mean circumferences of the arm; 0.5 to 20.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
     n_vertices : int
         Approximate number of vertices.
     depth : float
-        Depth of the sulci, where the brain is 2.6 long.
+        Depth of the sulci, where the brain is 2.6 long; 0 to 0.17.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
 
 
 def _cerebrum(p: FloatArray, depth: FloatArray) -> FloatArray:
-    """An ellipsoid less the deeper of sulcus and fissure, scaled to change no faster than distance does."""
+    """An ellipsoid less the deeper of sulcus and fissure, scaled to be 1-Lipschitz."""
     ratio = np.linalg.norm(p / _AXES, axis=1)
     surface = p / np.maximum(ratio, 0.1)[:, None]
     phase, crowding = _phase(surface)

@@ -85,7 +85,7 @@ class SmoothUnion:
 
 
 Field = Callable[[FloatArray], FloatArray]
-"""Maps (k, 3) points to (k,) values: negative inside, and changing no faster than distance does."""
+"""Maps (k, 3) points to (k,) values: negative inside, and 1-Lipschitz, a lower bound of the distance to the surface."""
 
 _CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 _COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings

@@ -160,7 +160,7 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     n_vertices : int
         Approximate number of vertices.
     aspect : float
-        Polar radius, where the equatorial one is 1: a needle when large, a flat pillow when small.
+        Polar radius, where the equatorial one is 1: a needle when large, a flat pillow when small; 0.02 to 50.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     n_vertices : int
         Approximate number of vertices.
     waist : float
-        Radius of the neck, where that of the bulbs is about 0.9.
+        Radius of the neck, where that of the bulbs is about 0.9; 0.05 to 2.
 
     Returns
     -------

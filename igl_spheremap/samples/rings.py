@@ -25,7 +25,7 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     n_vertices : int
         Approximate number of vertices.
     turns : float
-        Number of turns of the helix; each is 4.6 circumferences of the tube long.
+        Number of turns of the helix, 0.1 to 100; each is 4.6 circumferences of the tube long.
 
     Returns
     -------

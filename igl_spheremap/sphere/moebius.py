@@ -16,11 +16,11 @@ from ..mesh.timings import stage
 from .rows import row_dots, weighted_moment, weighted_sum
 
 _EPS = np.finfo(float).eps
-#: Squared length beyond which a Moebius centre is at the rim of the ball, to rounding.
-_RIM = 1 - 512 * _EPS
-#: Length of the weighted mean at which weights count as balanced, and Newton steps at the most: no map took above 12.
+#: Squared length beyond which a Moebius centre is on the boundary of the ball, to rounding.
+_BOUNDARY = 1 - 512 * _EPS
+#: Length of the weighted mean below which weights are balanced; Newton steps at most (no map took more than 12).
 _BALANCED, _STEPS = 1e-12, 50
-#: Newton steps shorter than this are rounding; as a shift it keeps the Hessian regular.
+#: Newton steps shorter than this are rounding. Added to the Hessian's diagonal it keeps that regular.
 _ROUNDING = 1e-14
 #: Weight of the position from the barycentre, where the normal has weight 1. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
@@ -43,7 +43,7 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     y = x - c
     y *= ((1 - cc) / row_dots(y, y))[:, None]  # algorithm (18)
     y -= c
-    # Where c is near the rim, rounding leaves the sphere by some units in the last place: normalise.
+    # Where c is near the boundary, rounding leaves the sphere by some units in the last place: normalise.
     y /= np.sqrt(row_dots(y, y))[:, None]
     return y
 
@@ -52,7 +52,7 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
     """Point of the ball whose Moebius map to the centre balances non-negative weights at unit rows.
 
     It is unique (Douady and Earle 1986; Baden, Crane, Kazhdan 2018, *Moebius Registration*) unless half of the weight
-    or more is at one point: then there is none, and the search ends near the rim.
+    or more is at one point: then there is none, and the search ends near the boundary.
 
     >>> x = np.vstack((np.eye(3), -np.eye(3)))
     >>> moved = moebius(x, [0.1, 0.2, 0.3])
@@ -79,7 +79,7 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
             step = step * (np.tanh(min(length, 2.0)) / length)  # tanh keeps it inside the unit ball
         while True:
             trial = _compose(centre, step)
-            if trial @ trial > _RIM:
+            if trial @ trial > _BOUNDARY:
                 return centre, y
             moved = moebius(x, trial)
             moved_mean = weighted_sum(w, moved)

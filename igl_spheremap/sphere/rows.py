@@ -106,7 +106,7 @@ def unit_rows(x: FloatArray) -> FloatArray:
 
 
 def sizes(x: FloatArray) -> FloatArray:
-    """Powers of two, of about the largest entry of each row; 1 for zero rows. To divide by one is exact.
+    """The power of two next above the largest entry of each row; 1 for zero rows. Division by it is exact.
 
     >>> sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-662, 1]
     array([1., 1.])

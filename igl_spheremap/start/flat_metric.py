@@ -17,8 +17,8 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
 #: Halvings of a Newton step at the most.
 _HALVINGS = 40
-#: Added to the Hessian's diagonal, one after the other until it can be factorised: a vertex whose faces are all broken
-#: has no entry of its own there.
+#: Added to the Hessian's diagonal, the first with which it can be factorised: a vertex whose faces are all broken has
+#: a row of zeros.
 _SHIFTS = (1e-10, 1e-6, 1e-3)
 
 
@@ -46,7 +46,7 @@ class FlatMetric:
 def flat_metric(
     mesh: Mesh, vertex: int, x: FloatArray, *, tolerance: float = 1e-8, max_iterations: int = 100
 ) -> FlatMetric:
-    """Flatten a mesh with one vertex at infinity, the edges to which have length 1: that makes the metric unique.
+    """Flatten a mesh with one vertex at infinity; edges to it get length 1, which makes the metric unique.
 
     `x`, a nearly conformal map to the unit sphere, gives the first guess. The tolerance is the largest deviation of an
     inner vertex's angle sum from 2 pi, in radians; NotConverged if more is left after `max_iterations` Newton steps.
@@ -136,7 +136,7 @@ def _broken(angles: FloatArray) -> BoolArray:
 
 
 def angle_laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
-    """Cotangent Laplacian of a mesh with a rim, from its angles; broken triangles have no weight."""
+    """Cotangent Laplacian of a mesh with a boundary, from its angles; broken triangles have no weight."""
     broken = _broken(angles)[:, None]
     half = np.where(broken, 0.0, 0.5 / np.tan(np.where(broken, 1.0, angles)))
     return summed_laplacian(half, f, n)

@@ -37,11 +37,12 @@ OFF_CENTRE = 1e-4
 #: a plane map is that of the faces beside the puncture: with 1e-6 the rest costs a step more at 2.6 million vertices.
 _ACCURACY = 1e-7
 _FINAL_ACCURACY = 1e-8
-#: The quadratic term is fitted on the ring FAR < r < NEAR, in units of the corners' distance: outside, higher terms;
-#: inside, noise of the mesh. Where half way to the body, in logarithms, is less than FAR, the ring begins there.
-_NEAR, _FAR = 1 / 3, 1 / 8
-#: Faces tried before the best of the poor starts is taken, and their distance in the order by quality: the worst of
-#: them is still among the best 160 of 4000.
+#: The quadratic term is fitted on the ring INNER < |z| < OUTER, in units of the corners' distance: beyond it are higher
+#: terms, within it is noise of the mesh. It begins at the geometric mean of that distance and the body's size if this
+#: is less than INNER.
+_INNER, _OUTER = 1 / 8, 1 / 3
+#: Faces to puncture that are tried, and their distance in the order by quality: the last is still among the best 160
+#: of 4000. If none gives a good start, the best of the poor ones is taken.
 _TRIES, _STRIDE = 4, 40
 
 
@@ -157,11 +158,11 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
         z = z + nu * z.conj()  # algorithm (6)
     distance, sample = np.abs(z), spread(len(z), _SAMPLE)
     corner, middle = distance[mesh.f[face]].min(), weighted_quantile(distance[sample], mesh.A[sample])
-    if _FAR * corner < middle:
+    if _INNER * corner < middle:
         return z, nu
-    near = (distance > min(_FAR * corner, np.sqrt(middle * corner))) & (distance < _NEAR * corner)  # algorithm (7)
-    ring = mesh.f[near.take(mesh.f[:, 0])]
-    ring = ring[near[ring].all(axis=1)]
+    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (distance < _OUTER * corner)  # algorithm (7)
+    ring = mesh.f[within.take(mesh.f[:, 0])]
+    ring = ring[within[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]
     kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
     return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu  # algorithm (8)

@@ -223,7 +223,7 @@ def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatAr
     proper = np.flatnonzero(signs)
     chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
     yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
-    # Golden-angle points: in general position towards any mesh that was not made from them.
+    # Points by the golden angle: on no edge of any mesh that was not made from them.
     height = (np.arange(24) + 0.5) / 12 - 1
     turn = np.arange(24) * 2.399963229728653 + 0.1
     rim = np.sqrt(1 - height**2)

@@ -1,7 +1,7 @@
 """Exact factors of sparse symmetric positive definite matrices: their interface, and a class for each library.
 
-An analysis is made of the places of a matrix's entries: it orders them and makes room. Then it factorises one matrix of
-that pattern after the other.
+An `Analysis` is the symbolic factorisation of a sparsity pattern: it orders the unknowns and allocates the factor. Then
+it factorises one matrix of that pattern after the other.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
-#: Unknowns from which on CHOLMOD dissects: that takes no longer than minimum degree, and fills less on folded surfaces.
+#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, less fill on folded surfaces.
 _CHOLMOD_DISSECTS_FROM = 100_000
-#: SuperLU's minimum degree fills less and costs less than a dissection below; far above, it takes longer than factors.
+#: The same of SuperLU: below, minimum degree fills and costs less; far above, it takes longer than the factorisation.
 _SUPERLU_DISSECTS_FROM = 40_000
 #: Relative residual from which on SuperLU counts as having failed.
 _LARGEST_BACKWARD_ERROR = 1e-8
@@ -52,7 +52,7 @@ class Factor:
         return self.refined is None
 
     def fits(self, P: sp.csr_matrix) -> bool:
-        """Whether a matrix has the same entries."""
+        """Whether a matrix has the same pattern."""
         return self.indices is not None and np.array_equal(self.indices, P.indices)
 
     @stage("solves")
@@ -81,7 +81,7 @@ class Entries:
     rows, columns : (e,) int arrays
         Where the entries are, each once; row r belongs to vertex ``r // unknowns``.
     mirrored : bool
-        Whether the mirror image of each is among them, too; else of each two images any one is given.
+        Whether (i, j) and (j, i) are both among them; else only one of the two is, whichever.
     unknowns : int
         Rows for each vertex.
     repeated : bool
@@ -116,7 +116,7 @@ class Entries:
         return (self.unknowns * order[:, None] + np.arange(self.unknowns, dtype=order.dtype)).ravel()
 
     def lower(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows and columns below the diagonal of the matrix in an order, and the numbers of their entries."""
+        """Rows and columns of the lower triangle of the reordered matrix, and the numbers of their entries."""
         rank = inverse_permutation(order)
         rows, columns = rank.take(self.rows), rank.take(self.columns)
         if not self.mirrored:
@@ -125,7 +125,7 @@ class Entries:
         return rows.take(lower), columns.take(lower), lower
 
     def full(self, order: np.ndarray) -> tuple[sp.csc_matrix, np.ndarray]:
-        """A matrix in an order with room for both triangles, and the number of each datum's entry."""
+        """The reordered matrix, both triangles, with zeros as values, and the number of each value's entry."""
         rank = inverse_permutation(order)
         rows, columns, numbers = rank.take(self.rows), rank.take(self.columns), np.arange(1, len(self.rows) + 1)
         if not self.mirrored:

@@ -1,7 +1,7 @@
 """A quick, rough harmonic map of a planar graph to the sphere, from the graph alone, by aggregates of its vertices.
 
-It needs no accuracy: it only has to be smooth and to keep neighbours together, so that planes cut it into
-parts with short common borders.
+It need not be accurate, only smooth and with neighbours close together, so that planes cut the graph into parts by
+small separators.
 """
 
 from __future__ import annotations
