@@ -17,7 +17,8 @@ from ..sphere.rows import column_crosses
 _CHUNK = 8192
 #: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''.
 _FLOOR = 1e-3
-#: A twist is raised to this share: turning costs next to nothing, but along straight lines it strains by its square.
+#: A twist's curvature is raised to this share: a rotation costs no energy, but as vertices move along straight lines
+#: it strains faces by the square of its angle.
 _TWIST_FLOOR = 0.05
 #: Where tanh(q / 2) is below this, rounding decides the quotient in (8), and the limit for round faces is taken.
 _ROUND = 1e-6

@@ -45,7 +45,7 @@ def balanced_spherical_map(
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     balance : float
-        0 is the conformal map, bit for bit; 1 is area-preserving.
+        0 is the conformal map, bit for bit; 1 is area-preserving; .75 by default.
     method : str or Method
         How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
     caps : (m,) array_like of bool, optional

@@ -66,10 +66,10 @@ class Auto(Method):
     backend : str
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"poles", "centred"}
-        Of bodies whose limbs go deeper than float64 does in the centred gauge, that of all other maps. "poles", the
-        default, takes the tips of their three deepest limbs to ends of the coordinate axes, where coordinates are
-        finer, by a Moebius map, if shortened limbs would lose angles; the result's ``gauge`` says so. "centred" always
-        keeps the gauge and shortens the limbs.
+        How limbs are kept whose edges fall below float64's resolution in the centred gauge, which all other maps have.
+        "poles", the default, takes the tips of the three deepest to ends of the coordinate axes by a Moebius map, where
+        coordinates are finer, if shortening would cost angles; the result's ``gauge`` says so. "centred" shortens them
+        and keeps the gauge.
     polish : {"auto", "angles"}, optional
         What is done to a good map: Newton steps that lower its angle differences, up to 2,000 vertices where they gain,
         and above where they are predicted to lower the mean by a fifth ("auto"); the same and further steps on any map,
@@ -291,34 +291,6 @@ class Stereographic(Method):
     angle_tolerance: float = 1e-8
     max_iterations: int = 100
     backend: str = "auto"
-
-
-@dataclass(frozen=True)
-class Variational(Method):
-    """Options of Algorithm 1 on further problems."""
-
-    may_fold: bool = False
-    max_iterations: int = 5000
-    plateau: float = 5e-7
-
-
-@dataclass(frozen=True)
-class PHarmonic(Variational):
-    """The options of `igl_spheremap.p_harmonic_map`."""
-
-    name: ClassVar[str] = "p-harmonic"
-    gradient_tolerance: float = 1e-3
-    p: float = 2.0
-
-
-@dataclass(frozen=True)
-class Landmarks(Variational):
-    """The options of `igl_spheremap.landmark_map`."""
-
-    name: ClassVar[str] = "landmarks"
-    max_iterations: int = 500
-    plateau: float = 1e-6
-    sobolev_gradient_tolerance: float = 1e-3
 
 
 #: By the name that users give.

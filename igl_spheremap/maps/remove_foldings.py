@@ -36,7 +36,7 @@ def minimize_harmonic_energy(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
-        The options but `rounds`.
+        The options; its `rounds` do not count.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional

@@ -69,6 +69,8 @@ def spherical_conformal_map(
     TypeError
         If options of "auto" come with another method, the method is no record, a number none, or the listener can't be
         called.
+    MapError
+        From "stereographic" only: if the plane map is not finite, or (NotConverged) the metric not flat.
 
     References
     ----------

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +24,35 @@ from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from .methods import auto, check_start, in_gauge
-from .options import Auto, Landmarks, PHarmonic, Variational
+from .options import Auto, Method
+
+
+@dataclass(frozen=True)
+class Variational(Method):
+    """Options of Algorithm 1 on further problems."""
+
+    may_fold: bool = False
+    max_iterations: int = 5000
+    plateau: float = 5e-7
+
+
+@dataclass(frozen=True)
+class PHarmonic(Variational):
+    """The options of `igl_spheremap.p_harmonic_map`."""
+
+    name: ClassVar[str] = "p-harmonic"
+    gradient_tolerance: float = 1e-3
+    p: float = 2.0
+
+
+@dataclass(frozen=True)
+class Landmarks(Variational):
+    """The options of `igl_spheremap.landmark_map`."""
+
+    name: ClassVar[str] = "landmarks"
+    max_iterations: int = 500
+    plateau: float = 1e-6
+    sobolev_gradient_tolerance: float = 1e-3
 
 
 @own_errstate

@@ -12,7 +12,7 @@ from ..sphere.rows import row_crosses, tangent_axes, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
-#: A face is refused if its energy exceeds this many times its old one plus this many times the mean of equal area.
+#: A face is refused if its energy exceeds GROWTH times its old one plus OF_MEAN times the mean energy for its area.
 _GROWTH, _OF_MEAN = 3.0, 10.0
 #: Vertices of refused faces halve their moves this often at most; if faces are refused still, the step is too long.
 _HALVINGS = 8
@@ -58,8 +58,8 @@ class FaceProblem:
     slack : (m,) float64 array, optional
         Added to each face's energy in the bound on its growth.
     turns : bool
-        Whether steps keep the rotation nearest to them. An energy that rotations do not change gains nothing by that
-        rotation, and loses by it: vertices move along straight lines, which strain what turns.
+        Whether steps keep their part that is a rotation. An energy that rotations do not change gains nothing by it,
+        and loses something: vertices move along straight lines, which strain what turns.
     held : (n,) bool array, optional
         Vertices that stay where they are, bit for bit.
     """

@@ -19,8 +19,8 @@ _DECREASE = 1e-4
 _SHORTEST = 1e-3
 #: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
 _FAITHFUL = 0.15
-#: The gains of Newton's steps, as shares of the value, fall like their squares, as a rule faster: a gain may be below t
-#: if the square of the last one is below t times this.
+#: Gains of Newton's steps, as shares of the value, fall quadratically or faster: the next one can be expected to be
+#: below t only if the square of the last is below this times t.
 _SQUARES = 10.0
 #: Shares of a step with an old factor that are tried.
 _LAST_LENGTHS = (1.0, 0.5)
@@ -29,7 +29,7 @@ DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
 #: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
-#: Added to diagonals, or their share that is added: vertices of faces without any weight hold no position.
+#: Added to a diagonal, or the share of it that is added: without it a vertex whose faces have no weight is singular.
 RIDGE = 1e-12
 #: Residual at which conjugate gradients stop, after some 10 iterations: a step gains .9 to 1 of what an exact one does.
 _ACCURACY = 0.1
@@ -174,8 +174,8 @@ class LineSearch:
 
 
 def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:
-    """By what the surroundings of each vertex are turned and stretched from x to y, seen along axes at either."""
-    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()  # each edge once from either side, but at a rim
+    """Complex factor by which the surroundings of each vertex turn and grow from x to y, in the axes of each map."""
+    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()  # each edge once from either side, but at a boundary
     p, q = (np.einsum("aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T)
             for z, at in ((x, axes), (y, other)))
     n = len(x)
@@ -192,7 +192,7 @@ class Levenberg:
     damping : (n,) float64 array
         Share of the Hessian's diagonal that is added at each vertex.
     systems : int
-        How many more may be solved.
+        How many more systems may be solved.
     exact : bool
         Whether they are factorised, as limbs require, which move as wholes; else conjugate gradients stop early.
     at_once : bool

@@ -1,4 +1,4 @@
-"""Linear systems with two unknowns a vertex that only meet within faces: assembled, factorised, solved.
+"""Linear systems with two unknowns a vertex, coupled within faces only: assembled, factorised, solved.
 
 The same pattern serves all steps of a mesh. Only one triangle of a matrix is kept, as a list of its entries.
 """
@@ -21,7 +21,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class VertexSystem:
-    """Symmetric matrices of 2 x 2 blocks, one for each vertex and each edge of a triangle mesh, which may have a rim.
+    """Symmetric matrices of 2 x 2 blocks, one for each vertex and edge of a triangle mesh, which may have a boundary.
 
     Unknown a of vertex i is number 2 i + a. `limbs` says that the mesh may have narrow limbs, for the choice of an
     elimination order.
@@ -109,7 +109,7 @@ class VertexSystem:
                 (2 * columns + unknown[:, None] + 0 * unknown[:, None, None])[kept], numbers)
 
     @cached_property
-    def _at_vertices(self) -> FloatArray:
+    def _at_vertices(self) -> IntArray:
         """Numbers of the entries (0, 0), (1, 0) and (1, 1) of each vertex's block."""
         numbers = self._layout[2]
         return np.stack((numbers[0, 0, :self.n], numbers[1, 0, :self.n], numbers[1, 1, :self.n]))

@@ -26,8 +26,8 @@ Grid = Callable[[FloatArray], FloatArray]
 #: A vertex whose valence is above 8 and above 3/2 of the least waits until collapses of its neighbours lower it: to
 #: collapse hubs first would be slow and make long fans. On measured meshes 95 to 100 percent have 8 and less.
 _LOW_VALENCE = 8
-#: Faces in all fans that are tried for a vertex: all its neighbours up to a valence of 22, and fewer of a hub's, whose
-#: collapse costs no more than its valence then.
+#: Faces at most in all fans that are tried for a vertex: those of all its neighbours up to a valence of 22, of a hub
+#: those of every k-th, so that its collapse costs no more than in proportion to its valence.
 _FANS_TRIED = 512
 
 

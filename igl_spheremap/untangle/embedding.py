@@ -25,10 +25,10 @@ from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
-#: Rings around foldings that small moves may move, and around what embedding moved that are relaxed with it. Vertices
-#: may be removed within twice as many around foldings, and are around places where float64 was too coarse; that is
-#: doubled as long as it does not suffice. With 3 for small moves one of 231 maps gains .3 percent; with 3 for
-#: relaxation ten gain and seven lose, up to a tenth.
+#: Rings around foldings within which small moves move vertices, and around what embedding moved that are relaxed with
+#: it. Vertices are removed within twice as many rings, around foldings and where float64 was too coarse; the number is
+#: doubled until it suffices. With 3 for small moves one of 231 maps gains .3 percent; with 3 for relaxation ten gain
+#: and seven lose, up to a tenth.
 RINGS = 2
 #: Batches of collapses after which foldings that are left have a further ring around them removed as well. A mesh of
 #: 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
@@ -125,8 +125,8 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
 
 
 def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
-                  listener: PositionsListener | None, rings: int, keep_positions: bool) -> FloatArray:
-    """Remove and rebuild the forced vertices, and around bad faces as little as possible, within so many rings or more.
+                     listener: PositionsListener | None, rings: int, keep_positions: bool) -> FloatArray:
+    """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both or more.
 
     With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
     """

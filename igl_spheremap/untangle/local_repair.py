@@ -25,8 +25,8 @@ from .relax import AngleLoss, relax_angles
 #: of 1.1. Other shares follow from it: relaxing ends when a sweep gains less than this; a map is worse than another
 #: if its angle differences are larger by five times this, and useless if 25 times as many faces are folded.
 FEW = 0.01
-#: Angles up to this, .06 degrees, count as small: in faces, where small moves leave them to folded faces, and closed
-#: angles begin with them; and as that of the centroid from the origin, beyond which a map is centred even if it folds.
+#: Angles up to this, .06 degrees, are small. Small moves give folded faces such angles, and targets of closed angles
+#: are no smaller. A map whose centroid is farther than this from the origin is centred even if that folds faces.
 SMALL_ANGLE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor.
 _OVER_RELAXATION = 1.3

@@ -30,7 +30,7 @@ _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: A map without foldings takes no steps if mean < GOOD degrees or sweep_gain * max(ALIKE, (median / mean)^2) < WORTH,
 #: where mean and median are of the angle differences, and sweep_gain is the share by which a sweep lowers the mean.
 #: Steps lower differences that are alike everywhere (median near the mean), which sweeps do not (docs/repair.md).
-#: Steps gain about 12 times that: 7 percent, up to 2,000 vertices, where they cost milliseconds, and 20 above.
+#: Steps gain about 12 times WORTH: 7 percent up to 2,000 vertices, where they cost milliseconds, and 20 above.
 GOOD, _WORTH, _ALIKE = 1.2, (0.006, 0.017), 0.3
 #: Vertices up to which most of the time of a step is the overhead of calls. Samples that decide on steps are half as
 #: large: faces for the mean, stars of vertices for the gain of a sweep. With twice the faces 231 meshes decide alike.

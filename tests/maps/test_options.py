@@ -11,7 +11,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.descent.preconditioned import harmonic_map
-from igl_spheremap.maps.options import METHODS, Landmarks, PHarmonic
+from igl_spheremap.maps.options import METHODS
+from igl_spheremap.maps.variational import Landmarks, PHarmonic
 
 V, F = ism.samples.make("spheroid", n_vertices=400)
 
