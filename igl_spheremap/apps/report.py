@@ -36,6 +36,7 @@ from .viewer.show import picture_of
 
 _SIZE = (900, 470)
 _TURN = "Drag to turn, double-click to reset."
+_TOO_LARGE = "<p>A mesh of {:,} faces is too large to be turned in a page.</p>"
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
     "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
@@ -109,10 +110,10 @@ def _write_page(folder: Path, title: str, certificate: Certificate, command: str
 
 
 def _plane_scene(result: PlaneMap, up: str) -> str:
-    """Surface and image in the colours of what happens to areas, and the image in those of angles, to be turned."""
+    """Surface and image coloured by area ratios, and the image by angle differences, to be turned."""
     disk, f = result.mesh, result.faces
     if len(f) > MOST_FACES:
-        return f"<p>A mesh of {len(f):,} faces is too large to be turned in a page.</p>"
+        return _TOO_LARGE.format(len(f))
     ratios, differences = result.area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
     reach = round_up(float(np.abs(ratios).mean()))
     most = round_up(float(np.percentile(differences, 95)))
@@ -128,7 +129,7 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
 def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
     """Surface, Gauss map and result, to be turned."""
     if len(mesh.f) > MOST_FACES:
-        return f"<p>A mesh of {len(mesh.f):,} faces is too large to be turned in a page.</p>"
+        return _TOO_LARGE.format(len(mesh.f))
     turn = pose(mesh.v, up)
     gauss = vertex_normals(mesh.v, mesh.f)
     views = []
@@ -151,6 +152,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
     if not in_scene:
         shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
+
     def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
         return lambda path: picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)
 

@@ -70,11 +70,11 @@ class Descent:
         return [*coarse, (self._a, self._b)]
 
     def start(self) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-        """The rotation with its Moebius map that leads to the least energy times distance of positions on the coarsest
-        level; all rotations, its own first.
+        """A rotation of A's sphere with its Moebius map, and all rotations that were tried, its own first.
 
-        Energy and distance vanish for similar surfaces. Energy is local: a body may be laid on another one with its
-        limbs exchanged, and be strained less.
+        On the coarsest level it leads to the least product of energy and distance of positions, which both vanish for
+        similar surfaces. Energy alone is local: a body may be laid on another with its limbs exchanged, and be strained
+        less.
         """
         candidates, (a, b) = self._pair.rotations(), self._levels[0]
         starts, values = [], []
@@ -106,8 +106,10 @@ class Descent:
         return before, y
 
     def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> tuple[Level, FloatArray]:
-        """A level, refined where landmarks need it, and a map of it of less strain, landmarks held; if they don't meet
-        their goals, a map that is as near to that as it came."""
+        """A map of a level with less strain, landmarks held at their goals, and the level, refined if they need it.
+
+        If landmarks can't be brought to their goals, the map is the one that came nearest.
+        """
         held = None
         if len(self._goals) and not self._soft:
             a, y = meet(a, y, self._goals)
@@ -163,7 +165,7 @@ def _distance(a: Level, b: Level, y: FloatArray) -> float:
 
 
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
-    """Points after the similarity that brings rows p nearest to rows q, in the weighted mean of squares."""
+    """Points after the similarity that brings rows p nearest to rows q, in weighted squares (Procrustes)."""
     weights = weights / weights.sum()
     centre, goal = weights @ p, weights @ q
     P, Q = p - centre, q - goal

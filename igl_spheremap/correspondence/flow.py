@@ -108,4 +108,3 @@ def _field(y: FloatArray, at: FloatArray, moves: FloatArray) -> FloatArray:
     for _ in range(3):  # the field is made tangent, which changes it at the points
         c += np.linalg.solve(K, moves - tangent(at, K @ c))
     return tangent(y, kernel(y) @ c)
-

@@ -13,7 +13,7 @@ from ..maps.given_sphere import certified
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_values, plain_array
 from ..mesh.check import check_mesh
 from ..result.sphere_map import SphereMap
-from ..shapes.locate import Location, at_vertices, joined, rows_of
+from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from ..untangle.local_repair import unfolded
@@ -76,7 +76,7 @@ class LandmarkPairs:
                 i, j = (names[k] for k in kept[order[equal[0] : equal[0] + 2]])
                 raise MeshError(f"{i} and {j} are one point of {name}; give each its own, and divide curves where they "
                                 "meet")
-        return cls(surface, places, vertices[kept], rows_of(goals, kept), [names[k] for k in kept])
+        return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
 
     def carried(self, values: ArrayLike, a: SphereMap) -> FloatArray:
         """Features of A's own vertices at those of `surface`."""
@@ -101,7 +101,7 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}, but there are vertices 0 to {n - 1}")
-    return rows_of(at_vertices(result.faces), index.astype(np.int64))
+    return take_points(at_vertices(result.faces), index.astype(np.int64))
 
 
 def _at_the_same_length(first: Location, second: Location, a: SphereMap, b: SphereMap, number: int) -> Location:
@@ -158,7 +158,7 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
             f[part] = star[0]
             f = np.concatenate((f, star[1:]))
     if not corners:
-        return result, rows_of(points, slice(0, 0)), vertices
+        return result, take_points(points, slice(0, 0)), vertices
     first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(corners))])
     places = Location(points.face[first], np.array(weights))
     v, x = (np.concatenate((p, interpolate(p, result.faces, places))) for p in (result.vertices, result.sphere))

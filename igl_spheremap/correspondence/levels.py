@@ -108,11 +108,10 @@ class Level:
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Faces with edges bisected; the ends (k, 2) of these, whose midpoints are vertices n, n + 1, ...; of which face
-    each is a part.
+    """Faces with edges bisected, the ends (k, 2) of these edges, and the face of which each face is a part.
 
-    `length` has those of the edges opposite the corners, 0 for those that may not be bisected; of the others each is
-    that is the longest of both its faces.
+    `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. An edge is
+    bisected if it is the longest of both its faces; the midpoints are vertices n, n + 1, ...
     """
     face = np.arange(len(f))
     corner = length.argmax(axis=1)

@@ -28,8 +28,8 @@ from .levels import Level
 from .registration import FIRST_WIDTH, reflected
 from .surface_map import SurfaceMap
 
-#: From so many landmarks on the Moebius map at the start is theirs; its boost has this weight beside their mean squared
-#: miss.
+#: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
+#: beside their mean squared distance.
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
 _GUIDE = 0.4
@@ -71,7 +71,7 @@ def match(
         but for its last steps on each mesh.
     curves : iterable of (curve of A, curve of B), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
-        two or more, not the same number of either. Each point of A's curve is a landmark, whose place on B's curve is
+        two or more; the numbers may differ. Each point of A's curve is a landmark, whose place on B's curve is
         at the same share of its length; between them the one curve lies as near to the other as points are apart.
     feature_weight : float
         Of the features' squared differences beside the strain, both summed over an area of 4 pi.
@@ -99,6 +99,8 @@ def match(
         If landmarks can't be met; the message names those that are furthest from their points.
     ValueError
         If a weight is negative.
+    TypeError
+        If a weight is no number, or the listener can't be called.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from ..errors import own_errstate
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.measure import face_areas
 from ..result.sphere_map import SphereMap
-from ..shapes.locate import Location, at_vertices, joined, rows_of
+from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .cells import Sides, merge_close, nudge
@@ -95,9 +95,9 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
     half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
     crossed = _crossings(A, half_a, B, half_b)
-    location_a = joined(at_vertices(A.f), rows_of(of_b.location, alone), crossed[0])
-    location_b = joined(of_a.location, rows_of(at_vertices(B.f), alone), crossed[1])
-    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, rows_of(location_a, slice(first, None))))))
+    location_a = joined(at_vertices(A.f), take_points(of_b.location, alone), crossed[0])
+    location_b = joined(of_a.location, take_points(at_vertices(B.f), alone), crossed[1])
+    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, take_points(location_a, slice(first, None))))))
     on_a, on_b = interpolate(a.vertices, A.f, location_a), interpolate(b.vertices, B.f, location_b)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
     faces, cell = sides.triangles(x)
@@ -110,8 +110,8 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     for result, positions, owner, vertices in ((a, on_a, owners[0], own), (b, on_b, owners[1], node[other])):
         nudge(positions, faces, result, owner, vertices)
     used, corners = np.unique(faces, return_inverse=True)
-    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], rows_of(location_a, used), rows_of(location_b, used),
-                   *owners, np.searchsorted(used, node[other]))
+    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], take_points(location_a, used),
+                   take_points(location_b, used), *owners, np.searchsorted(used, node[other]))
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:

@@ -140,6 +140,8 @@ def register(
         If a map is not certified folding-free.
     ValueError
         If there is no such stage, or `stiffness` is below 1e-6.
+    TypeError
+        If `stiffness` is no number, or the listener can't be called.
 
     Examples
     --------

@@ -100,8 +100,10 @@ def map_many(
     ValueError
         If two sources have the same target, the method is unknown, or limits are given for an executor that can't keep
         them.
+    TypeError
+        If `balance` is no number, or the listener can't be called.
     FileError
-        If the manifest can't be written, or another run writes it.
+        If the manifest can't be written, or another run writes it; of a report, if Pillow is missing.
     WorkersUnavailable
         If the scheduler of the executor is gone, or a worker has another version.
 

@@ -15,10 +15,8 @@ from ..sphere.rows import unit_rows
 from . import LARGEST_DEGREE
 from .basis import blocks, degree_of, expand, power, synthesis, terms
 from .locate import SphereLocator
-from .rotation import rotate
+from .rotation import first_order_frames, rotate, skewness
 from .transfer import check_map, sphere_mesh
-
-_FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of determinant 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +125,8 @@ class SphericalHarmonics:
         MeshError
             If the source is not known.
         """
-        source = self._require_source()
+        if (source := self.source) is None:
+            raise MeshError("coefficients from a .coef file have no source to compare with; expand the surface anew")
         total = np.zeros(self.degree + 1)
         for block in blocks(len(source.x)):
             rest = source.values[block]
@@ -210,11 +209,10 @@ class SphericalHarmonics:
         choices = [self._in_frame(*frame) for frame in frames]
         if template is not None:
             n = min(len(self.coefficients), len(template.coefficients))
-            distances = [np.linalg.norm(c.coefficients[1:n] - template.coefficients[1:n]) for c in choices]
-            best = int(np.argmin(distances))
+            best = int(np.argmin([np.linalg.norm(c.coefficients[1:n] - template.coefficients[1:n]) for c in choices]))
         else:
-            skews = np.array([skewness(c.source.values, c.source.areas) for c in choices if c.source is not None])
-            best = int(np.argmax(skews.sum(axis=1)))
+            skews = [skewness(c.source.values, c.source.areas) for c in choices if c.source is not None]
+            best = int(np.argmax(np.sum(skews, axis=1)))
         chosen = choices[best]
         skew = np.full(3, np.nan) if chosen.source is None else skewness(chosen.source.values, chosen.source.areas)
         return AlignedHarmonics(chosen, axes, skew, *frames[best])
@@ -232,11 +230,6 @@ class SphericalHarmonics:
         if self.coefficients.shape[1] != 3:
             raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns; "
                             "a surface has three, those of its positions")
-
-    def _require_source(self) -> Expanded:
-        if self.source is None:
-            raise MeshError("coefficients from a .coef file have no source to compare with; expand the surface anew")
-        return self.source
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,22 +318,3 @@ def spherical_harmonics(
     coefficients = expand(SphereLocator(result), data, int(degree), oversampling)
     areas = vertex_areas(result.vertices, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))
-
-
-def first_order_frames(c: FloatArray) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
-    """Half axes along x (middle), y (shortest), z (longest), and pairs of rotations of surface and sphere."""
-    M = np.sqrt(0.75 / np.pi) * c[[3, 1, 2]].T  # the point x of the sphere goes to M x: rows are m = -1, 0, 1 (y, z, x)
-    U, sizes, Vt = np.linalg.svd(M)
-    order = [1, 2, 0]
-    surface, sphere = U.T[order], Vt[order]
-    # A rotation each: of an ellipsoid turned inside out the shortest axis is mirrored.
-    surface[1] *= np.linalg.det(surface)
-    sphere[1] *= np.linalg.det(sphere)
-    return sizes[order], [(flip[:, None] * surface, flip[:, None] * sphere) for flip in _FLIPS]
-
-
-def skewness(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Third central moments of the columns over the 3/2 power of the second."""
-    w = weights / weights.sum()
-    offset = values - w @ values
-    return np.asarray(w @ offset**3 / (w @ offset**2) ** 1.5)

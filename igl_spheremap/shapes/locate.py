@@ -55,7 +55,7 @@ def at_vertices(f: IntArray) -> Location:
     return Location(corner // 3, np.eye(3)[corner % 3])
 
 
-def rows_of(location: Location, rows: Any) -> Location:
+def take_points(location: Location, rows: Any) -> Location:
     """Some of the points."""
     return Location(location.face[rows], location.weights[rows])
 

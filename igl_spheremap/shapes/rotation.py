@@ -1,4 +1,4 @@
-"""Rotations of functions on the sphere, exactly, degree by degree, and those for which two functions agree best."""
+"""Rotations of functions on the sphere, exactly, degree by degree; those for which two functions agree best; frames."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ _SAME = 3.0  # degrees between refined rotations that are one peak
 _STEPS = 20  # of Newton's method at most; from a peak of the grid it takes 3 to 6
 _LONGEST = 0.1  # radians of a step: the grid is that fine, and Newton's model holds that far
 _SHORTEST = 1e-8  # radians of the last step: the error that is left is its square
+_FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of axes, of determinant 1
 _FLATTEST = 1e-3  # share of the largest curvature that each axis has at least, so that flat ones take no huge step
 
 
@@ -151,7 +152,7 @@ def _padded_spins(band: int) -> tuple[FloatArray, FloatArray]:
 
 
 def rotation_angle(R: FloatArray) -> float:
-    """In degrees."""
+    """Angle of a rotation, in degrees."""
     return float(np.degrees(Rotation.from_matrix(R).magnitude()))
 
 
@@ -206,3 +207,22 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
         if length < _SHORTEST:
             break
     return RotationCandidate(R, float(np.vdot(f, rotate_complex(g, R, U)).real))
+
+
+def first_order_frames(c: FloatArray) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
+    """Half axes along x (middle), y (shortest), z (longest), and pairs of rotations of surface and sphere."""
+    M = np.sqrt(0.75 / np.pi) * c[[3, 1, 2]].T  # the point x of the sphere goes to M x: rows are m = -1, 0, 1 (y, z, x)
+    U, sizes, Vt = np.linalg.svd(M)
+    order = [1, 2, 0]
+    surface, sphere = U.T[order], Vt[order]
+    # A rotation each: of an ellipsoid turned inside out the shortest axis is mirrored.
+    surface[1] *= np.linalg.det(surface)
+    sphere[1] *= np.linalg.det(sphere)
+    return sizes[order], [(flip[:, None] * surface, flip[:, None] * sphere) for flip in _FLIPS]
+
+
+def skewness(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Third central moments of the columns over the 3/2 power of the second."""
+    w = weights / weights.sum()
+    offset = values - w @ values
+    return np.asarray(w @ offset**3 / (w @ offset**2) ** 1.5)

@@ -110,14 +110,14 @@ def transfer(
     Raises
     ------
     MeshError
-        If there is not one value per vertex.
+        If there is not one value per vertex, or the target is neither rows of three nor a closed genus-0 mesh.
     FoldingsRemain
-        If the source's map is not certified folding-free.
+        If a map is not certified folding-free.
     TypeError
         If the source is no map, as where the order of arguments is another one, or if the target has no faces and the
         method needs them.
     ValueError
-        If there is no such method.
+        If there is no such method, or no regular sphere of that name.
 
     Examples
     --------

@@ -189,8 +189,8 @@ OPTIONS = (
     *TOLERANCES,
     choice("--polish", (*get_args(Polish), "none"), "lower the angle differences of a good map: where it gains enough "
            "for its cost, always, or never (auto); default: auto, of batch none"),
-    choice("--gauge", get_args(Gauge), "of bodies with limbs beyond float64 (auto): poles, the default, has the "
-           "deepest tips at ends of the axes, where coordinates are finer; centred shortens the limbs"),
+    choice("--gauge", get_args(Gauge), "how limbs too deep for float64 are kept (auto): poles, the default, takes "
+           "the deepest tips to ends of the axes, where coordinates are finer; centred shortens the limbs"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
              "systems=20, sweeps=10, holes=5, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "

@@ -268,6 +268,7 @@ COMMANDS = (
     Command("completion", "info", (choice("shell", ("bash", "zsh", "tcsh"), "which shell"),)),
 )
 
+
 class _Parser(ArgumentParser):
     """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
 

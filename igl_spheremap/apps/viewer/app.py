@@ -20,7 +20,7 @@ from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
 from .window import imgui, implot, ps
 
-#: The least and the greatest of the slider for the lens, which magnifies by so many times more than by itself.
+#: The slider for the lens multiplies its own magnification by 1 / ZOOM to ZOOM.
 _ZOOM = 30.0
 
 
@@ -219,7 +219,7 @@ def subject_combo(subject: str, subjects: tuple[str, ...] = SUBJECTS) -> str:
 
 
 def zoom_slider(zoom: float) -> float:
-    """Choose how many times more than by itself the lens magnifies; 1 / 30 and less is no lens on most maps."""
+    """Choose a factor of the lens's own magnification; the least leaves no lens on most maps."""
     flags = imgui.ImGuiSliderFlags_Logarithmic
     return float(imgui.SliderFloat("lens", zoom, 1 / _ZOOM, _ZOOM, "x%.2f", flags)[1])
 

@@ -50,7 +50,7 @@ class Colouring:
             body.legend = self.legend if body is bodies[0] else None
 
 
-def log_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
+def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's."""
     return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x) / (4 * math.pi)))  # eq. (14)
 
@@ -91,7 +91,7 @@ def colouring(
     if subject == "foldings":
         return Colouring(_without_caps(mesh, places(mesh)), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
-        u = log_factor(mesh, x)
+        u = log_conformal_factor(mesh, x)
         ramp = palette.diverging(_U, reach or palette.round_up(float(u.max())))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":

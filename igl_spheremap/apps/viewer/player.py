@@ -35,6 +35,9 @@ class Player(App):
     `load` takes a name to vertices and faces, in another process: it must be picklable.
     """
 
+    mesh: Mesh | None
+    run: BackgroundRun
+
     def __init__(
         self,
         load: Callable[[str], Source],
@@ -59,9 +62,6 @@ class Player(App):
         self._shown: object = None
         solve = partial(spherical_conformal_map, method=method)
         self.run = BackgroundRun(partial(self._load, name), solve, live=self._live)
-
-    mesh: Mesh | None
-    run: BackgroundRun
 
     def prepare(self, listener: Listener | None = None) -> None:
         def notify(run: BackgroundRun) -> None:

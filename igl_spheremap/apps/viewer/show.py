@@ -33,6 +33,11 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
         If there is no display or no OpenGL.
     ValueError
         If there is no such direction or subject.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.show(ism.spherical_conformal_map(*ism.samples.make("dino")))  # doctest: +SKIP
     """
     present(lambda: ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result))
 
@@ -69,6 +74,11 @@ def screenshot(
         If the picture can't be written.
     ValueError
         If there is no such direction or subject.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.screenshot(ism.spherical_conformal_map(*ism.samples.make("dino")), "dino.png")  # doctest: +SKIP
     """
     picture_of(result.mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
 

@@ -267,10 +267,8 @@ def text_width(line: str) -> float:
     return float(imgui.CalcTextSize(line)[0])
 
 
-
-
 class Inset:
-    """Shown while a lens magnifies."""
+    """The map without its lens, small in the corner of a cell whose lens magnifies, a circle at the lens's place."""
 
     def __init__(self, stage: Stage, row: int, column: int, f: IntArray, x: FloatArray) -> None:
         self._stage, self._cell = stage, (row, column)

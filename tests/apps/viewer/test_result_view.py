@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import choices, window
 from igl_spheremap.apps.viewer.choices import SUBJECTS
-from igl_spheremap.apps.viewer.colouring import colouring, log_factor, relief
+from igl_spheremap.apps.viewer.colouring import colouring, log_conformal_factor, relief
 from igl_spheremap.draw import palette
 from igl_spheremap.draw.plot import UPS, fit, pose
 from igl_spheremap.errors import DisplayError
@@ -70,7 +70,7 @@ def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes
 
 def test_log_factor_is_zero_on_the_unit_sphere_itself():
     mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=2500))
-    assert np.abs(log_factor(mesh, mesh.vertices)).max() < 5e-3
+    assert np.abs(log_conformal_factor(mesh, mesh.vertices)).max() < 5e-3
 
 
 def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
