@@ -1,7 +1,7 @@
 """Maps of disks to the plane against harmonic, LSCM and SLIM of libigl: folds, overlaps, angles, areas, lengths, time.
 
 Real surfaces with one boundary loop (``--corpus``), cortex as FreeSurfer cuts it (nilearn), and disks of 15, 50 and 90
-percent of the area of closed ones; ``--jsonl`` keeps each result.
+percent of the area of closed ones; ``--jsonl`` keeps each result. ``--sliding`` compares sliding alone with doubling.
 """
 
 from __future__ import annotations
@@ -19,6 +19,12 @@ from corpus import CORPUS
 from disks import cut
 
 import igl_spheremap as ism
+from igl_spheremap.errors import FactorisationFailed
+from igl_spheremap.plane.disk_map import slid_map
+from igl_spheremap.plane.doubling import double_map
+from igl_spheremap.result.plane_map import in_space
+from igl_spheremap.result.run import History
+from igl_spheremap.verify.distortion import mean_angle_difference
 from igl_spheremap.verify.rim import rim_crossings
 
 from .common import parser, timed
@@ -121,17 +127,30 @@ def figures(v: np.ndarray, f: np.ndarray, p: np.ndarray) -> dict[str, float]:
             "area": area, "edge": edge}
 
 
+def sliding(disk: ism.Disk) -> tuple[float, float] | None:
+    """Mean angle differences of the map by doubling, and of that by sliding alone; None if doubling folds faces."""
+    try:
+        doubled, _ = double_map(disk, None)
+    except (FactorisationFailed, ism.FoldingsRemain):
+        return None
+    if not ism.certify(doubled, disk.f).folding_free:
+        return None
+    slid, _ = slid_map(disk, History(None))
+    return mean_angle_difference(disk, in_space(doubled)), mean_angle_difference(disk, in_space(slid))
+
+
 def main(words: list[str] | None = None) -> None:
     """Measure each method on each disk, and print a table."""
     line = parser(__doc__)
     line.add_argument("--corpus", type=Path, default=CORPUS)
     line.add_argument("--jsonl", type=Path)
     line.add_argument("--only", default="", help="names that contain this")
+    line.add_argument("--sliding", action="store_true")
     line.add_argument("--largest", type=float, default=np.inf, help="vertices of a disk at the most")
     args = line.parse_args(words)
     warnings.simplefilter("ignore")
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in methods()}
-    number = 0
+    number, ratios = 0, []
     for name, (v, f) in disks(args.corpus):
         if args.only not in name:
             continue
@@ -141,6 +160,12 @@ def main(words: list[str] | None = None) -> None:
             ism.check_disk(v, f)
         except ism.MeshError as error:
             print(f"{name}: left out, {error}", file=sys.stderr)
+            continue
+        if args.sliding:
+            found = sliding(ism.check_disk(v, f))
+            if found and found[0] > 0:
+                ratios.append(found[1] / found[0])
+                print(f"| {name} | {len(v)} | {found[0]:.2f} | {ratios[-1]:.2f} |", flush=True)
             continue
         number += 1
         for method, call in methods().items():
@@ -153,6 +178,9 @@ def main(words: list[str] | None = None) -> None:
             if args.jsonl:
                 with args.jsonl.open("a") as file:
                     print(json.dumps({"disk": name, "vertices": len(v), "method": method} | row), file=file)
+    if args.sliding:
+        print(f"{len(ratios)} disks: median {np.median(ratios):.3f}, beyond 1.3 {np.sum(np.array(ratios) > 1.3)}")
+        return
     print(f"| {number} disks | failed | with folds | with overlaps | angle | area | edge | CPU s |")
     print("|---|---:|---:|---:|---:|---:|---:|---:|")
     for method, found in rows.items():

@@ -26,8 +26,8 @@ def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, Spher
     The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
     reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric.
     """
-    v, f = _without_chords(disk.v, disk.f, disk.rim)
-    n, on_rim = len(v), _marked(len(v), disk.rim)
+    v, f = without_chords(disk.v, disk.f, disk.rim)
+    n, on_rim = len(v), marked(len(v), disk.rim)
     inside = np.flatnonzero(~on_rim)
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
@@ -58,12 +58,12 @@ def _symmetric(x: FloatArray, other: FloatArray, weights: FloatArray, along_axis
     return np.asarray(y @ np.column_stack((first, np.cross(n, first), n)))
 
 
-def _without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArray, IntArray]:
+def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArray, IntArray]:
     """The mesh with a vertex in the middle of each inner edge whose ends both lie on the boundary.
 
     The double would have two copies of such an edge between the same vertices.
     """
-    on_rim = _marked(len(v), rim)
+    on_rim = marked(len(v), rim)
     while True:
         n, start, stop = len(v), f.ravel(), f[:, [1, 2, 0]].ravel()
         keys = edge_keys(start, stop, n)
@@ -103,7 +103,8 @@ def lower(x: FloatArray, rim: IntArray) -> FloatArray:
     return np.asarray(p)
 
 
-def _marked(n: int, rows: IntArray) -> BoolArray:
-    marked = np.zeros(n, dtype=bool)
-    marked[rows] = True
-    return marked
+def marked(n: int, rows: IntArray) -> BoolArray:
+    """True at the given rows of n."""
+    mask = np.zeros(n, dtype=bool)
+    mask[rows] = True
+    return mask

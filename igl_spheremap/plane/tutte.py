@@ -1,36 +1,84 @@
-"""Tutte's map of a disk: the boundary on a convex curve, every other vertex at the weighted mean of its neighbours."""
+"""Tutte's map of a disk: the boundary on a circle, every other vertex at the weighted mean of its neighbours."""
 
 from __future__ import annotations
 
 import igl
 import numpy as np
 
+from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
+from ..mesh.measure import face_areas, vertex_shares
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
+from ..verify.rim import plane_signs
+from .doubling import marked, without_chords
 
-#: Boundary edges count as no shorter than this share of their mean, and weights are bounded by 1 and its inverse.
+#: Boundary edges count as no shorter than this share of their mean; positive weights lie between it and its inverse.
 _LEAST = 1e-3
+#: A boundary vertex has at least this share of the mean flux: in deep dents less than rounding is left of it.
+_LEAST_FLUX = 1e-6
 
 
-def tutte_map(disk: Disk, weights: str = "uniform") -> FloatArray:
-    """Images (n, 2) in the unit disk, without foldings but for rounding: all weights are positive.
+def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
+    """Images (n, 2) in the unit disk, given those (k, 2) of the boundary; without foldings but for rounding.
 
-    The boundary is divided by the lengths of its edges. Tutte 1963, *How to Draw a Graph*.
+    The weights are cotangents. Where faces fold they are made positive: near these faces, then everywhere, then equal.
+    Tutte 1963, *How to Draw a Graph*; Floater 2003, *One-to-one Piecewise Linear Mappings over Triangulations*.
     """
-    n, ring = len(disk.v), disk.v[disk.rim]
-    lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
-    lengths = np.maximum(lengths, _LEAST * lengths.mean())
-    turn = 2 * np.pi * (np.cumsum(lengths) - lengths) / lengths.sum()
-    p = np.zeros((n, 2))
-    p[disk.rim] = np.column_stack((np.cos(turn), np.sin(turn)))
-    inner = np.ones(n, dtype=bool)
-    inner[disk.rim] = False
-    if inner.any():
-        weight = np.full(disk.f.shape, 0.5)
-        if weights != "uniform":
-            weight = np.clip(igl.cotmatrix_entries(mollified_edge_lengths(disk.v, disk.f)), _LEAST, 1 / _LEAST)
-        L = summed_laplacian(weight, disk.f, n)
-        p[inner] = factorize(L[inner][:, inner]).solve(-(L[inner][:, ~inner] @ p[~inner]))
+    n, f = len(disk.v), disk.f
+    p, inner = np.zeros((n, 2)), ~marked(n, disk.rim)
+    p[disk.rim] = circle
+    weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.v, f))
+    positive = np.clip(weight, _LEAST, 1 / _LEAST)
+    for attempt in range(4) if inner.any() else ():
+        L = summed_laplacian(weight, f, n)
+        try:
+            p[inner] = factorize(L[inner][:, inner]).solve(-(L[inner][:, ~inner] @ p[~inner]))
+        except FactorisationFailed:
+            p[inner] = 0
+        folded = plane_signs(p, f) <= 0
+        if not folded.any():
+            break
+        near = marked(n, f[folded])[f].any(axis=1, keepdims=True)
+        weight = (np.where(near, positive, weight), positive, np.full(f.shape, 0.5), weight)[attempt]
     return p
+
+
+def by_lengths(disk: Disk) -> FloatArray:
+    """Images (k, 2) of the boundary on the unit circle, which its edges share out by their lengths."""
+    return _on_circle(_rim_lengths(disk))
+
+
+def by_harmonic_measure(disk: Disk) -> FloatArray:
+    """Images (k, 2) of the boundary on the unit circle by a conformal map that sends a point deep inside to the origin.
+
+    That map is exp(-(g + i h)) with Green's function g of the point, zero on the boundary, and its conjugate h, the
+    flux of g through the boundary: the harmonic measure. A vertex has what the Laplacian leaves there, and shares it
+    out to its two edges by their lengths.
+    """
+    v, f = without_chords(disk.v, disk.f, disk.rim)
+    n, length = len(v), _rim_lengths(disk)
+    inner = ~marked(n, disk.rim)
+    if not inner.any():
+        return _on_circle(length)
+    L = summed_laplacian(igl.cotmatrix_entries(mollified_edge_lengths(v, f)), f, n)
+    factor = factorize(L[inner][:, inner])
+    # The point is where a random walk takes longest to the boundary.
+    time = factor.solve(vertex_shares(face_areas(v, f), f, n)[inner])
+    flux = -L[disk.rim][:, inner] @ factor.solve((np.arange(len(time)) == time.argmax()).astype(float))
+    flux = np.maximum(flux, _LEAST_FLUX * flux.mean())
+    density = flux / (length + np.roll(length, 1))
+    return _on_circle(length * (density + np.roll(density, -1)))
+
+
+def _rim_lengths(disk: Disk) -> FloatArray:
+    ring = disk.v[disk.rim]
+    lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
+    return np.maximum(lengths, _LEAST * lengths.mean())
+
+
+def _on_circle(parts: FloatArray) -> FloatArray:
+    """Points of the unit circle from its start on, with arcs of given proportions between them."""
+    turn = 2 * np.pi * (np.cumsum(parts) - parts) / parts.sum()
+    return np.column_stack((np.cos(turn), np.sin(turn)))
