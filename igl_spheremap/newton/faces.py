@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..sphere.rows import row_crosses, tangent_axes, unit_rows, weighted_moment
+from ..sphere.rows import column_axes, row_crosses, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
@@ -72,7 +72,7 @@ class FaceProblem:
 
     def axes(self, x: FloatArray) -> FloatArray:
         """The two directions (2, d, n) in which each vertex moves."""
-        return np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1))
+        return column_axes(x.T)
 
     def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
         """The points of the surface nearest to where some rows of a map were moved to."""

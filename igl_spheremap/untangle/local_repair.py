@@ -114,12 +114,12 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     slope = [row_crosses(outward, s) for s in side]
     lack = SMALL_ANGLE * square.max(axis=0) - row_dets(outward, side[1], side[2])
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
-    move, count = np.zeros_like(x), np.bincount(folded.ravel(), minlength=len(x))
-    for k in range(3):
-        np.add.at(move, folded[:, k], length[:, None] * slope[k])
-    moved = np.flatnonzero((count > 0) & movable)
-    y = x.copy()
-    y[moved] = unit_rows(x[moved] + _OVER_RELAXATION * move[moved] / count[moved, None])
+    moved, corner, count = np.unique(folded.T, return_inverse=True, return_counts=True)
+    moves = (length[:, None] * slope).reshape(-1, 3).T
+    move = np.column_stack([np.bincount(corner.ravel(), part) for part in moves])
+    y, kept = x.copy(), movable[moved]
+    moved = moved[kept]
+    y[moved] = unit_rows(x[moved] + _OVER_RELAXATION * move[kept] / count[kept, None])
     return y
 
 

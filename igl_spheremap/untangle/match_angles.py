@@ -17,7 +17,7 @@ from ..mesh.measure import corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
-from ..sphere.rows import column_crosses, row_dets, row_dots, sizes, tangent_axes, unit_rows, weighted_sum
+from ..sphere.rows import column_axes, column_crosses, row_dets, row_dots, sizes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .effort import Effort
@@ -122,7 +122,7 @@ class AngleProblem:
 
     def model(self, x: FloatArray) -> Model:
         """Gauss-Newton with iteratively reweighted squares; steps are in units of the edges around a vertex."""
-        axes = np.ascontiguousarray(np.stack(tangent_axes(x)).transpose(0, 2, 1)) * np.exp(log_edges(x, self.f))
+        axes = column_axes(x.T) * np.exp(log_edges(x, self.f))
         difference, J = self.linearised(x, axes)
         mean = float(np.degrees(np.abs(difference).mean()))
         self._smoothing = self._fixed or _STEP_SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))

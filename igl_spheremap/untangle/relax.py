@@ -13,9 +13,9 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import corner_angles
-from ..sphere.rows import row_crosses, row_dots, sizes, tangent_axes, unit_rows
+from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
+from ..verify.signs import column_signs
 from .collapse import independent
-from .embedding import proper
 from .kernel import REACH, Stars, solve_symmetric, stars_of
 
 #: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
@@ -42,40 +42,41 @@ class AngleLoss:
         """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
         return replace(self, source=_turned(self.source, corner))
 
-    def take(self, faces: BoolArray) -> AngleLoss:
+    def take(self, faces: IntArray) -> AngleLoss:
         """The loss of some of the faces."""
-        return replace(self, source=self.source[:, faces])
+        return replace(self, source=self.source.take(faces, axis=1))
 
     def values(self, u: FloatArray, w: FloatArray) -> FloatArray:
-        """Loss of each face, given its sides u = a - p and w = b - p in any unit."""
+        """Loss of each face, given the columns of its sides u = a - p and w = b - p, (3, e), in any unit."""
         d = self._differences(u, w)[0]
         return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
     def model(self, u: FloatArray, w: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Loss of each face, its gradient (e, 2) as p moves along two axes, and a Hessian (e, 3): xx, xy, yy.
+        """Loss of each face, its gradient (2, e) as p moves along two axes (2, 3, e), and a Hessian (3, e): xx, xy, yy.
 
         The gradient is sum d (grad d) / size and the Hessian sum (grad d) (grad d)^T / size, that of Gauss and Newton
         for squares with fixed weights 1 / size. As p moves by h, the angle at a corner c grows by h . (n x (p - c)) /
         |p - c|^2 up to its sign, n the unit normal.
         """
         d, normal = self._differences(u, w)
-        turn_a = -row_crosses(normal, u) / row_dots(u, u)[:, None]
-        turn_b = row_crosses(normal, w) / row_dots(w, w)[:, None]
-        at_a, at_b = (np.stack([row_dots(turn, axes[:, k]) for k in range(2)]) for turn in (turn_a, turn_b))
-        turns = np.stack((-at_a - at_b, at_a, at_b))  # corner, axis, face
+        turn_a = -column_crosses(normal, u) / column_dots(u, u)
+        turn_b = column_crosses(normal, w) / column_dots(w, w)
+        turns = np.empty((2, *d.shape))  # axis, corner, face
+        for turn, axis in zip(turns, axes, strict=True):
+            turn[1], turn[2] = column_dots(turn_a, axis), column_dots(turn_b, axis)
+            turn[0] = -turn[1] - turn[2]
         size = np.sqrt(d * d + self.smoothing**2)
-        gradient = (d / size * turns.transpose(1, 0, 2)).sum(axis=1).T
-        hessian = np.stack([(turns[:, i] * turns[:, j] / size).sum(axis=0)
-                            for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
+        gradient = (d / size * turns).sum(axis=1)
+        hessian = np.stack([(turns[i] * turns[j] / size).sum(axis=0) for i, j in ((0, 0), (0, 1), (1, 1))])
         return size.sum(axis=0), gradient, hessian
 
     def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
-        normal = row_crosses(u, w)
-        double_area = np.sqrt(row_dots(normal, normal))
+        normal = column_crosses(u, w)
+        double_area = np.sqrt(column_dots(normal, normal))
         across = w - u
-        angles = np.arctan2(double_area, (row_dots(u, w), -row_dots(u, across), row_dots(w, across)))
-        return angles - self.source, normal / np.where(double_area > 0, double_area, 1)[:, None]
+        angles = np.arctan2(double_area, (column_dots(u, w), -column_dots(u, across), column_dots(w, across)))
+        return angles - self.source, normal / np.where(double_area > 0, double_area, 1)
 
 
 def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
@@ -100,16 +101,16 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
     True
     """
-    x = x.copy()
+    columns = x.T.copy()  # so that loops run over faces, not over three coordinates
     classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
     for _ in range(sweeps):
         before = after = 0.0
         for part in classes:
-            old, new = _step(x, *part)
+            old, new = _step(columns, *part)
             before, after = before + old, after + new
         if before - after <= tolerance * before:
             break
-    return x
+    return np.ascontiguousarray(columns.T)
 
 
 def _colour_classes(f: IntArray, movable: BoolArray, loss: AngleLoss) -> list[tuple[Stars, AngleLoss]]:
@@ -126,36 +127,38 @@ def _colour_classes(f: IntArray, movable: BoolArray, loss: AngleLoss) -> list[tu
 
 
 def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
-    """Move one class of vertices, in place; the loss before and after."""
+    """Move one class of vertices of a map (3, n), in place; the loss before and after."""
     owner = stars.owner
-    p, a, b = (x.take(ids, axis=0) for ids in (stars.vertices, stars.a, stars.b))
-    at, axes = p.take(owner, axis=0), np.stack(tangent_axes(p), axis=1)
+    p, a, b = (x.take(ids, axis=1) for ids in (stars.vertices, stars.a, stars.b))
+    at, axes = p.take(owner, axis=1), column_axes(p)
     u, w = a - at, b - at
-    size = np.maximum.reduceat(sizes(u), stars.start)[:, None]  # products underflow near ends of axes, in other units
-    u, w = u / size[owner], w / size[owner]
-    old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=0)
-                              for part in loss.model(u, w, axes.take(owner, axis=0)))
-    steps = _newton(gradient, hessian, REACH * np.sqrt(np.minimum.reduceat(row_dots(u, u), stars.start)))
-    move = size * (steps[:, :1] * axes[:, 0] + steps[:, 1:] * axes[:, 1])
-    new, rows, part = old.copy(), np.arange(len(p)), stars
+    size = np.maximum.reduceat(sizes(u.T), stars.start)  # products underflow near ends of axes, in other units
+    unit = size.take(owner)
+    u, w = u / unit, w / unit
+    old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=-1)
+                              for part in loss.model(u, w, axes.take(owner, axis=2)))
+    steps = _newton(gradient, hessian, REACH * np.sqrt(np.minimum.reduceat(column_dots(u, u), stars.start)))
+    move = size * (steps[0] * axes[0] + steps[1] * axes[1])
+    new, rows, part = old.copy(), np.arange(len(old)), stars
     for length in _LENGTHS:
-        trial = unit_rows(p[rows] + length * move[rows])
-        x[part.vertices] = trial
-        at, unit = trial.take(part.owner, axis=0), size[rows].take(part.owner, axis=0)
+        y = unit_rows((p + length * move).T.copy()).T
+        x[:, part.vertices] = y
+        at, unit = y.take(part.owner, axis=1), size.take(part.owner)
         value = np.add.reduceat(loss.values((a - at) / unit, (b - at) / unit), part.start)
-        better = (value < old[rows]) & proper(x, part)
+        positive = np.minimum.reduceat(column_signs(np.stack((at, a, b), axis=1)), part.start) > 0
+        better = (value < old.take(rows)) & positive
         new[rows[better]] = value[better]
         if better.all():
             break
-        faces, part, rows = ~better[part.owner], part.take(np.flatnonzero(~better)), rows[~better]
-        loss, a, b = loss.take(faces), a[faces], b[faces]
-        x[part.vertices] = p[rows]
+        left, faces = np.flatnonzero(~better), np.flatnonzero(~better[part.owner])
+        p, move, size, rows = p.take(left, axis=1), move.take(left, axis=1), size.take(left), rows.take(left)
+        loss, a, b, part = loss.take(faces), a.take(faces, axis=1), b.take(faces, axis=1), part.take(left)
+        x[:, part.vertices] = p
     return float(old.sum()), float(new.sum())
 
 
 def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
-    """Minimiser of each quadratic model in the plane, within a radius."""
-    xx, xy, yy = hessian.T
-    step = solve_symmetric(xx, xy, yy, -gradient, least=1e-12)  # flatter models are rounding
-    length = np.sqrt(row_dots(step, step))
-    return step * np.minimum(1, longest / np.where(length > 0, length, 1))[:, None]
+    """Minimiser (2, k) of each quadratic model in the plane, within a radius."""
+    x, y = solve_symmetric(*hessian, -gradient.T, least=1e-12).T  # flatter models are rounding
+    length = np.sqrt(x * x + y * y)
+    return np.minimum(1, longest / np.where(length > 0, length, 1)) * (x, y)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import igl.predicates
@@ -29,12 +30,24 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     array([ 1, -1])
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        det = by_blocks(signed_volumes, x, f)
-        error = _ERROR * np.abs(x).max(initial=0.0) ** 3 + np.finfo(float).tiny
+        det, largest = by_blocks(signed_volumes, x, f), np.abs(x).max(initial=0.0)
+    return _signs(det, largest, lambda unsure: x[f[unsure].ravel()])
+
+
+def column_signs(corners: FloatArray) -> IntArray:
+    """The same for corners (coordinate, corner, face) of finite numbers of any size that cubes may have."""
+    return _signs(signed_volumes(corners), np.abs(corners).max(initial=0.0),
+                  lambda unsure: corners[:, :, unsure].T.reshape(-1, 3))
+
+
+def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
+    """Signs of determinants of numbers up to a size; where rounding leaves doubt, of the rows of those, exactly."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = _ERROR * largest**3 + np.finfo(float).tiny
         unsure = np.flatnonzero(~(np.abs(det) > error))  # NaN included
     signs = (det > 0).astype(np.int64) - (det < 0)
     if len(unsure):
-        signs[unsure] = _exact_signs(x[f[unsure].ravel()])
+        signs[unsure] = _exact_signs(rows(unsure))
     return signs
 
 
@@ -55,7 +68,7 @@ def _exact_signs(x: FloatArray) -> IntArray:
     plain = _in_range(y) & ((y == 0) == (x == 0))
     signs = np.asarray(igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64)
     rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
-    for block in np.array_split(rest, len(rest) // _BLOCK + 1):
+    for block in np.array_split(rest, -(-len(rest) // _BLOCK)) if len(rest) else ():
         signs[block] = _integer_signs(x.reshape(-1, 3, 3)[block])
     return signs
 
