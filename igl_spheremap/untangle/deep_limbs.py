@@ -37,15 +37,12 @@ _SPARE = 0.3
 
 
 class Shortened(NamedTuple):
-    """Positions that float64 resolves, and what they cost."""
+    """Positions that float64 resolves."""
 
     #: In the plane, relative to the anchors of the placement.
     z: LongComplex
     #: The largest ratio by which a limb's depth was divided.
     stretch: float
-    #: What it is predicted to add to the angle differences, in degrees, summed over the faces. Negative where shortened
-    #: limbs suit the mesh: a ring of few vertices can't shrink from one to the next as a smooth map does.
-    cost: float
 
 
 @dataclass(eq=False)
@@ -119,10 +116,12 @@ def normal_range(floor: float) -> float:
 
 def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened:
     """Shorten limbs until no edge on the sphere is below exp(-floor); `source` are the angles to keep."""
-    limbs = _limbs(placed, floor)
+    limbs = _planned(tips_beyond(placed.depth, placed.f, floor, placed.finer), placed, source, floor)
     if not limbs:
-        return Shortened(placed.z.astype(np.clongdouble), 1.0, 0.0)
-    cost = _choose_kappas(limbs, placed, source, floor)
+        return Shortened(placed.z.astype(np.clongdouble), 1.0)
+    for limb in limbs:
+        if not limb.is_branch:
+            _follow(limb, 0)
     z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.log.shape)
     moved: dict[int, tuple[IntArray, ComplexArray]] = {}  # by the tip of a limb: its vertices, and where it puts them
     for limb in limbs:
@@ -138,14 +137,29 @@ def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened
         moved[limb.tip] = where, log[where]
         if not limb.is_branch:
             z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + np.exp(log[where])
-    return Shortened(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)), cost)
+    return Shortened(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)))
 
 
-def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
-    """Discs about the tips beyond the floor, branches before what they branch off from."""
+def suits_shortening(placed: Placed, source: FloatArray, floor: float) -> bool:
+    """Whether the deepest limb is predicted to lose no angles as it is shortened, or none is beyond the floor.
+
+    So it is on a mesh that is too coarse for its depth: a ring of few vertices can't shrink from one to the next as a
+    smooth map does.
+    """
+    found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
+    of_deepest = {max((tip for tip, parent, _ in found if parent < 0), key=lambda tip: placed.depth[tip], default=-1)}
+    for tip, parent, _ in reversed(found):
+        if parent in of_deepest:
+            of_deepest.add(tip)
+    limbs = _planned([limb for limb in found if limb[0] in of_deepest], placed, source, floor)
+    return not limbs or bool(limbs[-1].cost_to_go[0] <= 0)
+
+
+def _planned(found: list[tuple[int, int, IntArray]], placed: Placed, source: FloatArray,
+             floor: float) -> list[DeepLimb]:
+    """Discs about tips beyond the floor, branches before what they branch off from, with the costs of their kappas."""
     limbs: dict[int, DeepLimb] = {}
     parents: dict[int, int] = {}
-    found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
     inwards = placed.depth + placed.finer
     longest = float(inwards[np.isfinite(inwards)].max())
     width = max(1.0, _STEP / 10 * longest)  # the table grows as the square of the number of bins
@@ -162,6 +176,8 @@ def _limbs(placed: Placed, floor: float) -> list[DeepLimb]:
             distance = around.log_distance[inside] if len(inside) else np.zeros(1)
             around.branches.append((limb, int(around.bins(distance)[0])))
             limb.is_branch = True
+    for limb in limbs.values():
+        _plan(limb, placed, source, floor)
     return list(limbs.values())
 
 
@@ -204,19 +220,6 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
 def _kappas() -> FloatArray:
     """The slopes to choose from: 1, .95, ... .05."""
     return np.asarray(1 - _STEP * np.arange(round(1 / _STEP)))
-
-
-def _choose_kappas(limbs: list[DeepLimb], placed: Placed, source: FloatArray, floor: float) -> float:
-    """Set the kappas of limbs, branches before what they branch off from.
-
-    Returns what they are predicted to add to the angle differences, in degrees, summed over the faces.
-    """
-    for limb in limbs:
-        _plan(limb, placed, source, floor)
-    roots = [limb for limb in limbs if not limb.is_branch]
-    for limb in roots:
-        _follow(limb, 0)
-    return float(sum(limb.cost_to_go[0] for limb in roots))
 
 
 def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:

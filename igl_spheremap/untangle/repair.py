@@ -39,7 +39,7 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .candidates import Badness, layouts, least_folded
-from .deep_limbs import floors, shorten_limbs
+from .deep_limbs import floors, shorten_limbs, suits_shortening
 from .effort import Effort
 from .embedding import fix_orientation
 from .layout import Placed, onto_sphere, unroll
@@ -234,10 +234,10 @@ class _Steps:
     def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
         deepest, *shallower = floors(np.float64)
-        gauge, shortened = "centred", shorten_limbs(placed, self._source, deepest)
-        if shortened.cost > 0 and not centred:
+        gauge = "centred"
+        if not (centred or suits_shortening(placed, self._source, deepest)):
             gauge, placed = "poles", at_poles(placed, deepest)
-            shortened = shorten_limbs(placed, self._source, deepest)
+        shortened = shorten_limbs(placed, self._source, deepest)
         yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
         # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
         for floor in shallower if placed.depth.max() < 2 * deepest else ():

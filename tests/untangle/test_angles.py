@@ -128,12 +128,12 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
     placed = _centred(body)
     assert placed.depth.max() > 37
     for floor in (35.0, 20.0):
-        z, stretch, _ = shorten_limbs(placed, source, floor)
+        z, stretch = shorten_limbs(placed, source, floor)
         x = onto_sphere(placed, z)
         assert stretch > 1
         assert -log_edges(x, mesh.f).min() < floor + 1.5
         assert Certificate.of(x, mesh.f).foldings < 0.01 * len(mesh.f)
-    z, stretch, _ = shorten_limbs(placed, source, placed.depth.max() + 1)
+    z, stretch = shorten_limbs(placed, source, placed.depth.max() + 1)
     assert stretch == 1
     assert (z == placed.z).all()
 
@@ -170,7 +170,7 @@ def test_at_ends_of_axes_only_limbs_that_lead_elsewhere_are_shortened(body):
     deep = (placed.depth > 37) & (moved.depth < 5)
     assert deep.any()
     assert moved.depth[placed.depth > 37].max() < 21  # twigs on these limbs
-    drawn, stretch, _ = shorten_limbs(moved, body[1], 12.0)
+    drawn, stretch = shorten_limbs(moved, body[1], 12.0)
     assert stretch > 1
     assert (np.abs(drawn - moved.z)[deep] <= 1e-12 * np.abs(moved.z)[deep]).all()
     x = onto_sphere(moved, drawn)
@@ -185,7 +185,7 @@ def test_a_map_with_room_for_its_limbs_is_as_shortened_in_its_chart_as_on_paper(
     narrow = from_chart(z * np.minimum(1, np.abs(z)) ** 2, pole)  # edges as short as cubes of what they were
     placed = as_mapped(narrow, f, pole)
     assert placed.depth == pytest.approx(-log_edges(narrow, f))
-    z, stretch, _ = shorten_limbs(placed, corner_angles(narrow, f), placed.depth.max() - 2)
+    z, stretch = shorten_limbs(placed, corner_angles(narrow, f), placed.depth.max() - 2)
     shortened = onto_sphere(placed, z)
     assert stretch > 1
     assert -log_edges(shortened, f).min() < placed.depth.max() - 1
