@@ -159,6 +159,7 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
 
 def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
     """Minimiser (2, k) of each quadratic model in the plane, within a radius."""
-    x, y = solve_symmetric(*hessian, -gradient.T, least=1e-12).T  # flatter models are rounding
+    xx, xy, yy = hessian
+    x, y = solve_symmetric(xx, xy, yy, -gradient.T, least=1e-12).T  # flatter models are rounding
     length = np.sqrt(x * x + y * y)
     return np.minimum(1, longest / np.where(length > 0, length, 1)) * (x, y)
