@@ -18,7 +18,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_dets, row_dots, sizes
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
-from .kernel import Stars, stars_of
+from .kernel import Stars, stars_of, touching
 
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
@@ -102,7 +102,9 @@ class Complex:
         f = self.f[ids]
         stars = _low_valence(stars_of(f, wanted, ids))
         stars = stars.take(independent(stars, len(self.x)))
-        adjacency = _Adjacency(f, len(self.x))
+        near = np.zeros(len(self.x), dtype=bool)
+        near[stars.vertices] = near[stars.a] = True
+        adjacency = _Adjacency(f[touching(f, near)], len(self.x))
         target = self._best_targets(stars, adjacency)
         rows = np.flatnonzero(target >= 0)
         rows = rows[_edges_new_once(stars.take(rows), target[rows], len(self.x))][:spare]

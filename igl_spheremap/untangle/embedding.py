@@ -23,7 +23,7 @@ from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
-from .kernel import Stars, analytic_centres, centres_beside, stars_of
+from .kernel import Stars, analytic_centres, centres_beside, stars_of, touching
 
 #: Rings around foldings within which small moves move vertices, and around what embedding moved that are relaxed with
 #: it. Vertices are removed within twice as many rings, around foldings and where float64 was too coarse; the number is
@@ -117,7 +117,7 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
     """Marked vertices and all within `rings` edges of them."""
     for _ in range(rings):
         grown = marked.copy()
-        grown[f[marked[f].any(axis=1)]] = True
+        grown[f[touching(f, marked)]] = True
         if grown.sum() == marked.sum():
             break
         marked = grown
@@ -134,7 +134,7 @@ def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArr
     around[f[bad]] = True
     while True:
         region = dilate(f, around, rings)
-        faces = region[f].any(axis=1)
+        faces = touching(f, region)
         vertices = np.unique(f[faces])
         local = np.full(len(x), -1)
         local[vertices] = np.arange(len(vertices))

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
-from ..sphere.rows import scale_rows
 
 #: Computed in floating point, a determinant of numbers up to s in size is off by less than this times s^3 plus the
 #: smallest normal number (docs/guarantee.md).
@@ -20,6 +19,7 @@ _ERROR = 64 * np.finfo(float).eps
 #: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
 _SMALLEST, _LARGEST = 2.0**-300, 2.0**300
 _ORIGIN = np.zeros((1, 3))
+_HUGE = 1 << 14  # more than any exponent
 _BLOCK = 1 << 12  # faces whose integers, of up to 300 bytes each, are in memory at once
 
 
@@ -63,8 +63,14 @@ def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
 
 
 def _exact_signs(x: FloatArray) -> IntArray:
-    """Signs of each three rows: by Shewchuk's predicates where these are exact, else by integers."""
-    y = scale_rows(x)
+    """Signs of each three rows: by Shewchuk's predicates where these are exact, else by integers.
+
+    Coordinates and rows are multiplied by powers of two first: beside an end of an axis two coordinates are tiny.
+    """
+    exponent = np.where(x == 0, -_HUGE, np.frexp(x)[1]).reshape(-1, 3, 3)  # face, corner, coordinate
+    column = exponent.max(axis=1, keepdims=True)
+    row = (exponent - column).max(axis=2, keepdims=True)
+    y = np.ldexp(x, -(column + row).reshape(-1, 3))
     plain = _in_range(y) & ((y == 0) == (x == 0))
     signs = np.asarray(igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64)
     rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
