@@ -33,7 +33,7 @@ from .surface_map import SurfaceMap
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
 _GUIDE = 0.4
-#: So many of the landmarks that miss their goals are named in the error.
+#: Landmarks that miss their goals and are named in the error, at most.
 _NAMED = 5
 
 

@@ -19,7 +19,7 @@ from .problem import Diagonal, Problem, remove_boosts
 #: kept free of foldings, hardly at all: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE = 1e-2
 _OFF_CENTRE_INJECTIVE = 1e-9
-#: With the projection of Gu and Yau it may be this far from the origin before a Moebius map brings it back.
+#: Distance of the weighted mean from the origin at which a Moebius map brings it back in the descent of Gu and Yau.
 _OFF_CENTRE_PROJECTED = 1e-4
 #: First step tried at the start, in units of the source's area; the paper suggests 1.
 _FIRST_TAU = 1.0

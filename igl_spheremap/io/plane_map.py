@@ -106,6 +106,15 @@ def read_plane_map(path: PathLike) -> FloatArray:
         If the file can't be opened.
     MeshError
         If it is damaged or holds no map to the plane.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_mesh(f"{folder}/square.ply", [[0, 0, 5], [1, 0, 5], [1, 1, 5], [0, 1, 5]], [[0, 1, 2], [0, 2, 3]])
+    ...     ism.read_plane_map(f"{folder}/square.ply").tolist()
+    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
     """
     path = Path(path)
     if is_patch(path):

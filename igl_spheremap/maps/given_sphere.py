@@ -19,14 +19,11 @@ from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import repair_locally
 from ..untangle.match_angles import is_worth_steps, polish_map
-from ..verify.certificate import Certificate
+from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .methods import check_start
 from .options import Auto, Polish
-
-#: Rows this close to unit length count as unit.
-_UNIT = 1e-6
 
 
 @own_errstate
@@ -150,7 +147,8 @@ def repair_foldings(
     history = History(listener)
     mesh = check_mesh(v, f, caps)
     began, places = time.perf_counter(), count()
-    y = _checked_map(x, mesh)
+    rows = check_directions(x, len(mesh.v), "images")
+    y = rows.copy() if np.abs(row_lengths(rows) - 1).max() < UNIT_TOLERANCE else unit_rows(rows)
 
     def record(stage: str, x: FloatArray) -> None:
         foldings = float(folded_faces(x, mesh.f).sum())
@@ -170,9 +168,3 @@ def repair_foldings(
                  Status.CONVERGED, time.perf_counter() - began)
     run = Run(Status.CONVERGED, energy, rounds=(done,), gauge="given")
     return SphereMap(mesh, y, after, history.complete(run, "repair", settings))
-
-
-def _checked_map(x: ArrayLike, mesh: Mesh) -> FloatArray:
-    """Unit rows of `x`, untouched where they are so already."""
-    rows = check_directions(x, len(mesh.v), "images")
-    return rows.copy() if np.abs(row_lengths(rows) - 1).max() < _UNIT else unit_rows(rows)

@@ -18,7 +18,7 @@ from .measure import face_areas, vertex_shares
 from .timings import stage
 
 _EPS = np.finfo(float).eps
-#: Below this ratio of area to squared extent the area is rounding, and the extent sets the scale.
+#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale.
 _FLAT = 512 * _EPS
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
 _LEAST_AREA = 1e-9

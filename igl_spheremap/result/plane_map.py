@@ -17,7 +17,7 @@ from ..verify.distortion import angle_differences, area_distortion, edge_distort
 from .findings import Finding, angles, areas, edges, verdict
 from .run import Run, Status
 
-#: Of views that agree equally well, up to rounding, the first is taken: one within this share of the best.
+#: Share of the best agreement above which views agree equally well, up to rounding: the first of them is taken.
 _NEARLY = 1 - 1e-6
 
 

@@ -86,7 +86,13 @@ Listener = Callable[[Iterate], None]
 
 
 class Step(NamedTuple):
-    """One line of the history: an iterate without its positions."""
+    """One line of the history: an iterate without its positions.
+
+    Attributes
+    ----------
+    stage, round, iteration, energy, residual, tau
+        As of `Iterate`.
+    """
 
     stage: str
     round: int

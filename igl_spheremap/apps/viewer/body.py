@@ -40,7 +40,7 @@ _SPREAD = 0.6
 _FACE = 0.1
 #: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
 _WITHIN = 95
-#: Beyond this the rounding of float64 shows.
+#: Power of the strongest lens: beyond it the rounding of float64 shows.
 _STRONGEST = 1e9
 #: Directions in which the farthest vertices are looked for that must stay within the cell.
 _DIRECTIONS = 162

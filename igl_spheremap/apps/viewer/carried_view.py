@@ -11,7 +11,6 @@ import numpy as np
 from ...correspondence.surface_map import SurfaceMap
 from ...draw.palette import LINES, SURFACE, round_up, sizes
 from ...draw.plot import fit, pose
-from ...mesh.arrays import FloatArray
 from ...mesh.measure import vertex_areas
 from ...shapes.transfer import interpolate
 from ...sphere.moebius import best_rotation
@@ -40,7 +39,10 @@ class CarriedView(ColouredApp):
         self.distortion = result.distortion()
         a, b, f = self.common.on_a, self.common.on_b, self.common.faces
         turn = pose(a, up)
-        self.ends = fit(a, turn), fit(b @ _onto(b, a, vertex_areas(a, f) / vertex_areas(a, f).sum()), turn)
+        areas = vertex_areas(a, f)
+        weights = areas / areas.sum()
+        onto = best_rotation(b - weights @ b, a - weights @ a, weights)
+        self.ends = fit(a, turn), fit(b @ onto, turn)
         self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.location_a))
         self.stage = Stage(1, 3, panel=0 if is_offscreen() else PANEL)
         middle = (self.ends[0] + self.ends[1]) / 2
@@ -115,8 +117,3 @@ class CarriedView(ColouredApp):
             imgui.Separator()
             for line in self._lines:
                 paragraph(line)
-
-
-def _onto(b: FloatArray, a: FloatArray, weights: FloatArray) -> FloatArray:
-    """The rotation R for which ``b @ R`` lies on `a` best, corresponding points and their weights being given."""
-    return best_rotation(b - weights @ b, a - weights @ a, weights)

@@ -13,13 +13,12 @@ from ...draw.plot import fit, pose
 from ...maps.options import Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import Mesh
-from ...result.recording import Frame
 from ...result.run import Listener
 from .app import App
 from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
 from .choices import PLAYER_SIZE, SUBJECTS
-from .colouring import Colouring, colouring
+from .colouring import colouring
 from .result_view import count_foldings, edge_width
 from .stage import Inset, Stage
 
@@ -130,17 +129,13 @@ class Player(App):
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
             body.raised = lens.power > 1
-            colours = self._colours(frame)
+            colours = colouring(self.mesh, frame.iterate.x, self.subject, folded=frame.folded)
             body.paint(colours.colours, colours.folded)
             body.show_edges(edge_width(self.mesh, self.subject) if lens.power > _NEAR else 0.0)
             body.caption = f"{word}\n{self.run.title(frame)}\n{count_foldings(frame.foldings)}"
             if frame is aim:
                 colours.apply(self.source)
                 self.inset.show(x, lens, colours)
-
-    def _colours(self, frame: Frame) -> Colouring:
-        assert self.mesh is not None
-        return colouring(self.mesh, frame.iterate.x, self.subject, folded=frame.folded)
 
     def _update(self) -> None:
         """Take over what the run has done since the last time."""

@@ -24,7 +24,8 @@ Solver = Callable[[np.ndarray], np.ndarray]
 
 #: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, less fill on folded surfaces.
 _CHOLMOD_DISSECTS_FROM = 100_000
-#: The same of SuperLU: below, minimum degree fills and costs less; far above, it takes longer than the factorisation.
+#: Unknowns from which on SuperLU does: below, minimum degree fills and costs less; far above, its search takes longer
+#: than the factorisation.
 _SUPERLU_DISSECTS_FROM = 40_000
 #: Relative residual from which on SuperLU counts as having failed.
 _LARGEST_BACKWARD_ERROR = 1e-8

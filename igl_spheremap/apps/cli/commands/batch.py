@@ -63,7 +63,7 @@ def run_batch(args: Namespace) -> Exit:
             retry_failed=args.retry_failed, timeout=args.timeout, memory=args.memory, retries=args.retries,
             listener=listen, **repair_options(args) or {},
         )  # fmt: skip
-    rows = _with_flags_in_notes(rows)
+    rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
     if args.report is not None:
         options = Options(method, args.balance, repair_options(args), args.force, os.getcwd())
         write_page(args.report, rows, options, args.jobs)
@@ -118,11 +118,6 @@ def run_summarise(args: Namespace) -> None:
     """
     rows = read_table(args.table)
     print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
-
-
-def _with_flags_in_notes(rows: Sequence[Row]) -> list[Row]:
-    """Rows whose notes name flags in the place of the library's calls."""
-    return [replace(row, notes=with_flags(row.notes)) for row in rows]
 
 
 def counts(rows: Sequence[Row], total: int) -> str:
