@@ -113,10 +113,10 @@ def register(
         Data over the vertices of each, (n,) or (n, k) with the same k. By default curvature and depth of each surface.
         They are smoothed on the surfaces and compared at unit variance.
     stages : sequence of str
-        Which of "rotation" (that correlates best; before "elastic", of the four best the one that leads to the least
-        energy from surface to surface, as in `match`), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
-        (Newton's method on the strain from one surface to the other, as in `match`, and on that of the moving sphere,
-        with the features' difference).
+        Which of these, by default all: "rotation" (that correlates best; before "elastic", of the four best the one
+        that leads to the least energy from surface to surface, as in `match`), "moebius" (Gauss-Newton over Moebius
+        maps) and "elastic" (Newton's method on the strain from one surface to the other, as in `match`, and on that of
+        the moving sphere, with the features' difference).
     stiffness : float, optional
         Weight of the strains, from surface to surface and of the moving sphere alike, beside features of unit variance:
         0.07 by default for given features, 2.5 for those of the geometry. Lower values raise the correlation and not

@@ -47,7 +47,8 @@ def balanced_spherical_map(
     balance : float
         0 is the conformal map, bit for bit; 1 is area-preserving; .75 by default.
     method : str or Method
-        How the conformal map is made that it starts from, with its options; see `spherical_conformal_map`.
+        How the conformal map is made that it starts from, "auto" by default, or a record of options; see
+        `spherical_conformal_map`.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional

@@ -58,24 +58,24 @@ class Auto(Method):
 
     Parameters
     ----------
-    tolerance : float
+    tolerance : float, default 1e-3
         Largest harmonic energy above the minimum at which the steps end, in units of the gap between energy and flat
         image area, which is the mesh's own discretisation error.
-    max_iterations : int
+    max_iterations : int, default 30
         Maximum number of iterations of the minimisation, here steps to the harmonic map.
-    backend : str
+    backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
-    gauge : {"poles", "centred"}
+    gauge : {"poles", "centred"}, default "poles"
         How limbs are kept whose edges fall below float64's resolution in the centred gauge, which all other maps have.
         "poles", the default, takes the tips of the three deepest to ends of the coordinate axes by a Moebius map, where
         coordinates are finer, if shortening would cost angles; the result's ``gauge`` says so. "centred" shortens them
         and keeps the gauge.
-    polish : {"auto", "angles"}, optional
+    polish : {"auto", "angles"} or None, default "auto"
         What is done to a good map: Newton steps that lower its angle differences, up to 2,000 vertices where they gain,
         and above where they are predicted to lower the mean by a fifth ("auto"); the same and further steps on any map,
         for 2 to 20 times the time ("angles"); or nothing (None): then it is the harmonic map. A map that folds is
         repaired, and a poor one of a coarse mesh, whatever this is.
-    effort : Effort
+    effort : Effort, default Effort()
         What steps may cost that lower the angle differences after a repair: systems, sweeps, least gains. A dict of
         them will do.
 
@@ -117,26 +117,26 @@ class Lai2014(Method):
 
     Parameters
     ----------
-    gradient_tolerance : float
+    gradient_tolerance : float, default 1e-3
         Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
         having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
-    max_iterations : int
+    max_iterations : int, default 5000
         Maximum number of iterations of each minimisation, one in each round.
-    plateau : float
+    plateau : float, default 5e-7
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
-    rounds : int
+    rounds : int, default 3
         Maximum number of eigen-projections; 0 is Algorithm 1 alone.
-    rho : float
+    rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
-    delta : float
+    delta : float, default 0.1
         Factor by which a refused step is shortened.
-    xi : float
+    xi : float, default 0.85
         Memory of the nonmonotone search: 0 is the monotone Armijo search, 1 averages over all iterates.
-    bb : {"alternating", "tau_1", "tau_2"}
+    bb : {"alternating", "tau_1", "tau_2"}, default "alternating"
         Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
         iterations and tau_2 at even ones.
-    edge_weights : {"cotangent", "delaunay"}
+    edge_weights : {"cotangent", "delaunay"}, default "cotangent"
         Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some
         are negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
         and eigen-projections are repeated with them until the energy of their star maps settles.
@@ -186,20 +186,20 @@ class GuYau(Method):
 
     Parameters
     ----------
-    step : float
+    step : float, default 1.8
         Step size, between 0 and 2, in units of 1 / (sum of the sizes of a vertex's row of the Laplacian).
-    tutte : bool
+    tutte : bool, default True
         Whether the Tutte (barycentric) map is made first, as the authors do. Without it the harmonic descent
         starts at the Gauss map, as in the comparisons of Lai et al.
-    gradient_tolerance : float
+    gradient_tolerance : float, default 1e-3
         The harmonic descent ends when the L2 norm of the tangential gradient without boosts is at most this:
         the rule of `Lai2014`, in the same norm.
-    tutte_plateau : float
+    tutte_plateau : float, default 1e-3
         The Tutte map ends when its energy fell by less than this share over 100 iterations: it is a start
         only.
-    max_iterations : int
+    max_iterations : int, default 20,000
         Maximum number of iterations of each minimisation, one for each of the two maps.
-    plateau : float
+    plateau : float, default 5e-7
         The harmonic descent ends, too, when its energy fell by less than this share over 100 iterations: the
         rule of `Lai2014`, and in kind that of the authors, an energy difference.
 
@@ -246,7 +246,7 @@ class Stereographic(Method):
 
     Parameters
     ----------
-    plane : {"laplace-beltrami", "conformal-equivalence"}
+    plane : {"laplace-beltrami", "conformal-equivalence"}, default "laplace-beltrami"
         How the punctured surface is flattened: by one linear solve (reference [11] of Lai et al.), or by a
         flow of the conformal factor to a flat metric (reference [12]), here the convex Newton iteration of
         Springborn, Schroeder and Pinkall.
@@ -254,11 +254,11 @@ class Stereographic(Method):
         Face that holds the pole. The flat metric has the pole at its first corner: next to a punctured face
         of equal sides triangles would have angles of 180 degrees. By default a well-shaped face of middling
         size; for the flat metric the best of four such.
-    angle_tolerance : float
+    angle_tolerance : float, default 1e-8
         Of the flat metric only: largest angle defect in radians.
-    max_iterations : int
+    max_iterations : int, default 100
         Of the flat metric only: maximum number of iterations of each minimisation, one for each puncture that is tried.
-    backend : str
+    backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 
     Raises

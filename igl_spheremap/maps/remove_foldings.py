@@ -36,7 +36,7 @@ def minimize_harmonic_energy(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
-        The options; its `rounds` do not count.
+        The options, by default its own; its `rounds` do not count.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
@@ -89,7 +89,7 @@ def remove_foldings(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
-        The options.
+        The options, by default its own.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional

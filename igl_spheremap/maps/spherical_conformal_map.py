@@ -47,7 +47,7 @@ def spherical_conformal_map(
         plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=1)``, with options:
         see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
     tolerance, max_iterations, backend, gauge, polish, effort
-        The options of "auto", see `Auto`. Other methods take theirs by record only.
+        The options of "auto" and their defaults are those of `Auto`. Other methods take theirs by record only.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional

@@ -87,11 +87,11 @@ def p_harmonic_map(
     may_fold : bool
         Take steps that fold faces, too. By default a start without foldings is kept free of them.
     gradient_tolerance : float
-        L2 norm of the tangential gradient at which the run ends, the source having unit area.
+        L2 norm of the tangential gradient at which the run ends, the source having unit area; 1e-3 by default.
     max_iterations : int
-        Maximum number of iterations.
+        Maximum number of iterations, 5000 by default.
     plateau : float
-        The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
+        The run ends, too, when the lowest energy fell by less than this share, 5e-7 by default, over 100 iterations.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
@@ -163,7 +163,7 @@ def landmark_map(
     targets : (k, 3) array_like
         Their targets, as directions.
     landmark_weights : float or (k,) array_like
-        Weights of the squared chords, beside an energy of about 4 pi; 100 leaves distances of some 1e-3.
+        Weights of the squared chords, beside an energy of about 4 pi; 100, the default, leaves distances of some 1e-3.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
@@ -172,12 +172,12 @@ def landmark_map(
         near landmarks: a point has zero capacity in the plane, so that the energy is lowest where a thin spike of the
         surface reaches the target.
     sobolev_gradient_tolerance : float
-        Norm of the gradient at which the run ends, both taken in the Sobolev metric of smooth fields: it is no L2 norm
-        as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
+        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the Sobolev metric of smooth fields:
+        it is no L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
     max_iterations : int
-        Maximum number of iterations.
+        Maximum number of iterations, 500 by default.
     plateau : float
-        The run ends, too, when the lowest energy fell by less than this share over 100 iterations.
+        The run ends, too, when the lowest energy fell by less than this share, 1e-6 by default, over 100 iterations.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional

@@ -66,25 +66,25 @@ def map_many(
         A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`. The default takes no
         steps on good maps, so that all members of a population are treated alike.
     balance : float
-        As of `igl_spheremap.balanced_spherical_map`; 0 is conformal.
+        As of `igl_spheremap.balanced_spherical_map`; 0, the default, is conformal.
     repair : bool
         Repair the meshes first.
     keep_largest, holes, handles
-        How to repair them, see `igl_spheremap.repair_mesh`.
+        How to repair them, and by default, as of `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
         Where inputs, options and results are recorded, as JSON lines; by default in the folder that `out` gives to all
         targets.
     resume : bool
-        Take a result from the manifest if mesh file, options and version are the same, and the target is still what
-        was written.
+        Take a result from the manifest, as by default, if mesh file, options and version are the same, and the target
+        is still what was written.
     retry_failed : bool
         Run again the jobs that the manifest records without a map, as `force` does.
     timeout, memory : float, optional
         Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
     retries : int
-        How often a job is run again whose worker died.
+        How often a job is run again whose worker died; once by default.
     report : path-like, optional
         A folder for `index.html`, with distributions and pictures of the maps, the worst first. Needs Pillow.
     listener : callable, optional

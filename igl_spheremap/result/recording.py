@@ -107,7 +107,13 @@ class Recording(History):
                 self._thin()
 
     def skip(self, step: Step) -> None:
-        """Count an iterate whose positions are not at hand; its foldings are taken to be those before it."""
+        """Count an iterate whose positions are not at hand; its foldings are taken to be those before it.
+
+        Parameters
+        ----------
+        step : Step
+            Its numbers.
+        """
         with self._lock:
             self.steps.append(step)
             self._foldings.append(self._foldings[-1] if self._foldings else 0)

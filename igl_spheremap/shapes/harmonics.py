@@ -92,8 +92,8 @@ class SphericalHarmonics:
         Parameters
         ----------
         to : str, SphereMap or (x, f)
-            ``ico:K``, an icosahedron whose edges are cut into 2^K parts; a map, such as the source's own; or any mesh
-            of the sphere.
+            ``ico:K``, an icosahedron whose edges are cut into 2^K parts (default: ``ico:5``); a map, such as the
+            source's own; or any mesh of the sphere.
 
         Returns
         -------

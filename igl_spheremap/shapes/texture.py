@@ -81,7 +81,7 @@ def texture_atlas(
         Longitude and latitude, poles up and down; or the octahedron ``|x| + |y| + |z| = 1`` unfolded onto the
         square, which has no poles and leaves no part of the picture unused.
     cut : bool
-        Cut faces at the seam; the octahedral projection always does.
+        Cut faces at the seam, the default; the octahedral projection always does.
 
     Returns
     -------

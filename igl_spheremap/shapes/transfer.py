@@ -184,8 +184,9 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     source : SphereMap
         The surface and its map.
     to : str, SphereMap or (x, f)
-        ``ico:K``, a regular icosphere, whose first ``10 * 4^J + 2`` vertices are those of ``ico:J`` (the order is this
-        package's own, not FreeSurfer's); a map, whose image is taken; or any mesh of the sphere.
+        ``ico:K``, a regular icosphere (default: ``ico:5``), whose first ``10 * 4^J + 2`` vertices are those of
+        ``ico:J`` (the order is this package's own, not FreeSurfer's); a map, whose image is taken; or any mesh of the
+        sphere.
 
     Returns
     -------

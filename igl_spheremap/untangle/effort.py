@@ -14,19 +14,19 @@ class Effort:
 
     Parameters
     ----------
-    systems : int
+    systems : int, default 20
         Linear systems with two unknowns a vertex that are solved at the most, one for each Newton step that is tried.
         Only bodies with limbs of 60 nepers and more take 20. Maps that came without foldings take fewer: one to four
         from 1,000 vertices on.
-    sweeps : int
+    sweeps : int, default 10
         Sweeps over all vertices after these steps, at the most.
-    holes : int
+    holes : int, default 5
         Faces that are cut out in turn, where the map of a coarse mesh is poor, to lay it out by angles that close,
         until three in a row gain nothing. Above 1,000 vertices fewer layouts take steps.
-    least_gain : float
+    least_gain : float, default 0.025
         Steps and sweeps end when all further steps together, or a sweep, would lower the mean angle difference by less
         than this share.
-    polish_gain : float
+    polish_gain : float, default 0.004
         The same for a polish.
 
     Raises

@@ -248,7 +248,7 @@ def play(
     up : str
         Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     size : (int, int)
-        Width and height in pixels.
+        Width and height in pixels; 1400 by 640 by default.
 
     Returns
     -------

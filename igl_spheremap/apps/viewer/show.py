@@ -24,8 +24,8 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     up : str
         Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     subject : str
-        What the colours show at first: "foldings", "conformal factor", "angle differences", "area distortion"
-        or "checkerboard".
+        What the colours show at first: "foldings" (the default), "conformal factor", "angle differences",
+        "area distortion" or "checkerboard".
 
     Raises
     ------
@@ -61,10 +61,10 @@ def screenshot(
     up : str
         Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     subject : str
-        What the colours show: "foldings", "conformal factor", "angle differences", "area distortion"
+        What the colours show: "foldings" (the default), "conformal factor", "angle differences", "area distortion"
         or "checkerboard".
     size : (int, int)
-        Width and height in pixels.
+        Width and height in pixels; 1000 by 600 by default.
 
     Raises
     ------
