@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .palette import LINES, SURFACE, sequential
+from .palette import FOLDED, INK, LINES, SURFACE, sequential
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
 _PIXELS = 420  # along a side of a picture of a surface
 _AMBIENT = 0.5  # brightness where light grazes a surface
-BINS = 81  # odd: the middle one is about 0
+_BINS = 81  # odd: the middle one is about 0
+#: Colours of logarithms of area ratios reach to this: areas half and double.
+_DOUBLE = float(np.log(2))
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
@@ -67,8 +69,40 @@ def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, 
     >>> edges[[0, -1]].tolist(), share[[40, -1]].round(3).tolist()
     ([-40.0, 40.0], [0.667, 0.333])
     """
-    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=BINS, range=(-reach, reach))
+    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=_BINS, range=(-reach, reach))
     return edges, counts / differences.size
+
+
+def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArray, ratios: FloatArray,
+               title: str) -> Any:
+    """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
+
+    It takes images (n, 2), faces, vertices of the boundary loop, angle differences in degrees, and logarithms of area
+    ratios.
+    """
+    figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
+    shown = np.clip(np.nan_to_num(ratios), -_DOUBLE, _DOUBLE)
+    drawn = left.tripcolor(p[:, 0], p[:, 1], f, facecolors=shown, cmap="PuOr_r", vmin=-_DOUBLE, vmax=_DOUBLE,
+                           rasterized=True)
+    side = p[f[:, 1]] - p[f[:, 0]], p[f[:, 2]] - p[f[:, 0]]
+    folded = side[0][:, 0] * side[1][:, 1] <= side[0][:, 1] * side[1][:, 0]
+    if folded.any():
+        left.tripcolor(p[:, 0], p[:, 1], f[folded], facecolors=np.zeros(int(folded.sum())), color=FOLDED)
+    around = np.append(rim, rim[0])
+    left.plot(p[around, 0], p[around, 1], color=INK, linewidth=0.6)
+    left.set_aspect("equal")
+    left.set_axis_off()
+    bar = figure.colorbar(drawn, ax=left, orientation="horizontal", shrink=0.8, ticks=[-_DOUBLE, 0, _DOUBLE])
+    bar.ax.set_xticklabels(["half the area", "equal", "twice"], fontsize=SMALL)
+    plot_angles(middle, differences)
+    finite = ratios[np.isfinite(ratios)]
+    size = np.abs(finite)
+    right.hist(np.clip(finite, -3 * _DOUBLE, 3 * _DOUBLE), bins=_BINS, color="0.4")
+    right.set(yticks=[])
+    right.set_xlabel("log(image area / source area) (ends hold the rest)", fontsize=SMALL)
+    right.set_title(f"areas: mean size of the logarithm {size.mean():.3g},\n99% below "
+                    f"{np.percentile(size, 99):.3g}", fontsize=SMALL)
+    return figure
 
 
 #: Where the light comes from, in the frame of the view.

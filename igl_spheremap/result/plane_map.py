@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..draw.markup import table
-from ..draw.plane import plot_plane
+from ..draw.plot import plot_plane
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
