@@ -37,7 +37,7 @@ def fit_moebius(
         nonlocal last
         y = _moved(x, t) if t.any() else x  # rounding may fold slivers
         values, gradients = fixed(y)
-        last = y, root * (features - values), gradients
+        last = y, root * (features - values), gradients  # shapes (7)
         if folded_faces(y, f).any():
             return np.full(features.size + 3, np.inf)
         return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
