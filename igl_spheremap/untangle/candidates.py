@@ -27,7 +27,7 @@ from .match_angles import SMALL
 
 
 def layouts(mesh: Mesh, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
-    """Maps from the mesh's own angles, as they close around so many faces; none of limbs too deep for float64."""
+    """Maps laid out by the mesh's own angles around so many holes in turn; none of limbs too deep for float64."""
     source = proper_angles(corner_angles(mesh.v, mesh.f))
     for hole in islice(_holes(mesh), holes):
         closed = close_angles(system, source, hole)

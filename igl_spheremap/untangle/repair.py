@@ -47,8 +47,8 @@ from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair
 from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
 from .poles import at_poles
 
-#: Runs of steps on small meshes at the most, each from the end of the last; quick steps in a run, and half the rough
-#: ones that compare candidates; and candidates in a row that gain nothing, after which no more are tried.
+#: One number for several: runs of steps on a small mesh, each from the end of the last; quick steps in a run, and half
+#: the rough steps that compare candidates; candidates in a row without a gain, after which no more are tried.
 _SEVERAL = 3
 
 
