@@ -144,7 +144,8 @@ def test_signals_finish_what_was_begun_and_count_what_is_left(number, stand_in, 
 def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, capsys):
     code = "import igl_spheremap as ism; ism.map_many(['300.ply'], '{stem}.obj', listener=lambda row: input())"
     first = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE)
-    while not Path("300.obj").exists():
+    manifest = Path("stem.obj.manifest.jsonl")
+    while not (manifest.exists() and '"row"' in manifest.read_text()):  # the result is recorded, not only written
         assert first.poll() is None
         time.sleep(0.02)
     try:
