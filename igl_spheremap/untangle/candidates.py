@@ -23,7 +23,7 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import signed_volumes
 from .angles import close_angles, proper_angles
 from .layout import Layout, centred, onto_sphere
-from .match_angles import SMALL
+from .match_angles import SMALL, covers_once
 
 
 def layouts(mesh: Mesh, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
@@ -56,12 +56,12 @@ class Badness:
         return mean_difference(self.source, x, self.sample) + 30 * self.folded(x)
 
     def folded(self, x: FloatArray) -> float:
-        """Share of the faces that fold."""
-        return float((by_blocks(signed_volumes, x, self.f) <= 0).mean())
+        """Share of the faces that fold; all, unless the degree is 1: it is 0 if one face, folded, holds all others."""
+        return float((by_blocks(signed_volumes, x, self.f) <= 0).mean()) if covers_once(x, self.f) else 1.0
 
 
 def least_folded(x: FloatArray, badness: Badness) -> tuple[float, FloatArray]:
-    """The least badness of Moebius maps of a map, and the map; itself if nothing folds."""
+    """The least badness of Moebius maps of a map, and the map; itself if none folds fewer faces."""
 
     def moved(b: FloatArray) -> FloatArray:
         return moebius(x, b / np.sqrt(1 + b @ b))
@@ -72,4 +72,5 @@ def least_folded(x: FloatArray, badness: Badness) -> tuple[float, FloatArray]:
     simplex = np.vstack((np.zeros(3), 0.4 * np.eye(3)))
     options = {"maxfev": 60, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
     found = minimize(lambda b: badness(moved(b)), simplex[0], method="Nelder-Mead", options=options)
-    return (float(found.fun), moved(found.x)) if found.fun < before else (before, x)
+    y = moved(found.x)
+    return (float(found.fun), y) if badness.folded(y) < badness.folded(x) else (before, x)

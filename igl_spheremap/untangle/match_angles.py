@@ -151,7 +151,7 @@ class AngleProblem:
             around = movable[self.f].any(axis=1)
             loss = AngleLoss(self.source[:, around], self._smoothing)
             y = relax_angles(z, self.f[around], loss, movable, sweeps=2)
-        if (folded.any() and folded_faces(y, self.f).any()) or not _covers_once(y, self.f):
+        if (folded.any() and folded_faces(y, self.f).any()) or not covers_once(y, self.f):
             return Trial(x, np.inf, folded)
         return Trial(y, self.value(y), folded)
 
@@ -179,8 +179,8 @@ class AngleProblem:
         return angles - self.source, J
 
 
-def _covers_once(x: FloatArray, f: IntArray) -> bool:
-    """Whether faces of a map, none folded, cover the sphere once: solid angles sum to 4 pi times the degree."""
+def covers_once(x: FloatArray, f: IntArray) -> bool:
+    """Whether the degree of a map is 1: the solid angles of faces, negative where they fold, sum to 4 pi times it."""
     a, b, c = (x[f[:, k]] for k in range(3))
     half = np.arctan2(row_dets(a, b, c), 1 + row_dots(a, b) + row_dots(b, c) + row_dots(c, a))
-    return float(half.sum()) < 3 * np.pi
+    return abs(float(half.sum()) - 2 * np.pi) < np.pi

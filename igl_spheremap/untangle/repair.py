@@ -192,10 +192,14 @@ class _Steps:
             mean, start = self.found[0 if known else -1]
             rough = name != "map" or (free and not small)
             with self.attempt("newton"):
-                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system,
-                                 few if rough else self.effort, damping=DAMPED if name != "map" else HALF_DIGITS,
-                                 rough=rough)
-                self.accept("newton", x)
+                for _ in range(_SEVERAL if small and not rough else 1):
+                    x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system,
+                                     few if rough else self.effort, damping=DAMPED if name != "map" else HALF_DIGITS,
+                                     rough=rough)
+                    self.accept("newton", x)
+                    if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
+                        break
+                    mean, start = self.found[-1]
             self.ends.append(min(mean, self.found[-1][0]))
             if not rough:
                 self.done = self.best
@@ -250,14 +254,14 @@ class _Steps:
         Maps that need no repair are improved by few factorised steps, and above 4,000 vertices, where factorisations
         take most of the time, by quick steps with conjugate gradients. Of candidates only the best takes further steps.
         """
+        if self.best is self.done:
+            return
         n, quick = len(self.mesh.v), quick and len(self.mesh.v) > (_SEVERAL + 1) * SMALL
         effort, most = self.effort, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n
         if quick or self.first.certificate.folding_free or (self.ends and n > SMALL):
             effort = replace(effort, systems=min(effort.systems, most))
         starts = [self.best] if self.ends or self.best is self.found[0][1] else [self.found[0][1], self.best]
         damping, rough = DAMPED if self.laid_out else HALF_DIGITS, bool(self.ends) and n <= SMALL
-        if self.best is self.done:
-            starts, damping, rough = [], HALF_DIGITS, False
         for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
             start = starts[k] if k < len(starts) else self.best
             before, run = self.mean(start.sphere), start.run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bodies import ring_floor, worm
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, Delaunay
 from triangulations import icosphere, unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
@@ -16,11 +16,13 @@ from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.result.run import Run, Status
 from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.sphere.moebius import center, fix_gauge
+from igl_spheremap.untangle.candidates import Badness
 from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.repair import left_out, repair
 from igl_spheremap.verify.certificate import Certificate, certify
 from igl_spheremap.verify.distortion import angle_differences
+from igl_spheremap.verify.signs import folded_faces
 
 
 def _mapped(name, **parameters):
@@ -139,6 +141,18 @@ def test_layouts_compete_around_so_many_holes_until_three_in_a_row_gain_nothing(
     own, *ends = [r.mean_angle_difference for r in all_three[:-1] if r.start == "newton"]
     assert len(ends) == 3
     assert min(ends) > (1 - Effort().least_gain) * own
+
+
+def test_a_map_within_one_of_its_faces_counts_as_folded_everywhere_and_not_once():
+    corners = np.exp(2j * np.pi * np.arange(3) / 3)
+    inner = np.random.default_rng(0).dirichlet(np.ones(3), size=60) @ corners
+    z = np.concatenate((corners, inner))
+    f = np.vstack((Delaunay(np.column_stack((z.real, z.imag))).simplices, [0, 2, 1]))
+    x, within = (unit(np.column_stack((2 * s * z.real, 2 * s * z.imag, 1 - s**2 * np.abs(z) ** 2))) for s in (3, 0.1))
+    badness = Badness(check_mesh(x, f))
+    assert folded_faces(within, f).sum() == 1
+    assert badness.folded(within) == 1
+    assert badness.folded(x) == folded_faces(x, f).mean() < 0.1
 
 
 def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
