@@ -208,7 +208,7 @@ def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArra
     [255, 0, 0]
     """
     low, high = y.min(axis=0), y.max(axis=0)
-    radius = max(float((high - low)[:2].max()) / 2, np.finfo(float).tiny) * _MARGIN
+    radius = max(float((high - low)[:2].max()) / 2, float(np.finfo(float).tiny)) * _MARGIN
     pixels = (y - (low + high) / 2) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
     place, depth, owner = _samples(pixels, f, size)
     levels = np.ptp(depth) / np.iinfo(np.uint16).max or 1.0  # integers of 16 bits are sorted in a tenth of the time

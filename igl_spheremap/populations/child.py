@@ -44,8 +44,8 @@ class WorkerDied(RuntimeError):
         self.pid, self.status, self.reason = pid, status, reason
 
     def __str__(self) -> str:
-        how = f"by signal {-self.status}" if self.status < 0 else f"with status {self.status}"
-        return self.reason or f"its process ended {how}, perhaps for lack of memory"
+        killed = f"by signal {-self.status}, perhaps for lack of memory"
+        return self.reason or f"its process ended {killed if self.status < 0 else f'with status {self.status}'}"
 
 
 class Child:

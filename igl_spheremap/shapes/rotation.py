@@ -203,7 +203,7 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
         curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())  # uphill along every axis
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
-        R = Rotation.from_rotvec(step * min(1.0, _LONGEST / max(length, np.finfo(float).tiny))).as_matrix() @ R
+        R = Rotation.from_rotvec(step * min(1.0, _LONGEST / max(length, float(np.finfo(float).tiny)))).as_matrix() @ R
         if length < _SHORTEST:
             break
     return RotationCandidate(R, float(np.vdot(f, rotate_complex(g, R, U)).real))

@@ -129,7 +129,7 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
     green = operators.factor.solve(loads, _ACCURACY)  # algorithm (3)
-    target = np.ravel(_in_their_planes(mesh, mesh.f[[face]])).conj()
+    target = np.conj(np.ravel(_in_their_planes(mesh, mesh.f[[face]])))
     if target[1].imag == 0:  # without area it is placed as an equilateral one: the affine correction finds its shape
         target = np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):

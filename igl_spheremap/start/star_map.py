@@ -174,7 +174,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
     factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
     factor[(source == 0) & (image > 0)] = factor.max(initial=1.0)
-    return np.maximum(factor, 1e-12 * max(float(factor.mean()), np.finfo(float).tiny))
+    return np.maximum(factor, 1e-12 * max(float(factor.mean()), float(np.finfo(float).tiny)))
 
 
 def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:

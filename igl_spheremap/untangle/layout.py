@@ -234,7 +234,7 @@ def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
     >>> np.exp(log_sum(np.log(np.array([3j])), np.log(4 + 0j)))[0].round(9)
     np.complex128(4+3j)
     """
-    unit = np.maximum(np.maximum(np.real(a), np.real(b)), np.finfo(float).min)
+    unit = np.maximum(np.maximum(a.real, np.asarray(b).real), np.finfo(float).min)
     return unit + logarithm(np.exp(a - unit) + np.exp(b - unit))
 
 

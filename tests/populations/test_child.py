@@ -48,6 +48,11 @@ def test_a_process_that_dies_is_replaced(child):
     assert child.call(errands.process)
 
 
+def test_lack_of_memory_is_supposed_only_of_a_process_that_was_ended_from_outside(child):
+    with pytest.raises(WorkerDied, match=r"its process ended with status 3$"):
+        child.call(errands.leave)
+
+
 def test_a_call_that_takes_too_long_is_ended(child):
     with pytest.raises(WorkerDied, match=r"more than 0\.2 s"):
         child.call(errands.wait, timeout=0.2)
