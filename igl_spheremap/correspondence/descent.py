@@ -34,7 +34,7 @@ _STEPS, _LAST_STEPS, _GAIN = 5, 30, 2e-3
 _SOFT = 10.0
 
 #: Takes A's own mesh, or its refinement, each iterate on it, and its energy.
-Report = Callable[[Level, FloatArray, float], None]
+LevelReport = Callable[[Level, FloatArray, float], None]
 
 
 class Descent:
@@ -98,14 +98,14 @@ class Descent:
         fit_moebius(found[0], self._a.f, pair.weights, pair.features[0], pair.fixed_features(0), keep)
         return found[0]
 
-    def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
+    def run(self, start: FloatArray, report: LevelReport) -> tuple[Level, FloatArray]:
         """The map that a start on A's own mesh leads to, and that mesh, or its refinement near landmarks."""
         before, y = self._a, start
         for a, b in self._levels:
             before, y = self.lowered(a, b, before.carried(y, a), report if a is self._a else None)
         return before, y
 
-    def lowered(self, a: Level, b: Level, y: FloatArray, report: Report | None = None) -> tuple[Level, FloatArray]:
+    def lowered(self, a: Level, b: Level, y: FloatArray, report: LevelReport | None = None) -> tuple[Level, FloatArray]:
         """A map of a level with less strain, landmarks held at their goals, and the level, refined if they need it.
 
         If landmarks can't be brought to their goals, the map is the one that came nearest.

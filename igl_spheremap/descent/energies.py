@@ -13,7 +13,14 @@ from numpy.typing import ArrayLike
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import Mesh, check_mesh
-from ..operators.laplacian import Weights, apply, is_usable, laplacian, mollified_edge_lengths, usable_laplacian
+from ..operators.laplacian import (
+    Weights,
+    apply_laplacian,
+    is_usable,
+    laplacian,
+    mollified_edge_lengths,
+    usable_laplacian,
+)
 from ..sphere.rows import inner, row_dots
 
 
@@ -37,7 +44,7 @@ class HarmonicEnergy:
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Value and derivatives, L x."""
-        gradient = apply(self.L, x)
+        gradient = apply_laplacian(self.L, x)
         return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 

@@ -33,7 +33,7 @@ def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
     loops = _Loops(v, f)
     basis, reach = loops.basis(), _REACH * loops.mean_edge
     while loops.uncut and basis:
-        found = [loops.shortest(_spread(loop, _ROOTS), reach) for loop in basis]
+        found = [loops.shortest(_evenly_spaced(loop, _ROOTS), reach) for loop in basis]
         for loop in sorted((loops.tightened(loop) for loop in found if loop is not None), key=loops.length):
             loops.cut(loop)  # unless it meets another one that was shorter
         alone = [loop for loop, near in zip(basis, found, strict=True) if near is None]
@@ -183,7 +183,7 @@ class _Loops:
             return None
         i, j, weight, value = (array[usable] for array in (part.row, part.col, weight, self._values[entry]))
         graph = csr_matrix((weight, (i, j)), shape=part.shape)
-        roots = _spread(np.searchsorted(ball, roots), max(3, _VISITS // max(1, len(ball))))
+        roots = _evenly_spaced(np.searchsorted(ball, roots), max(3, _VISITS // max(1, len(ball))))
         best, found = np.inf, None
         for root in roots.tolist():
             distance, previous = dijkstra(graph, indices=root, limit=reach, return_predecessors=True)
@@ -211,7 +211,7 @@ def _potentials(previous: NDArray[np.int32], root: int, i: IntArray, j: IntArray
     return step
 
 
-def _spread(items: IntArray, most: int) -> IntArray:
+def _evenly_spaced(items: IntArray, most: int) -> IntArray:
     """At most that many of the items, evenly spaced."""
     return items[np.linspace(0, len(items), min(most, len(items)), endpoint=False).astype(np.int64)]
 

@@ -84,7 +84,7 @@ def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matri
     return L if is_usable(L) else laplacian(mesh.v, mesh.f, "mollified", mesh.edges)
 
 
-def apply(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
+def apply_laplacian(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
     """L x in the layout of x."""
     y = np.empty_like(x)
     for k in range(x.shape[1]):

@@ -231,11 +231,11 @@ class BoxTree:
         code = np.zeros(len(points), dtype=np.int64)
         for axis in range(3):
             rank = np.searchsorted(self._sorted[:, axis], points[:, axis])
-            code |= _spread((rank * (2**_BITS - 1)) // len(self._sorted)) << axis
+            code |= _with_gaps((rank * (2**_BITS - 1)) // len(self._sorted)) << axis
         return code
 
 
-def _spread(n: IntArray) -> IntArray:
+def _with_gaps(n: IntArray) -> IntArray:
     """Two zero bits before each of the 21 bits of a number."""
     for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F),
                         (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):

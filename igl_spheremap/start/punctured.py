@@ -11,7 +11,7 @@ from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import spread, surface_area, vertex_normals, weighted_quantile
 from ..mesh.timings import stage
-from ..operators.laplacian import Operators, apply
+from ..operators.laplacian import Operators, apply_laplacian
 from ..sphere.moebius import center
 from ..sphere.rows import INFINITE, from_chart, inner
 from ..verify.distortion import mean_angle_difference
@@ -81,7 +81,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
 
 
 def _evaluated(x: FloatArray, operators: Operators) -> Start:
-    derivative = apply(operators.L, x)
+    derivative = apply_laplacian(operators.L, x)
     return Start(x, 0.5 * inner(x, derivative), derivative)  # eq. (6)
 
 
