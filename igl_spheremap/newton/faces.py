@@ -117,7 +117,7 @@ class FaceProblem:
         after = self.energy.by_face(y)
         folded = self.folded(y, slice(None))
         refused = folded | ~(after < limit)
-        share = np.ones(len(x))
+        corners, share = np.ascontiguousarray(f.T), np.ones(len(x))
         for _ in range(_HALVINGS):
             if not refused.any():
                 break
@@ -125,7 +125,7 @@ class FaceProblem:
             moved[f[refused]] = True
             share[moved] /= 2
             y[moved] = self.onto(x[moved] + share[moved, None] * move[moved], moved)
-            near = np.flatnonzero(moved[f].any(axis=1))
+            near = np.flatnonzero(moved.take(corners).any(axis=0))
             after[near] = self.energy.by_face(y, near)
             refused[near] = self.folded(y, near) | ~(after[near] < limit[near])
         if refused.any():

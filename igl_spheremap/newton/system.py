@@ -94,37 +94,35 @@ class VertexSystem:
 
     @cached_property
     def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Rows and columns of the entries, and the number of entry (a, b) of each vertex's, then each edge's block.
+        """Rows and columns of the entries, and what the number of a block is added to for those of its (a, b).
 
-        Entry (0, 1) of a vertex's block is the mirror image of (1, 0): its number is one past the last.
+        Blocks are vertices', then edges'. All their entries (0, 0) come first, then (0, 1), which vertices lack: it is
+        the mirror image of (1, 0).
         """
         n, (larger, smaller, _) = self.n, self._edges
-        loops = np.arange(n)
-        rows, columns = np.concatenate((loops, larger)), np.concatenate((loops, smaller))
-        kept = np.ones((2, 2, len(rows)), dtype=bool)
-        kept[0, 1, :n] = False
-        numbers = np.where(kept, np.cumsum(kept).reshape(kept.shape) - 1, kept.sum())
-        unknown = np.arange(2)
-        return ((2 * rows + unknown[:, None, None] + 0 * unknown[:, None])[kept],
-                (2 * columns + unknown[:, None] + 0 * unknown[:, None, None])[kept], numbers)
+        loops, blocks = np.arange(n), n + len(larger)
+        rows, columns = 2 * np.concatenate((loops, larger)), 2 * np.concatenate((loops, smaller))
+        return (np.concatenate((rows, rows[n:], rows + 1, rows + 1)),
+                np.concatenate((columns, columns[n:] + 1, columns, columns + 1)),
+                np.array([[0, blocks - n], [2 * blocks - n, 3 * blocks - n]]))
 
     @cached_property
     def _at_vertices(self) -> IntArray:
         """Numbers of the entries (0, 0), (1, 0) and (1, 1) of each vertex's block."""
-        numbers = self._layout[2]
-        return np.stack((numbers[0, 0, :self.n], numbers[1, 0, :self.n], numbers[1, 1, :self.n]))
+        return self._layout[2].ravel()[[0, 2, 3], None] + np.arange(self.n)
 
     @cached_property
     def _numbers(self) -> IntArray:
-        """The entry to which each entry of the faces' blocks is added, in their order."""
-        numbers, edge = self._layout[2], iter(self._edges[2])
+        """The entry to which each entry of the faces' blocks is added, in their order; one past the last for none."""
+        (rows, _, first), edge = self._layout, iter(self.n + self._edges[2])
         found = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
         for k, (i, j) in enumerate(PAIRS):
             if i == j:
-                found[k] = numbers[:, :, self.f[:, i]]
+                np.add(first[:, :, None], self.f[:, i], out=found[k])
+                found[k, 0, 1] = len(rows)
             else:
-                block = numbers[:, :, self.n + next(edge)]
-                found[k] = np.where(self.f[:, i] < self.f[:, j], block.transpose(1, 0, 2), block)
+                mirrored = self.f[:, i] < self.f[:, j]
+                np.add(np.where(mirrored, first.T[:, :, None], first[:, :, None]), next(edge), out=found[k])
         return found.ravel()
 
     @cached_property

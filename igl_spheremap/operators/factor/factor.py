@@ -156,19 +156,27 @@ class Cholmod:
     backend: ClassVar[str] = "cvxopt"
 
     def __init__(self, entries: Entries) -> None:
+        import cvxopt.amd
         import cvxopt.cholmod
 
         self._cvxopt: Any = cvxopt
-        dissect = entries.n >= _CHOLMOD_DISSECTS_FROM
-        vertices = nested_dissection(entries.graph).order if dissect else bandwidth_order(entries.graph)
+        dissect, graph = entries.n >= _CHOLMOD_DISSECTS_FROM, entries.graph
+        vertices = nested_dissection(graph).order if dissect else bandwidth_order(graph)
+        ordered = dissect or entries.unknowns > 1
+        if ordered and not dissect:  # the graph of the vertices, of a quarter of the entries, has the same minimum degrees
+            half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
+            vertices = vertices[np.asarray(cvxopt.amd.order(half)).ravel()]
         self._order = entries.expanded(vertices)
-        rows, columns, numbers = entries.lower(self._order)
-        index = cvxopt.matrix(rows), cvxopt.matrix(columns)
-        self._A = cvxopt.spmatrix(cvxopt.matrix(numbers.astype(np.float64)), *index, (entries.n, entries.n))
+        self._A = self._matrix(*entries.lower(self._order), entries.n)
         self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
-        given = {"p": cvxopt.matrix(np.arange(entries.n))} if dissect else {}
-        with self._options(nmethods=(1 + entries.repeated) * dissect):  # orders to try, `given` first; 0 is the default
+        given = {"p": cvxopt.matrix(np.arange(entries.n))} if ordered else {}
+        # Orders to try, `given` first; 0 is the default.
+        with self._options(nmethods=1 + (dissect and entries.repeated) if ordered else 0):
             self._symbolic = cvxopt.cholmod.symbolic(self._A, **given)
+
+    def _matrix(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, n: int) -> Any:
+        matrix = self._cvxopt.matrix
+        return self._cvxopt.spmatrix(matrix(values.astype(np.float64)), matrix(rows), matrix(columns), (n, n))
 
     @contextmanager
     def _options(self, **options: int) -> Iterator[None]:
