@@ -143,7 +143,7 @@ class BalancedEnergy:
         The blocks (6, k, k, m) belong to the corner pairs `PAIRS`; `convex` projects the Hessian of each face. It is
         that of the flat triangles: it leaves out how axes turn on the sphere.
         """
-        m, corners = len(self.f), self.source.corners
+        m, corners, x = len(self.f), self.source.corners, np.asfortranarray(x)  # every chunk takes its columns
         gradient, blocks = np.empty((len(axes), 3, m)), np.empty((6, len(axes), len(axes), m))
         for first in range(0, m, _CHUNK):
             chunk = slice(first, first + _CHUNK)

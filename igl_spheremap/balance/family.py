@@ -30,7 +30,7 @@ POWER = 0.9
 #: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs.
 _FAR = 1.05
 #: In that stage areas count no more than angles, and a rough minimum is enough.
-_OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.05
+_OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.1
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005
 #: Steps of each stage: what converges took at most 32.

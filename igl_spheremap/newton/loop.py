@@ -22,8 +22,6 @@ _FAITHFUL = 0.15
 #: Gains of Newton's steps, as shares of the value, fall quadratically or faster: the next one can be expected to be
 #: below t only if the square of the last is below this times t.
 _SQUARES = 10.0
-#: Shares of a step with an old factor that are tried.
-_LAST_LENGTHS = (1.0, 0.5)
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
@@ -164,13 +162,11 @@ class LineSearch:
         predicted = -float((model.gradient * step).sum()) / 2
         if not predicted < self.tolerance * model.value:
             return None
-        move = problem.move(x, model, step)
-        for length in _LAST_LENGTHS:
-            trial = problem.accept(x, length * move)
-            if trial.value < model.value:
-                self.ahead = predicted / model.value
-                return trial
-        return None
+        trial = problem.accept(x, problem.move(x, model, step))
+        if not trial.value < model.value:
+            return None
+        self.ahead = predicted / model.value
+        return trial
 
 
 def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:

@@ -163,7 +163,7 @@ class Cholmod:
         dissect, graph = entries.n >= _CHOLMOD_DISSECTS_FROM, entries.graph
         vertices = nested_dissection(graph).order if dissect else bandwidth_order(graph)
         ordered = dissect or entries.unknowns > 1
-        if ordered and not dissect:  # the graph of the vertices, of a quarter of the entries, has the same minimum degrees
+        if ordered and not dissect:  # minimum degree on the vertices' graph: a quarter of the entries, the same fill
             half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
             vertices = vertices[np.asarray(cvxopt.amd.order(half)).ravel()]
         self._order = entries.expanded(vertices)
