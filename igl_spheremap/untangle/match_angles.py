@@ -22,6 +22,7 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .effort import Effort
 from .embedding import dilate, embed_locally
+from .kernel import touching
 from .local_repair import FEW, RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
@@ -115,6 +116,7 @@ class AngleProblem:
                  smoothing: float | None = None, rough: bool = False) -> None:
         self.f, self.source, self.A, self.centroid, self._fixed = f, source, A, centroid, smoothing
         self._smoothing, self._rough = smoothing or 0.0, rough
+        self._failed = 2 * len(f)  # foldings whose embedding failed
 
     def value(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -138,20 +140,28 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, they are embedded and relaxed with what is around them."""
+        """The map x + move; if it folds few faces, they are embedded and relaxed with what is around them.
+
+        Where that failed it is tried again with half as many foldings only: shorter steps fold the same limbs.
+        """
         y = unit_rows(x + move)
-        folded = folded_faces(y, self.f)
-        if folded.sum() > FEW * len(self.f):
+        bad = folded = folded_faces(y, self.f)
+        if bad.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
-        if folded.any() and self._rough:
-            y = small_moves(y, self.f)
-        elif folded.any():
-            z = embed_locally(small_moves(y, self.f), self.f, persistent=False)
-            movable = dilate(self.f, (z != y).any(axis=1), RINGS)
-            around = movable[self.f].any(axis=1)
-            loss = AngleLoss(self.source[:, around], self._smoothing)
-            y = relax_angles(z, self.f[around], loss, movable, sweeps=2)
-        if (folded.any() and folded_faces(y, self.f).any()) or not covers_once(y, self.f):
+        if bad.any():
+            z = small_moves(y, self.f)
+            bad = folded_faces(z, self.f)
+            if not self._rough and 0 < 2 * bad.sum() <= self._failed:
+                z, many = embed_locally(z, self.f, persistent=False), int(bad.sum())
+                bad = folded_faces(z, self.f)
+                self._failed = many if bad.any() else 2 * len(self.f)
+            if not self._rough and not bad.any():
+                movable = dilate(self.f, (z != y).any(axis=1), RINGS)
+                around = touching(self.f, movable)
+                loss = AngleLoss(self.source[:, around], self._smoothing)
+                z = relax_angles(z, self.f[around], loss, movable, sweeps=2)
+            y = z
+        if bad.any() or not covers_once(y, self.f):
             return Trial(x, np.inf, folded)
         return Trial(y, self.value(y), folded)
 
