@@ -12,12 +12,13 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..sphere.moebius import fix_gauge
-from ..sphere.rows import row_crosses, row_dets, row_dots, sizes, unit_rows, weighted_sum
+from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from ..verify.signs import folded_faces
+from ..verify.signs import column_signs, folded_faces
 from .embedding import RINGS, PositionsListener, dilate, fix_orientation, progressive_embedding
+from .kernel import touching
 from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
@@ -69,57 +70,67 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     >>> folded_faces(x, f).tolist(), bool(folded_faces(small_moves(x, f), f).any())
     ([False, True, False, False], False)
     """
-    bad = folded_faces(x, f)
-    near = np.zeros(len(x), dtype=bool)
-    near[f[bad]] = True
-    near = dilate(f, near, RINGS)
-    y, folded = x, f[bad]
-    f = f[near[f].any(axis=1)]
-    best, fewest, since = x, len(folded), 0
-    while fewest and since < _PATIENCE:
-        y = _projected(y, folded, near)
+    near = dilate(f, touched(f[folded_faces(x, f)], len(x)), RINGS)
+    vertices, local = np.unique(f[touching(f, near)], return_inverse=True)
+    corners, start, movable = local.reshape(-1, 3).T, x[vertices].T.copy(), near[vertices]
+    y = best = start
+    bad = fewest = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
+    since = 0
+    while bad.size and since < _PATIENCE:
+        y = _projected(y, bad, movable)
         if listener is not None:
-            listener(y)
-        folded = f[folded_faces(y, f)]
-        best, fewest, since = (y, len(folded), 0) if len(folded) < fewest else (best, fewest, since + 1)
-    return _without_failures(x, best, f)
+            listener(_replaced(x, vertices, y))
+        bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
+        best, fewest, since = (y, bad, 0) if bad.size < fewest.size else (best, fewest, since + 1)
+    return _replaced(x, vertices, _without_failures(start, best, corners.T, fewest.T))
 
 
-def _without_failures(x: FloatArray, y: FloatArray, f: IntArray) -> FloatArray:
-    """The moves from `x` to `y` except for those connected to foldings that are left."""
-    moved = (x != y).any(axis=1)
-    failed = np.zeros(len(x), dtype=bool)
-    failed[f[folded_faces(y, f)]] = True
+def touched(f: IntArray, n: int) -> BoolArray:
+    """Which of `n` vertices are corners of some faces."""
+    marked = np.zeros(n, dtype=bool)
+    marked[f] = True
+    return marked
+
+
+def _replaced(x: FloatArray, vertices: IntArray, columns: FloatArray) -> FloatArray:
+    """A map with other positions for some vertices."""
+    x = x.copy()
+    x[vertices] = columns.T
+    return x
+
+
+def _without_failures(x: FloatArray, y: FloatArray, f: IntArray, folded: IntArray) -> FloatArray:
+    """The moves (3, n) from `x` to `y` except for those connected to the foldings that are left."""
+    moved, failed = (x != y).any(axis=0), touched(folded, len(x.T))
     while True:
         grown = failed | (dilate(f, failed, 1) & moved)
         if grown.sum() == failed.sum():
-            return np.where(failed[:, None], x, y)
+            return np.where(failed, x, y)
         failed = grown
 
 
 def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArray:
-    """One step that moves all folded faces towards a little area each.
+    """One step of a map (3, n) that moves all folded faces, corners (3, m), towards a little area each.
 
     Twice a face's area is det(o, q - p, r - p) with the outward unit vector o; it changes by o x (opposite side) as a
     corner moves.
     """
-    p = [x.take(folded[:, k], axis=0) for k in range(3)]
-    outward = p[0] + p[1] + p[2]
-    reach = np.sqrt(row_dots(outward, outward))
-    outward /= np.where(reach > 0, reach, 1.0)[:, None]
-    side = [p[(k + 2) % 3] - p[(k + 1) % 3] for k in range(3)]
-    size = sizes(np.abs(side[0]) + np.abs(side[1]))
-    side = [s / size[:, None] for s in side]
-    square = np.stack([row_dots(s, s) for s in side])
-    slope = [row_crosses(outward, s) for s in side]
-    lack = SMALL_ANGLE * square.max(axis=0) - row_dets(outward, side[1], side[2])
+    p = x.take(folded, axis=1)  # coordinate, corner, face
+    outward = p[:, 0] + p[:, 1] + p[:, 2]
+    reach = np.sqrt(column_dots(outward, outward))
+    outward /= np.where(reach > 0, reach, 1.0)
+    side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]
+    size = sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
+    side /= size
+    square = column_dots(side, side)
+    lack = SMALL_ANGLE * square.max(axis=0) - column_dots(outward, column_crosses(side[:, 1], side[:, 2]))
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
-    moved, corner, count = np.unique(folded.T, return_inverse=True, return_counts=True)
-    moves = (length[:, None] * slope).reshape(-1, 3).T
-    move = np.column_stack([np.bincount(corner.ravel(), part) for part in moves])
-    y, kept = x.copy(), movable[moved]
-    moved = moved[kept]
-    y[moved] = unit_rows(x[moved] + _OVER_RELAXATION * move[kept] / count[kept, None])
+    corners, n, moves = folded.ravel(), x.shape[1], length * column_crosses(outward[:, None], side)
+    count = np.bincount(corners, minlength=n)
+    moved = np.flatnonzero((count > 0) & movable)
+    move = np.stack([np.bincount(corners, part.ravel(), n) for part in moves]).take(moved, axis=1)
+    y = x.copy()
+    y[:, moved] = unit_rows((x[:, moved] + _OVER_RELAXATION * move / count[moved]).T.copy()).T
     return y
 
 
