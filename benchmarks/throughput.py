@@ -1,8 +1,8 @@
 """Maps a second of many small meshes by a plain loop, processes and Dask workers, and what a large study costs.
 
-    python -m benchmarks throughput [MESHES] [VERTICES] [ROUNDS]
+    python -m benchmarks throughput [--meshes 25] [--vertices 2562] [--rounds 6]
 
-writes docs/throughput.md and its picture.
+Writes docs/throughput.md and its picture.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from igl_spheremap.populations.child import Child
 from igl_spheremap.populations.executors import connect
 from igl_spheremap.populations.job import Job, Options, map_one
 
-from .common import DOCS
+from .common import DOCS, parser
 
 LOOP, POOL, DASK = "plain loops", "processes", "Dask workers"
 CORTICES, CORTEX = 100_000, 160_000
@@ -38,7 +38,7 @@ times.append(time.perf_counter())
 for source in sys.argv[1:]:
     v, f = ism.read_mesh(source)
     began = time.perf_counter()
-    result = ism.spherical_conformal_map(v, f)
+    result = ism.spherical_conformal_map(v, f, polish=None)
     maps.append(time.perf_counter() - began)
     ism.write_map("plain_" + source, result, force=True)
     times.append(time.perf_counter())
@@ -47,20 +47,24 @@ print(json.dumps([times, maps]))"""
 
 def main(argv: list[str]) -> None:
     """Measure, plot, and write the page."""
-    meshes, vertices, rounds = *map(int, argv), *(25, 2562, 6)[len(argv) :]
+    words = parser(__doc__)
+    words.add_argument("--meshes", type=int, default=25)
+    words.add_argument("--vertices", type=int, default=2562)
+    words.add_argument("--rounds", type=int, default=6)
+    asked = words.parse_args(argv)
     os.chdir(tempfile.mkdtemp())
-    sources = make(meshes, vertices)
+    sources = make(asked.meshes, asked.vertices)
     seconds = cortex()
     share = {"small": moving(sources[:20]), "cortex": moving(cortices())}
     print("The rest takes about a minute and needs a quiet machine.", flush=True)
     pairs = in_turn(sources)
-    rates, starts = measure(sources, rounds)
-    write(pairs, rates, starts, share, seconds, meshes, vertices)
+    rates, starts = measure(sources, asked.rounds)
+    write(pairs, rates, starts, share, seconds, asked.meshes, asked.vertices)
 
 
 def in_turn(sources):
     """Seconds of turns of a plain loop, and of jobs of a population in a process beside it, one after the other."""
-    options, child = Options(ism.Auto(), 0.0, False, False, True, os.getcwd()), Child()
+    options, child = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd()), Child()
     turns, jobs = [], []
     for k in range(PAIRS):
         source = sources[k % len(sources)]
@@ -154,7 +158,7 @@ class Cluster:
 
 def moving(sources) -> float:
     """CPU time of maps that share their faces with the one before, over that of maps which do not."""
-    options = Options(ism.Auto(), 0.0, False, False, True, os.getcwd())
+    options = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd())
 
     def spent(name: str) -> float:
         began = time.process_time()
@@ -181,7 +185,7 @@ def cortices() -> list[str]:
 def cortex() -> float:
     """CPU seconds of one job with a cortex: read, map, write, measure."""
     ism.write_mesh("cortex.ply", *ism.samples.make("brain", n_vertices=CORTEX))
-    options = Options(ism.Auto(), 0.0, False, False, True, os.getcwd())
+    options = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd())
     began = time.process_time()
     map_one(Job("cortex.ply", "cortex_sphere.ply", ""), options)
     return time.process_time() - began
@@ -204,7 +208,7 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
 
 Written by `python -m benchmarks throughput` with version {version}: {meshes} spheroids of {vertices:,} vertices,
 the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
-maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source)))` does; a population also measures
+maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source), polish=None))` does; a population also measures
 angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall times. The
 machine's own speed changes from second to second, so that what is compared is measured in turn, and ratios are medians.
 One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
@@ -218,7 +222,7 @@ One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.
 
 - **Against the loop**: a job of a population takes {quarter:.1f} percent longer than a turn of the plain loop by the
   lower quartiles of {PAIRS} each, run in turn in two processes, and {half:.1f} percent by their medians. By the
-  medians of the table a population with one process takes {whole:.0f} percent longer; their noise is described below.
+  medians of the table a population with one process takes {whole:.0f} percent longer.
 - **Start**: a process has started and mapped its first mesh after {starts["row"]:.2f} s, which is once for a worker;
   over 1,000 meshes that would be {100 * start:.1f} percent. A plain loop, too, imports numpy, scipy, libigl and the
   package, for {starts["import"]:.2f} s.
@@ -234,28 +238,21 @@ One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.
 
 ## What a job adds to a plain loop
 
-Of some 24 ms a mesh, on a quiet machine (version 0.2.0):
+A plain loop takes some 15 ms a mesh. A job adds, on a quiet machine (version 0.3.0, lower quartiles of 200):
 
 | part | ms |
 |---|---:|
-| angles of every face of surface and sphere: libigl's `internal_angles`, twice .84 ms | 1.7 |
-| areas and edges | .5 |
-| mean, 99th percentile and maximum of all three | .4 |
-| digest of the sphere, the row | .2 |
-| hand-over from the child to the command and back, with the release of the job's arrays | .5 |
+| angles of every face of surface and sphere: libigl's `internal_angles`, twice .59 ms | 1.3 |
+| areas and edges | .8 |
+| mean, 99th percentile and maximum of all three | .3 |
+| digests, the row, hand-over from the child to the command and back | 1 |
 
-The first line alone is 7 percent: a table with the angles of every face has little room below 10. (Arc cotangents of
-libigl's `cotmatrix_entries` would take a third of that line's time, but are wrong by 1e-12 radians in triangles of
-1e-3 radians, where `internal_angles` is right to 4e-16.) In one process, by CPU time,
-jobs take 5 to 10 percent longer than turns of the loop (lower quartiles, 6 runs of 155 pairs).
-Complete runs of one process against complete plain loops, 49 meshes each, 13 times in turn, took 17 percent longer
-in the median; single rounds lie from -10 to 35 percent, since the machine's speed changed by half between them. The
-command itself takes another 1 ms of CPU time a mesh, on the other core of this machine.
+Arc cotangents of libigl's `cotmatrix_entries` would take a third of the first line's time, but are wrong by 1e-12
+radians in triangles of 1e-3 radians, where `internal_angles` is right to 4e-16.
 
-Tried: one look at all angles for thin faces in the place of one a face (.4 ms less for each call), one partition
-for the quantiles (.1 ms less), one thread for libigl (.15 ms less). Without an effect that could be measured: no
-garbage collection during a job; memory that is never given back to the system (9 page faults a map in the place of
-400); the last mesh's factor freed before the next one is made, which is kept, since it takes less memory.
+Tried at version 0.2.0, without an effect that could be measured: no garbage collection during a job; memory that is
+never given back to the system (9 page faults a map in the place of 400). The last mesh's factor is freed before the
+next one is made, since that takes less memory.
 
 ## What a large study costs
 
