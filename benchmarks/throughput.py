@@ -208,9 +208,10 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
 
 Written by `python -m benchmarks throughput` with version {version}: {meshes} spheroids of {vertices:,} vertices,
 the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
-maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source), polish=None))` does; a population also measures
-angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall times. The
-machine's own speed changes from second to second, so that what is compared is measured in turn, and ratios are medians.
+maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source), polish=None))` does; a population
+also measures angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall
+times. The machine's own speed changes from second to second, so that what is compared is measured in turn, and ratios
+are medians.
 One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
 {platform.python_version()}.
 
