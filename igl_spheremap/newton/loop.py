@@ -26,7 +26,7 @@ _SQUARES = 10.0
 DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
 #: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
-_AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.3, 10.0
+_AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Added to a diagonal, or the share of it that is added: without it a vertex whose faces have no weight is singular.
 RIDGE = 1e-12
 #: Residual at which conjugate gradients stop, after some 10 iterations: a step gains .9 to 1 of what an exact one does.
