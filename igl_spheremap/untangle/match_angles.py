@@ -53,23 +53,30 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
                  damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
-    The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q = g_k / g_{k-1}, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain, but not after
-    one that had to be shortened, whose gain predicts nothing. Sweeps help where limbs are too fine for steps. If
-    `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
+    The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain; after one that
+    had to be shortened, whose gain predicts little, when further steps would have to gain 1 / (least gain) times as
+    much. Sweeps help where limbs are too fine for steps. If `quick`, steps are not exact, and there are no sweeps. If
+    `rough`, what steps fold is repaired by small moves only.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
-    mean, last = problem.value(x), 0.0
+    mean, gains = problem.value(x), list[float]()
     for trial in newton(problem, steps, x) if effort.systems else ():
-        gain = 1 - trial.value / max(mean, np.degrees(HALF_DIGITS))
-        x, mean, falls = trial.x, trial.value, (last or 2 * gain) - gain
-        if gain <= 0 or not steps.systems or (steps.at_once and gain**2 < effort.least_gain * falls):
+        gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))
+        x, mean = trial.x, trial.value
+        if gains[-1] <= 0 or not steps.systems or _ended(gains[-3:], effort.least_gain, steps.at_once):
             break
-        last = gain
     return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
                                     tolerance=effort.least_gain)
+
+
+def _ended(gains: list[float], least: float, at_once: bool) -> bool:
+    """Whether further steps would gain too little; the factor is a mean over two, as gains jump where faces fold."""
+    last = gains[-1]
+    q = (last / gains[0]) ** (1 / (len(gains) - 1)) if len(gains) > 1 else 0.5
+    return last * q < least * (1 - q) if at_once else last < least**2
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
