@@ -15,7 +15,8 @@ from .loop import Model, Trial
 #: A face is refused if its energy exceeds GROWTH times its old one plus OF_MEAN times the mean energy for its area.
 _GROWTH, _OF_MEAN = 3.0, 10.0
 #: Vertices of refused faces halve their moves this often at most; if faces are refused still, the step is too long.
-_HALVINGS = 8
+#: It is as soon as more than this many times the first ones are refused, and this many more: they go on to spread.
+_HALVINGS, _SPREAD, _FEW = 8, 2, 10
 
 
 class FaceEnergy(Protocol):
@@ -117,9 +118,9 @@ class FaceProblem:
         after = self.energy.by_face(y)
         folded = self.folded(y, slice(None))
         refused = folded | ~(after < limit)
-        corners, share = np.ascontiguousarray(f.T), np.ones(len(x))
+        corners, share, most = np.ascontiguousarray(f.T), np.ones(len(x)), _SPREAD * refused.sum() + _FEW
         for _ in range(_HALVINGS):
-            if not refused.any():
+            if not 0 < refused.sum() <= most:
                 break
             moved = np.zeros(len(x), dtype=bool)
             moved[f[refused]] = True
