@@ -33,10 +33,11 @@ def panel():
         show()
 
 
+ps.set_verbosity(0)  # without a display it tries one before it draws by EGL, and says so
 ps.set_allow_headless_backends(True)
 ps.init()
 ps.set_ground_plane_mode("none")
 show()
-ps.look_at((1.1, 0.5, 4.5), (1.1, 0, 0))
+ps.look_at((0.75, 0.5, 5.2), (0.75, 0, 0))  # right of polyscope's own panel
 ps.set_user_callback(panel)
 ps.screenshot(sys.argv[1], include_UI=True) if sys.argv[1:] else ps.show()
