@@ -169,6 +169,7 @@ msvcrt.locking, msvcrt.LK_NBLCK = locking, 2
 subprocess.Popen, subprocess.CREATE_NEW_PROCESS_GROUP = Popen, 0x200
 signal.SIGBREAK = signal.SIGUSR1
 sys.modules |= dict.fromkeys(["fcntl", "resource", "termios", "tty", "pty", "pwd", "grp"])
+os.process_cpu_count = os.cpu_count  # of Python 3.13, which elsewhere asks for the affinity
 for name in ("fork", "forkpty", "mkfifo", "killpg", "getpgid", "setsid", "getuid", "geteuid", "fchmod", "chown",
              "sched_getaffinity", "sysconf", "uname", "O_NOFOLLOW", "O_NONBLOCK", "O_DIRECTORY", "O_CLOEXEC"):
     delattr(os, name)
