@@ -13,7 +13,7 @@ from ..newton.loop import LineSearch, newton
 from ..shapes.features import SurfacePair
 from ..shapes.rotation import RotationCandidate
 from ..sphere.moebius import best_rotation
-from ..sphere.rows import row_dots
+from ..sphere.rows import inner, row_dots, weighted_sum
 from ..untangle.local_repair import unfolded
 from .fits import Misfit, fit_moebius
 from .flow import meet
@@ -167,8 +167,9 @@ def _distance(a: Level, b: Level, y: FloatArray) -> float:
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
     """Points after the similarity that brings rows p nearest to rows q, in weighted squares (Procrustes)."""
     weights = weights / weights.sum()
-    centre, goal = weights @ p, weights @ q
+    centre, goal = weighted_sum(weights, p), weighted_sum(weights, q)
     P, Q = p - centre, q - goal
     R = best_rotation(P, Q, weights)
-    scale = (weights @ row_dots(P @ R, Q)) / (weights @ row_dots(P, P))
+    W = weights[:, None]
+    scale = inner(W * (P @ R), Q) / inner(W * P, P)
     return np.asarray(scale * (points - centre) @ R + goal)

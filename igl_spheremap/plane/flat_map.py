@@ -18,6 +18,7 @@ from ..mesh.timings import stage, timed
 from ..newton.system import VertexSystem
 from ..result.plane_map import PlaneMap, upright
 from ..result.run import History, Listener, Run, Status
+from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from .disk_map import disk_conformal_map
 from .problem import RADIUS, FreeProblem
@@ -101,7 +102,8 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
     if run.status is not Status.STOPPED:
         with stage("flatten"):
             p, run = _spread(disk, p, balance, history)
-    for middle in (disk.A @ p, np.zeros(2)):  # a limb too deep for float64 elsewhere has its tip at the origin
+    # A limb too deep for float64 elsewhere has its tip at the origin.
+    for middle in (weighted_sum(disk.A, p), np.zeros(2)):
         q = _in_units(disk, p - middle)
         certificate = Certificate.of_plane(q, disk.f, disk.rim)
         if certificate.folding_free:

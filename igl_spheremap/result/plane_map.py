@@ -12,6 +12,7 @@ from ..draw.plot import plot_plane
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
+from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, area_distortion, edge_distortion
 from .findings import Finding, angles, areas, edges, verdict
@@ -167,7 +168,7 @@ def upright(p: FloatArray, disk: Disk) -> FloatArray:
 
     A surface in the plane z = 0 keeps its directions; one that faces downwards keeps that of x.
     """
-    v, z = disk.v - disk.A @ disk.v, p[:, 0] + 1j * p[:, 1]
+    v, z = disk.v - weighted_sum(disk.A, disk.v), p[:, 0] + 1j * p[:, 1]
     slopes = [complex((disk.A * (v[:, i] + side * v[:, j]) * z).sum())
               for i, j in ((0, 1), (0, 2), (1, 2)) for side in (-1j, 1j)]
     largest = max(map(abs, slopes))

@@ -47,8 +47,9 @@ class FeatureSurface:
 
     def standardize(self, values: FloatArray) -> FloatArray:
         """Mean 0 and variance 1 over the area."""
-        centred = values - self.areas @ values / self.areas.sum()
-        return np.asarray(centred / np.sqrt(self.areas @ centred**2 / self.areas.sum()))
+        weights = self.areas / self.areas.sum()
+        centred = values - _mean(weights, values)
+        return np.asarray(centred / np.sqrt(_mean(weights, centred**2)))
 
     @cached_property
     def geometry(self) -> FloatArray:
@@ -122,8 +123,8 @@ class SurfacePair:
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlation of each feature as it was given, over the moving surface's area, if its sphere is x."""
         fixed = transfer(self._locator, self._raw[1], x)
-        centred = fixed - self.weights @ fixed
-        return np.asarray(self.weights @ (centred * self._raw[0]) / np.sqrt(self.weights @ centred**2))
+        centred = fixed - _mean(self.weights, fixed)
+        return _mean(self.weights, centred * self._raw[0]) / np.sqrt(_mean(self.weights, centred**2))
 
     def _columns(self, level: int) -> FloatArray:
         k = self.features[0].shape[1]
@@ -144,3 +145,8 @@ def _features(
     if moving.shape[1] != fixed.shape[1]:
         raise ValueError(f"{moving.shape[1]} moving but {fixed.shape[1]} fixed features; give the same ones of both")
     return moving, fixed
+
+
+def _mean(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Weighted mean of (n,) or (n, k) values, by no BLAS, whose last digits depend on threads."""
+    return np.asarray(np.einsum("i,i...->...", weights, values))
