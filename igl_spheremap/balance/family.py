@@ -33,8 +33,8 @@ _FAR = 1.05
 _OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.1
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005
-#: Steps of each stage: what converges took at most 32.
-_STEPS = 40
+#: Steps of both stages: what converges took at most 32 in each.
+_STEPS = 80
 #: Where steps are shortened, the gains of this many of them must be small before the run has converged.
 _PATIENCE = 3
 #: Bound on the ratio of the last two gains: their geometric series must converge.
@@ -85,18 +85,18 @@ def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: 
 
     `problem` says on what surface maps of an energy lie, and what else they may not do.
     """
-    search, squares = LineSearch(system), replace(energy, power=0)
+    search, squares, left = LineSearch(system), replace(energy, power=0), _STEPS
     if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
         opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
         search.tolerance = _OPENING_TOLERANCE
         opened = minimize(balanced_iterates(problem(opening), search, x, "opening"), tolerance=_OPENING_TOLERANCE,
-                          max_iterations=_STEPS, listener=listener)
+                          max_iterations=_STEPS // 2, listener=listener)
         if opened.status is Status.STOPPED:
             return opened
-        x = opened.last.x
+        x, left = opened.last.x, _STEPS - opened.last.iteration
     search.tolerance = TOLERANCE
     return minimize(balanced_iterates(problem(energy), search, x, "balance"), tolerance=TOLERANCE,
-                    max_iterations=_STEPS, listener=listener)
+                    max_iterations=left, listener=listener)
 
 
 def balanced_iterates(problem: FaceProblem, search: LineSearch, x: FloatArray, stage: str) -> Iterator[Iterate]:
