@@ -36,7 +36,7 @@ def main(argv: list[str]) -> None:
 
 def polish(sources: list[str]) -> None:
     """Mean and 99th percentile without and with the polish, the change of the mean, and the cost."""
-    print("| mesh | default | polished | change, percent | cost |\n|---|---|---|---|---|")
+    print("| mesh | None | \"angles\" | change, percent | cost |\n|---|---|---|---|---|")
     for source in sources:
         v, f = load(source)
         ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500))
