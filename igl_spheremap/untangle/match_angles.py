@@ -54,10 +54,10 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain; after one that
-    had to be shortened, whose gain predicts little, when further steps would have to gain 1 / (least gain) times as
-    much. Sweeps help where limbs are too fine for steps. If `quick`, steps are not exact, and there are no sweeps. If
-    `rough`, what steps fold is repaired by small moves only.
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
+    that had to be damped more than the first predicts little: after it they end when further steps would have to gain
+    1 / (least gain) times as much. Sweeps help where limbs are too fine for steps. If `quick`, steps are not exact, and
+    there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
@@ -66,17 +66,18 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     for trial in newton(problem, steps, x) if effort.systems else ():
         gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))
         x, mean = trial.x, trial.value
-        if gains[-1] <= 0 or not steps.systems or _ended(gains[-3:], effort.least_gain, steps.at_once):
+        undamped = steps.at_once and steps.damping.min() <= damping
+        if gains[-1] <= 0 or not steps.systems or _ended(gains[-3:], effort.least_gain, undamped):
             break
     return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
                                     tolerance=effort.least_gain)
 
 
-def _ended(gains: list[float], least: float, at_once: bool) -> bool:
+def _ended(gains: list[float], least: float, undamped: bool) -> bool:
     """Whether further steps would gain too little; the factor is a mean over two, as gains jump where faces fold."""
     last = gains[-1]
     q = (last / gains[0]) ** (1 / (len(gains) - 1)) if len(gains) > 1 else 0.5
-    return last * q < least * (1 - q) if at_once else last < least**2
+    return last * q < least * (1 - q) if undamped else last < least**2
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
