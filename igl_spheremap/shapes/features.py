@@ -15,6 +15,7 @@ from ..mesh.check import Mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..result.sphere_map import SphereMap
+from ..sphere.rows import weighted_sum
 from .basis import degree_of, expand, gauss_rows, grid_synthesis
 from .grid import from_grid
 from .locate import SphereLocator
@@ -48,8 +49,8 @@ class FeatureSurface:
     def standardize(self, values: FloatArray) -> FloatArray:
         """Mean 0 and variance 1 over the area."""
         weights = self.areas / self.areas.sum()
-        centred = values - _mean(weights, values)
-        return np.asarray(centred / np.sqrt(_mean(weights, centred**2)))
+        centred = values - weighted_sum(weights, values)
+        return np.asarray(centred / np.sqrt(weighted_sum(weights, centred**2)))
 
     @cached_property
     def geometry(self) -> FloatArray:
@@ -123,8 +124,8 @@ class SurfacePair:
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlation of each feature as it was given, over the moving surface's area, if its sphere is x."""
         fixed = transfer(self._locator, self._raw[1], x)
-        centred = fixed - _mean(self.weights, fixed)
-        return _mean(self.weights, centred * self._raw[0]) / np.sqrt(_mean(self.weights, centred**2))
+        centred = fixed - weighted_sum(self.weights, fixed)
+        return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
 
     def _columns(self, level: int) -> FloatArray:
         k = self.features[0].shape[1]
@@ -145,8 +146,3 @@ def _features(
     if moving.shape[1] != fixed.shape[1]:
         raise ValueError(f"{moving.shape[1]} moving but {fixed.shape[1]} fixed features; give the same ones of both")
     return moving, fixed
-
-
-def _mean(weights: FloatArray, values: FloatArray) -> FloatArray:
-    """Weighted mean of (n,) or (n, k) values, by no BLAS, whose last digits depend on threads."""
-    return np.asarray(np.einsum("i,i...->...", weights, values))

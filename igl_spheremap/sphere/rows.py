@@ -34,7 +34,7 @@ def row_dots(a: FloatArray, b: FloatArray) -> FloatArray:
 def column_dots(a: FloatArray, b: FloatArray) -> FloatArray:
     """Inner products of vectors whose three coordinates run along the first axis."""
     x, y, z = a * b
-    return np.asarray(x + z + y)
+    return np.asarray(x + z + y)  # in the order in which np.einsum adds them
 
 
 def row_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -58,8 +58,8 @@ def row_dets(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 
 def weighted_sum(weights: FloatArray, x: FloatArray) -> FloatArray:
-    """Weighted sum of the rows."""
-    return np.einsum("i,ij->j", weights, x)
+    """Weighted sum of the rows, or of numbers."""
+    return np.asarray(np.einsum("i,i...->...", weights, x))
 
 
 def weighted_moment(weights: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
