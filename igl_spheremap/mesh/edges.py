@@ -1,4 +1,4 @@
-"""The half-edges of a closed mesh, which are the pattern of its sparse matrices, and components of graphs."""
+"""The half-edges of a closed mesh, which are the pattern of its sparse matrices; faces at vertices; components."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .arrays import IntArray
+from .arrays import BoolArray, IntArray
 
 Indices = NDArray[np.int32]
 
@@ -44,6 +44,19 @@ class HalfEdges:
 
     def __repr__(self) -> str:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
+
+
+def marked(rows: IntArray, n: int) -> BoolArray:
+    """Which of n vertices are among the given ones, which may be the corners of some faces."""
+    mask = np.zeros(n, dtype=bool)
+    mask[rows] = True
+    return mask
+
+
+def touching(f: IntArray, mask: BoolArray) -> BoolArray:
+    """Whether each face has a marked corner."""
+    a, b, c = mask.take(f.T)
+    return np.asarray(a | b | c)
 
 
 def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:

@@ -8,14 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import marked, touching
 from ..sphere.rows import column_axes, row_crosses, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
 #: A face is refused if its energy exceeds GROWTH times its old one plus OF_MEAN times the mean energy for its area.
 _GROWTH, _OF_MEAN = 3.0, 10.0
-#: Vertices of refused faces halve their moves this often at most; if faces are refused still, the step is too long.
-#: It is as soon as more than this many times the first ones are refused, and this many more: they go on to spread.
+#: Vertices of refused faces halve their moves HALVINGS times at most; if faces are refused still, the step is too long.
+#: It is given up earlier if k faces were refused at first and then more than SPREAD k + FEW: those spread further.
 _HALVINGS, _SPREAD, _FEW = 8, 2, 10
 
 
@@ -118,15 +119,14 @@ class FaceProblem:
         after = self.energy.by_face(y)
         folded = self.folded(y, slice(None))
         refused = folded | ~(after < limit)
-        corners, share, most = np.ascontiguousarray(f.T), np.ones(len(x)), _SPREAD * refused.sum() + _FEW
+        share, most = np.ones(len(x)), _SPREAD * refused.sum() + _FEW
         for _ in range(_HALVINGS):
             if not 0 < refused.sum() <= most:
                 break
-            moved = np.zeros(len(x), dtype=bool)
-            moved[f[refused]] = True
+            moved = marked(f[refused], len(x))
             share[moved] /= 2
             y[moved] = self.onto(x[moved] + share[moved, None] * move[moved], moved)
-            near = np.flatnonzero(moved.take(corners).any(axis=0))
+            near = np.flatnonzero(touching(f, moved))
             after[near] = self.energy.by_face(y, near)
             refused[near] = self.folded(y, near) | ~(after[near] < limit[near])
         if refused.any():

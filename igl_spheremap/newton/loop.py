@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from ..mesh.edges import marked, touching
 from ..operators.factor.factor import Factor
 from .system import VertexSystem
 
@@ -224,9 +225,8 @@ class Levenberg:
     def _grow(self, folded: BoolArray) -> None:
         """Damp the vertices around folded faces, and their neighbours."""
         f = self.system.f
-        around = np.zeros(self.system.n, dtype=bool)
-        around[f[folded]] = True
-        around[f[around[f].any(axis=1)]] = True
+        around = marked(f[folded], self.system.n)
+        around[f[touching(f, around)]] = True
         self.damping = np.minimum(_LARGEST, np.where(around, _AROUND, 1) * self.damping)
 
 

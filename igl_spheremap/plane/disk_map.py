@@ -29,8 +29,8 @@ from .tutte import by_harmonic_measure, by_lengths, tutte_map
 #: Weights of the areas where only they are to count: .97, with which it begins, leaves them 7 percent off (median of
 #: 24 disks), these 4 and 3: a circle bends what a sphere or a free boundary would not.
 _EVEN_WEIGHTS = (0.99, 0.997)
-#: Of the conformal energy: slivers may spoil the angles of single faces. With that of balanced maps,
-#: .9, the means of angle differences of 53 disks whose doubles fold are 4 percent larger.
+#: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
+#: the means of angle differences of 53 disks whose doubles fold are 4 percent larger.
 _POWER = 0.5
 #: The boundary slides far where it is jagged: after 5 steps the mean angle difference of two of 50 disks is still twice
 #: as large as after 30, from which on none changes.
@@ -120,8 +120,7 @@ def disk_conformal_map(
 
     Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric: the
     boundary is a great circle then. Where that folds faces, as it may on coarse meshes with slivers, the boundary
-    slides along the circle instead, in Newton steps from Tutte's map, which
-    begins with the boundary of a conformal map.
+    slides along the circle instead, in Newton steps from Tutte's map with the boundary of a conformal map.
 
     Parameters
     ----------

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..maps.methods import auto
 from ..maps.options import Auto
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.disk import Disk
-from ..mesh.edges import edge_keys
+from ..mesh.edges import edge_keys, marked
 from ..result.run import Listener
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import conformal_barycentre, moebius
@@ -27,7 +27,7 @@ def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, Spher
     reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric.
     """
     v, f = without_chords(disk.v, disk.f, disk.rim)
-    n, on_rim = len(v), marked(len(v), disk.rim)
+    n, on_rim = len(v), marked(disk.rim, len(v))
     inside = np.flatnonzero(~on_rim)
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
@@ -63,7 +63,7 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
 
     The double would have two copies of such an edge between the same vertices.
     """
-    on_rim = marked(len(v), rim)
+    on_rim = marked(rim, len(v))
     while True:
         n, start, stop = len(v), f.ravel(), f[:, [1, 2, 0]].ravel()
         keys = edge_keys(start, stop, n)
@@ -103,8 +103,3 @@ def lower(x: FloatArray, rim: IntArray) -> FloatArray:
     return np.asarray(p)
 
 
-def marked(n: int, rows: IntArray) -> BoolArray:
-    """True at the given rows of n."""
-    mask = np.zeros(n, dtype=bool)
-    mask[rows] = True
-    return mask

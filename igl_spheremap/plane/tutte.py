@@ -8,11 +8,12 @@ import numpy as np
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
+from ..mesh.edges import marked, touching
 from ..mesh.measure import face_areas, vertex_shares
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 from ..verify.rim import plane_signs
-from .doubling import marked, without_chords
+from .doubling import without_chords
 
 #: Boundary edges count as no shorter than this share of their mean; positive weights lie between it and its inverse.
 _LEAST = 1e-3
@@ -27,7 +28,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     Tutte 1963, *How to Draw a Graph*; Floater 2003, *One-to-one Piecewise Linear Mappings over Triangulations*.
     """
     n, f = len(disk.v), disk.f
-    p, inner = np.zeros((n, 2)), ~marked(n, disk.rim)
+    p, inner = np.zeros((n, 2)), ~marked(disk.rim, n)
     p[disk.rim] = circle
     weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.v, f))
     positive = np.clip(weight, _LEAST, 1 / _LEAST)
@@ -40,7 +41,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
         folded = plane_signs(p, f) <= 0
         if not folded.any():
             break
-        near = marked(n, f[folded])[f].any(axis=1, keepdims=True)
+        near = touching(f, marked(f[folded], n))[:, None]
         weight = (np.where(near, positive, weight), positive, np.full(f.shape, 0.5), weight)[attempt]
     return p
 
@@ -59,7 +60,7 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
     """
     v, f = without_chords(disk.v, disk.f, disk.rim)
     n, length = len(v), _rim_lengths(disk)
-    inner = ~marked(n, disk.rim)
+    inner = ~marked(disk.rim, n)
     if not inner.any():
         return _on_circle(length)
     L = summed_laplacian(igl.cotmatrix_entries(mollified_edge_lengths(v, f)), f, n)

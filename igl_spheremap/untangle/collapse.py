@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import marked, touching
 from ..sphere.rows import row_dets, row_dots, sizes
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
-from .kernel import Stars, stars_of, touching
+from .kernel import Stars, stars_of
 
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
@@ -102,8 +103,7 @@ class Complex:
         f = self.f[ids]
         stars = _low_valence(stars_of(f, wanted, ids))
         stars = stars.take(independent(stars, len(self.x)))
-        near = np.zeros(len(self.x), dtype=bool)
-        near[stars.vertices] = near[stars.a] = True
+        near = marked(np.append(stars.vertices, stars.a), len(self.x))
         adjacency = _Adjacency(f[touching(f, near)], len(self.x))
         target = self._best_targets(stars, adjacency)
         rows = np.flatnonzero(target >= 0)

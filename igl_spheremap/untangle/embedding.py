@@ -19,11 +19,12 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
-from .kernel import Stars, analytic_centres, centres_beside, stars_of, touching
+from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Rings around foldings within which small moves move vertices, and around what embedding moved that are relaxed with
 #: it. Vertices are removed within twice as many rings, around foldings and where float64 was too coarse; the number is

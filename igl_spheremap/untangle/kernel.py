@@ -89,12 +89,6 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
     return Stars(centre[start], start, f[face, (k + 1) % 3], f[face, (k + 2) % 3], names)
 
 
-def touching(f: IntArray, marked: BoolArray) -> BoolArray:
-    """Whether each face has a marked corner."""
-    a, b, c = marked.take(f.T)
-    return np.asarray(a | b | c)
-
-
 @dataclass(frozen=True)
 class _HalfPlanes:
     """Half-planes {z : offset + normal . z > 0} of stars in charts x = centre + size (z_1 e_1 + z_2 e_2).

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
+from ..mesh.edges import marked, touching
 from ..mesh.measure import surface_area
 from ..sphere.moebius import fix_gauge
 from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
@@ -18,7 +19,6 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import column_signs, folded_faces
 from .embedding import RINGS, PositionsListener, dilate, fix_orientation, progressive_embedding
-from .kernel import touching
 from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
@@ -49,7 +49,7 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     x = fix_orientation(x, mesh.f)
     y = progressive_embedding(small_moves(x, mesh.f, listener), mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RINGS)
-    around = mesh.f[moved[mesh.f].any(axis=1)]
+    around = mesh.f[touching(mesh.f, moved)]
     return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=sweeps, tolerance=FEW)
 
 
@@ -70,7 +70,7 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     >>> folded_faces(x, f).tolist(), bool(folded_faces(small_moves(x, f), f).any())
     ([False, True, False, False], False)
     """
-    near = dilate(f, touched(f[folded_faces(x, f)], len(x)), RINGS)
+    near = dilate(f, marked(f[folded_faces(x, f)], len(x)), RINGS)
     vertices, local = np.unique(f[touching(f, near)], return_inverse=True)
     corners, start, movable = local.reshape(-1, 3).T, x[vertices].T.copy(), near[vertices]
     y = best = start
@@ -85,13 +85,6 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     return _replaced(x, vertices, _without_failures(start, best, corners.T, fewest.T))
 
 
-def touched(f: IntArray, n: int) -> BoolArray:
-    """Which of `n` vertices are corners of some faces."""
-    marked = np.zeros(n, dtype=bool)
-    marked[f] = True
-    return marked
-
-
 def _replaced(x: FloatArray, vertices: IntArray, columns: FloatArray) -> FloatArray:
     """A map with other positions for some vertices."""
     x = x.copy()
@@ -101,7 +94,7 @@ def _replaced(x: FloatArray, vertices: IntArray, columns: FloatArray) -> FloatAr
 
 def _without_failures(x: FloatArray, y: FloatArray, f: IntArray, folded: IntArray) -> FloatArray:
     """The moves (3, n) from `x` to `y` except for those connected to the foldings that are left."""
-    moved, failed = (x != y).any(axis=0), touched(folded, len(x.T))
+    moved, failed = (x != y).any(axis=0), marked(folded, len(x.T))
     while True:
         grown = failed | (dilate(f, failed, 1) & moved)
         if grown.sum() == failed.sum():

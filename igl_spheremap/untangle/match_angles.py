@@ -13,6 +13,7 @@ import numpy as np
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
+from ..mesh.edges import marked, touching
 from ..mesh.measure import corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
@@ -22,7 +23,6 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces
 from .effort import Effort
 from .embedding import dilate, embed_locally
-from .kernel import touching
 from .local_repair import FEW, RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
@@ -85,9 +85,8 @@ def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
     sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
     if mean_difference(corner_angles(mesh.v, sample), x, sample) <= GOOD:
         return False
-    movable = np.zeros(len(x), dtype=bool)
-    movable[:: max(1, len(x) // (SMALL // 2))] = True
-    around = mesh.f[movable[mesh.f].any(axis=1)]
+    movable = marked(np.arange(0, len(x), max(1, len(x) // (SMALL // 2))), len(x))
+    around = mesh.f[touching(mesh.f, movable)]
     source = corner_angles(mesh.v, around)
     difference = np.degrees(np.abs(corner_angles(x, around) - source))
     mean = float(difference.mean())
