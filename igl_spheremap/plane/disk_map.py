@@ -98,12 +98,12 @@ class DiskMap(PlaneMap):
         conformal, disk = self.conformal or self, self.mesh
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
-        source = FlatFaces.of(disk.v, disk.f)
+        source, system = FlatFaces.of(disk.v, disk.f), VertexSystem(disk.f, len(disk.v))
         energy = balanced_energy(source, RADIUS * conformal.plane, balance)
-        p, run = slide(disk, energy, self.plane, history)
+        p, run = slide(disk, energy, self.plane, history, system)
         for weight in _EVEN_WEIGHTS if balance > energy.weight else ():
             if run.status is not Status.STOPPED:
-                p, run = min(((p, run), slide(disk, replace(energy, weight=weight), p, history)),
+                p, run = min(((p, run), slide(disk, replace(energy, weight=weight), p, history, system)),
                              key=lambda each: energy.area_error(RADIUS * each[0]))
         p, certificate = _presentable(disk, p)
         own = history.complete(run, conformal.run.method, {"balance": float(balance)})
@@ -181,9 +181,9 @@ def disk_conformal_map(
     return result.rebalance(balance, listener=listener)
 
 
-def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener) -> tuple[FloatArray, Run]:
+def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,
+          system: VertexSystem) -> tuple[FloatArray, Run]:
     """Minimise an energy from a map without foldings to the unit disk; the boundary slides along the circle."""
-    system = VertexSystem(disk.f, len(disk.v))
     minimum = minimize_balanced(partial(CircleProblem, disk=disk), system, energy, RADIUS * p, listener)
     return minimum.last.x / RADIUS, Run(minimum.status, minimum.last.energy, gauge="turned")
 
@@ -205,24 +205,24 @@ def _conformal(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 
 def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     """A conformal map without foldings by sliding alone, if rounding folds not every start."""
-    source = FlatFaces.of(disk.v, disk.f)
+    source, system = FlatFaces.of(disk.v, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = BalancedEnergy(source, 0.0, _POWER, np.zeros(len(disk.f)))
     found: list[tuple[FloatArray, Run]] = []
     for p in _starts(disk):
         if Certificate.of_plane(p, disk.f, disk.rim).folding_free:
-            q, run = slide(disk, energy, p, listener)
+            q, run = slide(disk, energy, p, listener, system)
             if run.status is Status.STOPPED:
                 return q, run
-            found += [(p, run), (q, run), (_harmonic(disk, source, q), run)]
+            found += [(p, run), (q, run), (_harmonic(disk, source, q, system), run)]
     if not found:
         return p, Run(Status.STALLED, float("nan"))
     return min(found, key=lambda each: mean_angle_difference(disk, in_space(each[0])))
 
 
-def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray) -> FloatArray:
+def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem) -> FloatArray:
     """The map that a few steps of the quadratic energy lead to."""
     x = RADIUS * p
-    steps = newton(CircleProblem(ConformalEnergy(source, x), disk), LineSearch(VertexSystem(disk.f, len(disk.v))), x)
+    steps = newton(CircleProblem(ConformalEnergy(source, x), disk), LineSearch(system), x)
     for trial in islice(steps, _HARMONIC_STEPS):
         x = trial.x
     return x / RADIUS

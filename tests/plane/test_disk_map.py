@@ -7,6 +7,7 @@ from disks import cap, grid, half, polar
 import igl_spheremap as ism
 from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces
 from igl_spheremap.balance.family import POWER
+from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.plane.disk_map import slide
 from igl_spheremap.plane.tutte import by_lengths, tutte_map
 from igl_spheremap.result.run import History
@@ -97,7 +98,7 @@ def test_sliding_and_doubling_agree():
     v, f, exact = cap(16, 1.8)
     mesh = ism.check_disk(v, f)
     energy = BalancedEnergy(FlatFaces.of(mesh.v, mesh.f), 0.0, POWER, np.zeros(len(f)))
-    p, _ = slide(mesh, energy, tutte_map(mesh, by_lengths(mesh)), History())
+    p, _ = slide(mesh, energy, tutte_map(mesh, by_lengths(mesh)), History(), VertexSystem(mesh.f, len(mesh.v)))
     disk = ism.disk_conformal_map(v, f)
     assert np.abs(np.abs(p @ [1, 1j]) - np.hypot(*exact.T)).max() < 0.1
     assert ism.certify(p, f)
