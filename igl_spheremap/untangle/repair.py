@@ -95,7 +95,8 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
 class _Steps:
     """The steps, and the best map so far."""
 
-    laid_out = False
+    #: Damping with which steps begin.
+    damping = HALF_DIGITS
     #: The map in the plane by the angles of `angles`, on the sphere, if it competes with others.
     layout: FloatArray | None = None
     #: The map itself after all its steps, where it competes with layouts.
@@ -164,11 +165,11 @@ class _Steps:
         With `holes`, a layout that is not deep is only one of the candidates.
         """
         placed = unroll(self.mesh, self.first.sphere, self._system)
-        self.laid_out = placed is not None or holes > 0
         deep = placed is not None and bool(placed.depth.max() > floors(np.float64)[0])
         if placed is None or (holes and not deep):
             self.layout = None if placed is None else onto_sphere(placed, placed.z)
             return deep
+        self.damping = DAMPED
         for y, stretch, gauge in self._placements(placed, centred):
             if self.accept("angles", y, stretch, gauge):
                 break
@@ -194,8 +195,7 @@ class _Steps:
             with self.attempt("newton"):
                 for _ in range(_SEVERAL if small and not rough else 1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system,
-                                     few if rough else self.effort, damping=DAMPED if name != "map" else HALF_DIGITS,
-                                     rough=rough)
+                                     few if rough else self.effort, damping=HALF_DIGITS, rough=rough)
                     self.accept("newton", x)
                     if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
                         break
@@ -261,12 +261,12 @@ class _Steps:
         if quick or self.first.certificate.folding_free or (self.ends and n > SMALL):
             effort = replace(effort, systems=min(effort.systems, most))
         starts = [self.best] if self.ends or self.best is self.found[0][1] else [self.found[0][1], self.best]
-        damping, rough = DAMPED if self.laid_out else HALF_DIGITS, bool(self.ends) and n <= SMALL
+        rough = bool(self.ends) and n <= SMALL
         for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
             start = starts[k] if k < len(starts) else self.best
             before, run = self.mean(start.sphere), start.run
             x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
-                             damping=damping, rough=rough)
+                             damping=self.damping, rough=rough)
             self.accept("newton", x, run.stretch, run.gauge)
             if k >= len(starts) and self.rounds[-1].mean_angle_difference > (1 - effort.least_gain) * before:
                 return
