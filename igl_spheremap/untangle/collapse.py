@@ -177,11 +177,16 @@ def _low_valence(stars: Stars) -> Stars:
 
 def independent(stars: Stars, n: int) -> IntArray:
     """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle."""
+    rank = ranked(stars, stars.valence, n)
+    return np.flatnonzero(rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start))
+
+
+def ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
+    """An order of the centres among n vertices, by small integers, then a fixed shuffle; the others come last."""
     shuffled = (stars.vertices * 2654435761) % 4294967291  # a permutation: the modulus is prime
     rank = np.full(n, np.iinfo(np.int64).max)
-    rank[stars.vertices] = stars.valence * 4294967296 + shuffled
-    neighbours = np.minimum.reduceat(rank[stars.a], stars.start)
-    return np.flatnonzero(rank[stars.vertices] < neighbours)
+    rank[stars.vertices] = first * 4294967296 + shuffled
+    return rank
 
 
 def _spread(owner: IntArray, valence: IntArray) -> BoolArray:

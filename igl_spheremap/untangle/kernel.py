@@ -79,14 +79,17 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
     >>> stars_of(f, np.array([True, False, False, False])).valence
     array([3])
     """
-    corner = np.flatnonzero(chosen[f.ravel()])
-    centre = f.ravel()[corner]
+    flat = f.ravel()
+    corner = np.flatnonzero(chosen.take(flat))
+    centre = flat.take(corner)
     order = np.argsort(centre, kind="stable")
-    corner, centre = corner[order], centre[order]
-    face, k = corner // 3, corner % 3
+    corner, centre = corner.take(order), centre.take(order)
+    face = corner // 3
+    k = corner - 3 * face
     start = np.flatnonzero(np.diff(centre, prepend=-1))
     names = face if face_ids is None else face_ids[face]
-    return Stars(centre[start], start, f[face, (k + 1) % 3], f[face, (k + 2) % 3], names)
+    after, before = corner + np.where(k == 2, -2, 1), corner + np.where(k == 0, 2, -1)
+    return Stars(centre.take(start), start, flat.take(after), flat.take(before), names)
 
 
 @dataclass(frozen=True)

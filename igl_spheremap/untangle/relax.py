@@ -7,7 +7,7 @@ limbs hardly, but work where edges are too short or angles too bad for steps of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import corner_angles
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
 from ..verify.signs import column_signs
-from .collapse import independent
+from .collapse import ranked
 from .kernel import REACH, Stars, solve_symmetric, stars_of
 
 #: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
@@ -40,11 +40,11 @@ class AngleLoss:
 
     def at(self, corner: IntArray) -> AngleLoss:
         """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
-        return replace(self, source=_turned(self.source, corner))
+        return AngleLoss(_turned(self.source, corner), self.smoothing)
 
     def take(self, faces: IntArray) -> AngleLoss:
         """The loss of some of the faces."""
-        return replace(self, source=self.source.take(faces, axis=1))
+        return AngleLoss(self.source.take(faces, axis=1), self.smoothing)
 
     def values(self, u: FloatArray, w: FloatArray) -> FloatArray:
         """Loss of each face, given the columns of its sides u = a - p and w = b - p, (3, e), in any unit."""
@@ -58,7 +58,8 @@ class AngleLoss:
         for squares with fixed weights 1 / size. As p moves by h, the angle at a corner c grows by h . (n x (p - c)) /
         |p - c|^2 up to its sign, n the unit normal.
         """
-        d, normal = self._differences(u, w)
+        d, normal, double_area = self._differences(u, w)
+        normal /= np.where(double_area > 0, double_area, 1)
         turn_a = -column_crosses(normal, u) / column_dots(u, u)
         turn_b = column_crosses(normal, w) / column_dots(w, w)
         turns = np.empty((2, *d.shape))  # axis, corner, face
@@ -70,19 +71,21 @@ class AngleLoss:
         hessian = np.stack([(turns[i] * turns[j] / size).sum(axis=0) for i, j in ((0, 0), (0, 1), (1, 1))])
         return size.sum(axis=0), gradient, hessian
 
-    def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angle differences at p, a, b (3, e), and unit normals of the flat faces."""
+    def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Angle differences at p, a, b (3, e), and normals of the flat faces with their lengths."""
         normal = column_crosses(u, w)
         double_area = np.sqrt(column_dots(normal, normal))
         across = w - u
         angles = np.arctan2(double_area, (column_dots(u, w), -column_dots(u, across), column_dots(w, across)))
-        return angles - self.source, normal / np.where(double_area > 0, double_area, 1)
+        return angles - self.source, normal, double_area
 
 
 def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
     """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
-    face, k = corner // 3, corner % 3
-    return np.stack([per_corner[(k + j) % 3, face] for j in range(3)])
+    face = corner // 3
+    k, flat = corner - 3 * face, np.ascontiguousarray(per_corner.T).ravel()
+    return np.stack((flat.take(corner), flat.take(corner + np.where(k == 2, -2, 1)),
+                     flat.take(corner + np.where(k == 0, 2, -1))))
 
 
 def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
@@ -101,6 +104,8 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
     True
     """
+    if not sweeps:
+        return x
     columns = x.T.copy()  # so that loops run over faces, not over three coordinates
     classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
     for _ in range(sweeps):
@@ -115,15 +120,36 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
 
 def _colour_classes(f: IntArray, movable: BoolArray, loss: AngleLoss) -> list[tuple[Stars, AngleLoss]]:
     """Stars of the movable vertices, split into classes without neighbours, and the losses of their faces."""
-    stars, classes = stars_of(f, movable), []
-    while len(stars.vertices):
-        chosen = np.zeros(len(stars.vertices), dtype=bool)
-        chosen[independent(stars, len(movable))] = True
-        part = stars.take(np.flatnonzero(chosen))
-        corner = 3 * part.faces + np.argmax(f[part.faces] == part.vertices[part.owner][:, None], axis=1)
-        classes.append((part, loss.at(corner)))
-        stars = stars.take(np.flatnonzero(~chosen))
+    stars = stars_of(f, movable)
+    if not len(stars.vertices):
+        return []
+    colour = _colours(stars, len(movable))[stars.vertices]
+    stars = stars.take(np.argsort(colour, kind="stable"))
+    centre = stars.vertices[stars.owner]
+    loss = loss.at(3 * stars.faces + (f[stars.faces, 1] == centre) + 2 * (f[stars.faces, 2] == centre))
+    classes, ends = [], np.append(stars.start, len(stars.a))
+    for rows in np.split(np.arange(len(colour)), np.flatnonzero(np.diff(np.sort(colour))) + 1):
+        edges = slice(ends[rows[0]], ends[rows[-1] + 1])
+        part = Stars(stars.vertices[rows], ends[rows] - ends[rows[0]],
+                     stars.a[edges], stars.b[edges], stars.faces[edges])
+        classes.append((part, AngleLoss(loss.source[:, edges], loss.smoothing)))
     return classes
+
+
+def _colours(stars: Stars, n: int) -> IntArray:
+    """A colour of each of n vertices, as a bit, that no neighbour has; 0 for those that are no centres of stars.
+
+    Each takes the first one that is left, after all neighbours of higher valence (Jones and Plassmann 1993, *A Parallel
+    Graph Coloring Heuristic*): 5 or 6 colours, where the 10 to 15 independent sets of `independent` cost more calls.
+    """
+    rank, colour = ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)
+    while True:
+        first = rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start)
+        if not first.any():
+            return colour
+        taken = np.bitwise_or.reduceat(colour[stars.a], stars.start)[first]
+        chosen = stars.vertices[first]
+        colour[chosen], rank[chosen] = ~taken & (taken + 1), np.iinfo(np.int64).max
 
 
 def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
