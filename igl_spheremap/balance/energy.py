@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import igl
 import numpy as np
@@ -44,6 +45,7 @@ class FlatFaces:
     n: int
     area: FloatArray
     hats: FloatArray
+    _known: list[tuple[FloatArray, FaceImages]] = field(default_factory=list, init=False, repr=False)
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> FlatFaces:
@@ -61,6 +63,14 @@ class FlatFaces:
     def corners(self) -> IntArray:
         """Vertices at the corners, (3, m)."""
         return np.ascontiguousarray(self.f.T)
+
+    def images(self, x: FloatArray) -> FaceImages:
+        """Images of all faces; those of the last map are known, so that an array that was a map must not change."""
+        for y, images in self._known:
+            if y is x:
+                return images
+        self._known[:] = [(x, FaceImages.of(self, x))]
+        return self._known[0][1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +117,8 @@ class BalancedEnergy:
 
     def images(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
         """Images of the given faces."""
+        if isinstance(faces, slice):
+            return self.source.images(x).some(faces)
         return FaceImages.of(self.source, x, faces)
 
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
@@ -143,11 +155,12 @@ class BalancedEnergy:
         The blocks (6, k, k, m) belong to the corner pairs `PAIRS`; `convex` projects the Hessian of each face. It is
         that of the flat triangles: it leaves out how axes turn on the sphere.
         """
-        m, corners, x = len(self.f), self.source.corners, np.asfortranarray(x)  # every chunk takes its columns
+        m, corners, images = len(self.f), self.source.corners, self.images(x)
         gradient, blocks = np.empty((len(axes), 3, m)), np.empty((6, len(axes), len(axes), m))
         for first in range(0, m, _CHUNK):
             chunk = slice(first, first + _CHUNK)
-            modes, slopes, curvatures, mix = self._modes(x, axes.take(corners[:, chunk], axis=2), chunk, convex)
+            moves = axes.take(corners[:, chunk], axis=2)
+            modes, slopes, curvatures, mix = self._modes(images.some(chunk), moves, chunk, convex)
             np.einsum("km,kaim->aim", slopes, modes[:2], out=gradient[:, :, chunk])
             modes[0] += mix * modes[1]
             modes *= np.sqrt(np.abs(curvatures))[:, None, None]
@@ -157,14 +170,13 @@ class BalancedEnergy:
         corner = corners.ravel()
         return np.stack([np.bincount(corner, part.ravel(), self.source.n) for part in gradient]), blocks
 
-    def _modes(self, x: FloatArray, axes: FloatArray, chunk: slice,
+    def _modes(self, images: FaceImages, axes: FloatArray, chunk: slice,
                convex: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Modes of some faces, slopes along the two stretches, and the Hessian's curvatures (4, m) along the modes.
 
         The first curvature is that of mode 0 with `mix` times mode 1 added to it.
         """
         area = self.area[chunk]
-        images = self.images(x, chunk)
         s1, s2, w = images.s1, images.s2, self.weight
         q1, q2 = ((1 - w) * slope for slope in self.slopes(s1 / s2))
         p1, p2 = (w * slope for slope in self.slopes(s1 * s2 / self.aim[chunk]))
@@ -254,6 +266,13 @@ class FaceImages:
         s2 = first * up / (2 * area * np.where(s1 > 0, s1, 1.0))  # balance (1)
         return cls(s1, s2, hats, heights, plane, (*alpha, sizes[0]), (*beta, sizes[1]))
 
+    def some(self, faces: slice) -> FaceImages:
+        """Those of some faces."""
+        def cut(part: Any) -> Any:
+            return part[..., faces] if isinstance(part, np.ndarray) else tuple(map(cut, part))
+
+        return FaceImages(*map(cut, vars(self).values()))
+
     def frame(self) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
         """Directions of the two singular vectors in the image, (d, m) each, and corners' hats along those of the
         source, (2, 3, m)."""
@@ -292,7 +311,7 @@ class FaceImages:
 
 def log_areas(source: FlatFaces, x: FloatArray) -> FloatArray:
     """Logarithm p of image area over source area by face, of a map free of foldings."""
-    images = FaceImages.of(source, x)
+    images = source.images(x)
     return np.asarray(np.log(np.maximum(images.s1 * images.s2, np.finfo(float).tiny)))
 
 

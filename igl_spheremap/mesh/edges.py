@@ -69,10 +69,15 @@ def shared_edges(f: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, Int
 
     Their keys in order, the edge of each half-edge, and in pairs the half-edges of those with exactly two faces.
     """
-    keys, edge = np.unique(edge_keys(f.ravel(), f[:, [1, 2, 0]].ravel(), n), return_inverse=True)
-    order = np.argsort(edge, kind="stable")
-    first, second = order[np.bincount(edge)[edge[order]] == 2].reshape(-1, 2).T
-    return keys, edge, first, second
+    keys = edge_keys(f.ravel(), f[:, [1, 2, 0]].ravel(), n)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    new = np.diff(keys, prepend=-1) > 0
+    number = np.cumsum(new) - 1
+    edge = np.empty_like(order)
+    edge[order] = number
+    first, second = order[np.bincount(number)[number] == 2].reshape(-1, 2).T
+    return keys[new], edge, first, second
 
 
 def half_edges_from(f: IntArray, n: int, start: IntArray, stop: IntArray) -> IntArray:

@@ -125,6 +125,7 @@ class FaceProblem:
                 break
             moved = marked(f[refused], len(x))
             share[moved] /= 2
+            y = y.copy()  # what is known of the map before stays true
             y[moved] = self.onto(x[moved] + share[moved, None] * move[moved], moved)
             near = np.flatnonzero(touching(f, moved))
             after[near] = self.energy.by_face(y, near)

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import shared_edges
 from ..operators.factor.conjugate_gradients import block_jacobi
 from ..operators.factor.factor import Analysis, Entries, Factor
 from ..operators.factor.factorize import analyse, fits_memory, refactorize
@@ -87,10 +88,8 @@ class VertexSystem:
     @cached_property
     def _edges(self) -> tuple[IntArray, IntArray, IntArray]:
         """Larger and smaller vertex of each edge, and the edge between the corners of each off-diagonal pair."""
-        i, j = np.transpose([pair for pair in PAIRS if pair[0] != pair[1]])
-        first, second = self.f[:, i].T.ravel(), self.f[:, j].T.ravel()
-        keys, edge = np.unique(np.maximum(first, second) * self.n + np.minimum(first, second), return_inverse=True)
-        return keys // self.n, keys % self.n, edge.reshape(3, -1)
+        keys, edge, *_ = shared_edges(self.f, self.n)
+        return keys % self.n, keys // self.n, edge.reshape(-1, 3).T[[0, 2, 1]]
 
     @cached_property
     def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
