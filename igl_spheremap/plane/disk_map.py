@@ -240,10 +240,10 @@ def _starts(disk: Disk) -> Iterator[FloatArray]:
 
 
 def _presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
-    """A map as it is returned: balanced, upright, and its boundary on the circle, unless that folds faces."""
-    for q in (upright(centred(p, disk), disk), upright(p, disk), p):
+    """A map as it is returned: balanced, upright, and its boundary on the circle; unless that folds faces, as it is."""
+    for q in (upright(centred(p, disk), disk), upright(p, disk)):
         q[disk.rim] /= np.hypot(q[disk.rim, 0], q[disk.rim, 1])[:, None]
         certificate = Certificate.of_plane(q, disk.f, disk.rim)
         if certificate.folding_free:
-            break
-    return q, certificate
+            return q, certificate
+    return p, Certificate.of_plane(p, disk.f, disk.rim)
