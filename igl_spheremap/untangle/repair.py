@@ -182,7 +182,7 @@ class _Steps:
     def compete(self, holes: int) -> None:
         """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule."""
         small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
-        few = replace(self.effort, systems=min(2 * _SEVERAL, self.effort.systems), sweeps=0)
+        few = min(2 * _SEVERAL, self.effort.systems)
         for name, y, embed in self._candidates(holes):
             known = free and name == "map"
             if not (known or self.accept(name, y)):
@@ -192,10 +192,12 @@ class _Steps:
                     continue
             mean, start = self.found[0 if known else -1]
             rough = name != "map" or (free and not small)
+            effort = replace(self.effort, systems=few if name != "map" else self.effort.systems,
+                             sweeps=0 if rough else self.effort.sweeps)
             with self.attempt("newton"):
                 for _ in range(_SEVERAL if small and not rough else 1):
-                    x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system,
-                                     few if rough else self.effort, damping=HALF_DIGITS, rough=rough)
+                    x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
+                                     damping=HALF_DIGITS, rough=rough)
                     self.accept("newton", x)
                     if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
                         break
