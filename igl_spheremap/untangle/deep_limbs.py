@@ -195,7 +195,7 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
     graph = sp.csr_matrix(edges, shape=(n, n))
     graph = (graph + graph.T).tocsr()
-    start, neighbours = graph.indptr, graph.indices
+    start, neighbours = graph.indptr.tolist(), graph.indices
     part = np.full(n, -1)
     tip: dict[int, int] = {}
     members: dict[int, list[int]] = {}
@@ -204,7 +204,7 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     for v in deep[np.argsort(-inwards[deep], kind="stable")].tolist():
         here = v
         part[v], tip[v], members[v] = v, v, [v]
-        for other in {int(part[u]) for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
+        for other in {k for k in part[neighbours[start[v]:start[v + 1]]].tolist() if k >= 0} - {v}:
             elder, younger = (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
             end = tip[younger]
             if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 
-#: Computed in floating point, a determinant of numbers up to s in size is off by less than this times s^3 plus the
-#: smallest normal number (docs/guarantee.md).
+#: Computed in floating point, a determinant of numbers up to s in size is off by less than this times s^3, and than
+#: this times the sizes of its six products, plus the smallest normal number times s if s > 1 (docs/guarantee.md).
 _ERROR = 64 * np.finfo(float).eps
+_TINY = np.finfo(float).tiny
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
 #: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
 _SMALLEST, _LARGEST = 2.0**-300, 2.0**300
@@ -42,12 +43,16 @@ def column_signs(corners: FloatArray) -> IntArray:
 
 def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
     """Signs of determinants of numbers up to a size; where rounding leaves doubt, of the rows of those, exactly."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = _ERROR * largest**3 + np.finfo(float).tiny
-        unsure = np.flatnonzero(~(np.abs(det) > error))  # NaN included
     signs = (det > 0).astype(np.int64) - (det < 0)
-    if len(unsure):
-        signs[unsure] = _exact_signs(rows(unsure))
+    with np.errstate(over="ignore", invalid="ignore"):
+        unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + _TINY))  # NaN included
+        if len(unsure):
+            x = rows(unsure).reshape(-1, 3, 3)
+            (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(x.T)
+            size = a0 * (b1 * c2 + b2 * c1) + a1 * (b2 * c0 + b0 * c2) + a2 * (b0 * c1 + b1 * c0)
+            still = ~(np.abs(det.take(unsure)) > _ERROR * size + _TINY * max(1.0, largest))
+            if still.any():
+                signs[unsure[still]] = _exact_signs(x[still].reshape(-1, 3))
     return signs
 
 
