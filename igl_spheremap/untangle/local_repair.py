@@ -40,14 +40,15 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None,
-                   sweeps: int = 30) -> FloatArray:
+def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None, sweeps: int = 30,
+                   mended: FloatArray | None = None) -> FloatArray:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
+    `mended` is what small moves make of the map, if that is known.
     """
     x = fix_orientation(x, mesh.f)
-    y = progressive_embedding(small_moves(x, mesh.f, listener), mesh.f, listener)
+    y = progressive_embedding(small_moves(x, mesh.f, listener) if mended is None else mended, mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RINGS)
     around = mesh.f[touching(mesh.f, moved)]
     return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=sweeps, tolerance=FEW)

@@ -14,13 +14,13 @@ import numpy as np
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
-from ..mesh.measure import corner_angles, log_edges, spread
+from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
-from ..sphere.rows import column_axes, column_crosses, row_dets, row_dots, sizes, unit_rows, weighted_sum
+from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
-from ..verify.signs import folded_faces
+from ..verify.signs import folded_faces, signed_volumes
 from .effort import Effort
 from .embedding import dilate, embed_locally
 from .local_repair import FEW, RINGS, small_moves
@@ -50,14 +50,15 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
-                 damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
+                 damping: float, quick: bool = False, rough: bool = False, goal: float = np.inf) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
     further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
     that had to be damped more than the first predicts little: after it they end when further steps would have to gain
     1 / (least gain) times as much. Sweeps help where limbs are too fine for steps. If `quick`, steps are not exact, and
-    there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
+    there are no sweeps. If `rough`, what steps fold is repaired by small moves only. All ends where the third step or a
+    later one predicts a mean above the `goal`.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
@@ -66,18 +67,21 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     for trial in newton(problem, steps, x) if effort.systems else ():
         gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))
         x, mean = trial.x, trial.value
-        undamped = steps.at_once and steps.damping.min() <= damping
-        if gains[-1] <= 0 or not steps.systems or _ended(gains[-3:], effort.least_gain, undamped):
+        if gains[-1] <= 0 or not steps.systems:
+            break
+        further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
+        if len(gains) > 2 and (1 - further) * mean > goal:
+            return x
+        if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:
             break
     return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
                                     tolerance=effort.least_gain)
 
 
-def _ended(gains: list[float], least: float, undamped: bool) -> bool:
-    """Whether further steps would gain too little; the factor is a mean over two, as gains jump where faces fold."""
-    last = gains[-1]
-    q = (last / gains[0]) ** (1 / (len(gains) - 1)) if len(gains) > 1 else 0.5
-    return last * q < least * (1 - q) if undamped else last < least**2
+def _further(gains: list[float]) -> float:
+    """What all further steps gain; the factor is a mean over two, as gains jump where faces fold."""
+    q = (gains[-1] / gains[0]) ** (1 / (len(gains) - 1)) if len(gains) > 1 else 0.5
+    return gains[-1] * q / (1 - q) if q < 1 else np.inf
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
@@ -198,6 +202,11 @@ class AngleProblem:
 
 def covers_once(x: FloatArray, f: IntArray) -> bool:
     """Whether the degree of a map is 1: the solid angles of faces, negative where they fold, sum to 4 pi times it."""
-    a, b, c = (x[f[:, k]] for k in range(3))
-    half = np.arctan2(row_dets(a, b, c), 1 + row_dots(a, b) + row_dots(b, c) + row_dots(c, a))
-    return abs(float(half.sum()) - 2 * np.pi) < np.pi
+    return abs(float(by_blocks(_half_solid_angles, x, f).sum()) - 2 * np.pi) < np.pi
+
+
+def _half_solid_angles(corners: FloatArray) -> FloatArray:
+    """Half the solid angles of faces (coordinate, corner, face), by van Oosterom and Strackee's formula."""
+    a, b, c = corners.transpose(1, 0, 2)
+    dots = column_dots(a, b) + column_dots(b, c) + column_dots(c, a)
+    return np.asarray(np.arctan2(signed_volumes(corners), 1 + dots))

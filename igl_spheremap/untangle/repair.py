@@ -183,59 +183,64 @@ class _Steps:
         """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule."""
         small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
         few = min(2 * _SEVERAL, self.effort.systems)
-        for name, y, embed in self._candidates(holes):
+        for name, y, mended in self._candidates(holes):
             known = free and name == "map"
-            if not (known or self.accept(name, y)):
-                if not embed and folded_faces(small_moves(y, self.mesh.f), self.mesh.f).any():
-                    continue
-                if not self.accept("embedding", repair_locally(self.mesh, y, sweeps=5)):
-                    continue
+            if not (known or self.accept(name, y)
+                    or self.accept("embedding", repair_locally(self.mesh, y, sweeps=5, mended=mended))):
+                continue
             mean, start = self.found[0 if known else -1]
             rough = name != "map" or (free and not small)
             effort = replace(self.effort, systems=few if name != "map" else self.effort.systems,
                              sweeps=0 if rough else self.effort.sweeps)
+            # Maps that win over layouts are within 1.22 times the mean of the first one after their first run.
+            goal = 4 / 3 * self.mean(self.layout) if name == "map" and self.layout is not None else np.inf
             with self.attempt("newton"):
                 for _ in range(_SEVERAL if small and not rough else 1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
-                                     damping=HALF_DIGITS, rough=rough)
+                                     damping=HALF_DIGITS, rough=rough, goal=goal)
                     self.accept("newton", x)
-                    if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
+                    if not self.found[-1][0] < min((1 - self.effort.least_gain) * mean, goal):
                         break
                     mean, start = self.found[-1]
             self.ends.append(min(mean, self.found[-1][0]))
             if not rough:
                 self.done = self.best
 
-    def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, bool]]:
-        """Maps to try, and whether to embed them, until several in a row gain nothing.
+    def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        """Maps to try, and what small moves make of them, until several in a row gain nothing.
 
-        Those that small moves do not free of foldings are moved to the gauge that folds least.
+        Those that small moves do not free of foldings are moved to the gauge that folds least, and left out above 1,000
+        vertices, where embedding takes long, if there is another.
         """
         badness, f, n = Badness(self.mesh), self.mesh.f, len(self.mesh.v)
         x, small = fix_orientation(self.first.sphere, f), n <= SMALL
-        if badness.folded(x) <= FEW:
-            yield "map", x, small
+        mended = small_moves(x, f)
+        if badness.folded(x) <= FEW and (small or not folded_faces(mended, f).any()):
+            yield "map", x, mended
             if self.ends and self.ends[0] < (2 if small else 1) * GOOD:
                 return
-        wanted, tried, idle = len(self.ends) + max(1, holes * SMALL // (2 * n)), set[float](), 0
-        left = list[tuple[float, FloatArray]]()
+        wanted, tried, idle = max(len(self.ends) + 1, holes * SMALL // (2 * n)), set[float](), 0
+        left = list[tuple[float, FloatArray, FloatArray]]()
         for y in chain([] if self.layout is None else [self.layout], layouts(self.mesh, self._system, holes)):
             bad = badness(y)
             if round(bad, 6) in tried:  # around the same face
                 continue
             tried.add(round(bad, 6))
-            if badness.folded(y) and badness.folded(small_moves(y, f)):
+            mended = small_moves(y, f)
+            if badness.folded(mended):
                 bad, y = least_folded(y, badness)
+                mended = small_moves(y, f)
             least, count = min(self.ends, default=np.inf), len(self.ends)
-            yield "angles", y, small
+            if small or not folded_faces(mended, f).any():
+                yield "angles", y, mended
             if len(self.ends) == count:
-                left.append((bad, y))
+                left.append((bad, y, mended))
             else:
                 idle = 0 if min(self.ends) < (1 - self.effort.least_gain) * least else idle + 1
             if idle == _SEVERAL or (not small and len(self.ends) >= wanted):
                 return
         if not self.found and left:
-            yield "angles", min(left, key=lambda entry: entry[0])[1], True
+            yield "angles", *min(left, key=lambda entry: entry[0])[1:]
 
     def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
