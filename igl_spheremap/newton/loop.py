@@ -202,6 +202,7 @@ class Levenberg:
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever more damped steps that lowers the value."""
         values, self.at_once = self.system.assemble(model.blocks, model.at_vertices), True
+        failed = (0, 0.0)  # how many faces the last step folded, and its value
         while self.systems > 0:
             self.systems -= 1
             try:
@@ -213,8 +214,10 @@ class Levenberg:
             if trial.value < model.value:
                 self.damping *= _FALLS if self.at_once else 1
                 return trial
-            if self.damping.min() >= _LARGEST:
-                return None
+            many = int(trial.folded.sum())
+            if self.damping.min() >= _LARGEST or (many == failed[0] > 0 and failed[1] <= trial.value < np.inf):
+                return None  # more damping changes nothing any more
+            failed = many, trial.value
             self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
         return None
 

@@ -195,8 +195,8 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
     graph = sp.csr_matrix(edges, shape=(n, n))
     graph = (graph + graph.T).tocsr()
-    start, neighbours = graph.indptr.tolist(), graph.indices
-    part = np.full(n, -1)
+    start, neighbours = graph.indptr.tolist(), graph.indices.tolist()
+    part = [-1] * n
     tip: dict[int, int] = {}
     members: dict[int, list[int]] = {}
     found: list[tuple[int, int, IntArray]] = []
@@ -204,14 +204,15 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     for v in deep[np.argsort(-inwards[deep], kind="stable")].tolist():
         here = v
         part[v], tip[v], members[v] = v, v, [v]
-        for other in {k for k in part[neighbours[start[v]:start[v + 1]]].tolist() if k >= 0} - {v}:
+        for other in {part[u] for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
             elder, younger = (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
             end = tip[younger]
             if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:
                 found.append((end, tip[elder], np.array(members[younger])))
             keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
             tip[keep] = tip[elder]
-            part[members[gone]] = keep
+            for u in members[gone]:
+                part[u] = keep
             members[keep] += members.pop(gone)
             here = keep
     return found + [(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]

@@ -84,10 +84,14 @@ def _further(gains: list[float]) -> float:
     return gains[-1] * q / (1 - q) if q < 1 else np.inf
 
 
-def is_worth_steps(mesh: Mesh, x: FloatArray) -> bool:
-    """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample."""
+def is_worth_steps(mesh: Mesh, x: FloatArray, thin: bool = False) -> bool:
+    """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample.
+
+    If `thin`, they are not where the least angles of faces are 32 degrees and more in the mean.
+    """
     sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
-    if mean_difference(corner_angles(mesh.v, sample), x, sample) <= GOOD:
+    source = corner_angles(mesh.v, sample)
+    if mean_difference(source, x, sample) <= GOOD or (thin and source.min(axis=1).mean() >= np.radians(32)):
         return False
     movable = marked(np.arange(0, len(x), max(1, len(x) // (SMALL // 2))), len(x))
     around = mesh.f[touching(mesh.f, movable)]

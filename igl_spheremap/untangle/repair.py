@@ -67,7 +67,8 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
         coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
         poor = coarse and steps.mean(x) > 2 * GOOD
-        if free and not poor and not (polish and is_worth_steps(mesh, x)) and polish != "angles":
+        worth = bool(free and not poor and polish and is_worth_steps(mesh, x, thin=len(x) > 2 * SMALL))
+        if free and not (poor or worth or polish == "angles"):
             steps.notify(x, first.energy, 0)
             return steps.result()
         steps.accept("map", x)
@@ -83,7 +84,9 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         if not steps.found or (small and not few and not steps.ends):
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
-        if steps.found and (poor or not few or (polish and is_worth_steps(mesh, steps.best.sphere))):
+        if not free and few and not poor and steps.found:
+            worth = bool(polish and is_worth_steps(mesh, steps.best.sphere))
+        if steps.found and (poor or not few or worth):
             with steps.attempt("newton"):
                 steps.newton(quick=few and not poor)
         if steps.found and polish == "angles":
@@ -203,7 +206,7 @@ class _Steps:
                         break
                     mean, start = self.found[-1]
             self.ends.append(min(mean, self.found[-1][0]))
-            if not rough:
+            if not rough and self.ends[-1] <= goal:
                 self.done = self.best
 
     def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
