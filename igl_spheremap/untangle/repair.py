@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, count
 
 import numpy as np
 
@@ -47,8 +47,8 @@ from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair
 from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
 from .poles import at_poles
 
-#: One number for several: runs of steps on a small mesh, each from the end of the last; quick steps in a run, and half
-#: the rough steps that compare candidates; candidates in a row without a gain, after which no more are tried.
+#: One number for several: quick steps in a run, and half the rough steps that compare candidates; candidates in a row
+#: without a gain, after which no more are tried.
 _SEVERAL = 3
 
 
@@ -198,7 +198,7 @@ class _Steps:
             # Maps that win over layouts are within 1.22 times the mean of the first one after their first run.
             goal = 4 / 3 * self.mean(self.layout) if name == "map" and self.layout is not None else np.inf
             with self.attempt("newton"):
-                for _ in range(_SEVERAL if small and not rough else 1):
+                for _ in count() if small and not rough else range(1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
                                      damping=HALF_DIGITS, rough=rough, goal=goal)
                     self.accept("newton", x)
@@ -272,13 +272,13 @@ class _Steps:
             effort = replace(effort, systems=min(effort.systems, most))
         starts = [self.best] if self.ends or self.best is self.found[0][1] else [self.found[0][1], self.best]
         rough = bool(self.ends) and n <= SMALL
-        for k in range(len(starts) + (_SEVERAL - 1 if n <= SMALL else 0)):
+        for k in count() if n <= SMALL else range(len(starts)):
             start = starts[k] if k < len(starts) else self.best
             before, run = self.mean(start.sphere), start.run
             x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
                              damping=self.damping, rough=rough)
             self.accept("newton", x, run.stretch, run.gauge)
-            if k >= len(starts) and self.rounds[-1].mean_angle_difference > (1 - effort.least_gain) * before:
+            if k >= len(starts) and self.rounds[-1].mean_angle_difference >= (1 - effort.least_gain) * before:
                 return
 
     def _centroid(self, start: SphereMap) -> FloatArray:
