@@ -120,7 +120,7 @@ class LineSearch:
 
     def __init__(self, system: VertexSystem, tolerance: float = 0.0) -> None:
         self.system, self.tolerance, self.length, self.ahead = system, tolerance, 1.0, np.inf
-        self._kept: tuple[Factor, FloatArray, Model] | None = None
+        self._kept: tuple[Factor, FloatArray, FloatArray, float] | None = None  # of a map, with its axes and value
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough."""
@@ -139,7 +139,7 @@ class LineSearch:
             gain = model.value - trial.value
             if gain > -self.length * _DECREASE * slope:
                 faithful = self.length == 1 and abs(gain + slope / 2) < _FAITHFUL * abs(slope / 2)
-                self._kept = (factor, x, model) if faithful else None
+                self._kept = (factor, x, model.axes, model.value) if faithful else None
                 return trial
             self.length /= 2
         return None
@@ -152,10 +152,10 @@ class LineSearch:
         self.ahead = np.inf
         if self._kept is None or self.tolerance == 0:
             return None
-        factor, before, old = self._kept
-        if (old.value / model.value - 1) ** 2 > _SQUARES * self.tolerance:
+        factor, before, axes, value = self._kept
+        if (value / model.value - 1) ** 2 > _SQUARES * self.tolerance:
             return None
-        c = _turned(self.system.f, before, old.axes, x, model.axes)
+        c = _turned(self.system.f, before, axes, x, model.axes)
         load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])
         solved = self.system.solve(factor, np.stack((load.real, load.imag)))
         turned = -c * (solved[0] + 1j * solved[1])  # balance (11)
