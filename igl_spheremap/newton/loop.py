@@ -215,8 +215,8 @@ class Levenberg:
                 self.damping *= _FALLS if self.at_once else 1
                 return trial
             many = int(trial.folded.sum())
-            if self.damping.min() >= _LARGEST or (many == failed[0] > 0 and failed[1] <= trial.value < np.inf):
-                return None  # more damping changes nothing any more
+            if self.damping.min() >= _LARGEST or (many >= failed[0] > 0 and failed[1] <= trial.value < np.inf):
+                return None  # more damping helps no more
             failed = many, trial.value
             self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
         return None

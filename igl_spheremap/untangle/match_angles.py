@@ -55,10 +55,10 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
     further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
-    that had to be damped more than the first predicts little: after it they end when further steps would have to gain
-    1 / (least gain) times as much. Sweeps help where limbs are too fine for steps. If `quick`, steps are not exact, and
-    there are no sweeps. If `rough`, what steps fold is repaired by small moves only. All ends where the third step or a
-    later one predicts a mean above the `goal`.
+    that had to be damped more than the first predicts little: after it they end when further steps would have to gain 1
+    / (least gain) times as much, or after three that together gain less than half of it. Sweeps help where limbs are
+    too fine for steps. If `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is
+    repaired by small moves only. All ends where the third step or a later one predicts a mean above the `goal`.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
@@ -72,6 +72,8 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
         if len(gains) > 2 and (1 - further) * mean > goal:
             return x
+        if len(gains) > 2 and 2 * sum(gains[-3:]) < effort.least_gain:
+            break
         if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:
             break
     return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
