@@ -3,10 +3,10 @@
     python -m benchmarks repairs polish MESH ...
     python -m benchmarks repairs embedding
     python -m benchmarks repairs foldings FOLDER
-    python -m benchmarks repairs copies MESH ...
+    python -m benchmarks repairs copies MESH ... [--count 8]
 
 Tables of docs/repair.md. `foldings` compares with the conformalised mean curvature flow, and with LaPy where that is
-installed; `copies` maps each mesh five times, its vertices and faces renumbered and turned. Seconds are of the CPU.
+installed; `copies` maps each mesh several times, its vertices and faces renumbered and turned. Seconds are of the CPU.
 """
 
 from __future__ import annotations
@@ -30,8 +30,10 @@ def main(argv: list[str]) -> None:
     arguments = parser(__doc__)
     arguments.add_argument("table", choices=("polish", "embedding", "foldings", "copies"))
     arguments.add_argument("sources", nargs="*")
+    arguments.add_argument("--count", type=int, default=5, help="copies of each mesh")
     options = arguments.parse_args(argv)
-    {"polish": polish, "embedding": embedding, "foldings": foldings, "copies": copies}[options.table](options.sources)
+    {"polish": polish, "embedding": embedding, "foldings": foldings,
+     "copies": lambda sources: copies(sources, options.count)}[options.table](options.sources)
 
 
 def polish(sources: list[str]) -> None:
@@ -106,21 +108,21 @@ def foldings(folders: list[str]) -> None:
           f"{np.percentile(ratios, 90):.2f}, at most {max(ratios):.2f} of {len(ratios)}")
 
 
-def copies(sources: list[str]) -> None:
+def copies(sources: list[str], count: int) -> None:
     """How often a map is more than 5 percent and .02 degrees worse than that of a renumbered and turned copy."""
     above, several = [], []
     for source in sources:
         v, f = load(source)
         means = []
-        for seed in range(5):
+        for seed in range(count):
             rng = np.random.default_rng(seed)
             order, faces = (rng.permutation(len(rows)) for rows in (v, f))
             turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
             w, g = v[order] @ (turn * np.sign(np.linalg.det(turn))).T, np.argsort(order)[f][faces]
             means.append(quality(w, g, ism.spherical_conformal_map(w, g).sphere)["mean"])
         worse = np.array([[a > max(1.05 * b, b + 0.02) for b in means] for a in means])
-        above.append(worse.sum() / 20)
-        several.append(np.mean([(worse[a, b] | worse[a, c]) for a, b, c in permutations(range(5), 3)]))
+        above.append(worse.sum() / (count * (count - 1)))
+        several.append(np.mean([(worse[a, b] | worse[a, c]) for a, b, c in permutations(range(count), 3)]))
         print(Path(source).stem, len(v), np.round(means, 2).tolist(), file=sys.stderr, flush=True)
     print(f"of {len(above)} meshes, one copy is worse than another in {100 * np.mean(above):.1f} percent, than "
           f"the better of two in {100 * np.mean(several):.1f}")
