@@ -130,6 +130,11 @@ def repair_foldings(
     ValueError
         If `polish` is unknown.
 
+    Notes
+    -----
+    A repaired map is as good as the part of the given one that did not fold. Where much of it folds, as the normals of a
+    surface do that is not convex, `spherical_conformal_map` makes a better one.
+
     References
     ----------
     Shen, Jiang, Zorin, Panozzo 2019, *Progressive Embedding*.
