@@ -20,7 +20,8 @@ from ..untangle.deep_limbs import floors, shorten_limbs
 from ..untangle.layout import onto_sphere, unroll
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
-from .energy import BalancedEnergy, FlatFaces, log_areas
+from .energy import BalancedEnergy
+from .flat_faces import FlatFaces, log_areas
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 MOST_WEIGHT = 0.97

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..balance.energy import BalancedEnergy, FlatFaces
+from ..balance.energy import BalancedEnergy
+from ..balance.flat_faces import FlatFaces
 from ..mesh.arrays import FloatArray
 from ..newton.faces import FaceProblem
 from ..newton.loop import LineSearch, newton

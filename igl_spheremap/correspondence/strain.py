@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..balance.energy import BalancedEnergy, FaceImages, FlatFaces
+from ..balance.energy import BalancedEnergy
+from ..balance.flat_faces import FaceImages, FlatFaces
 from ..mesh.arrays import FloatArray, IntArray
 from ..newton.system import PAIRS
 from ..shapes.locate import SphereLocator

@@ -10,8 +10,9 @@ from itertools import islice
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..balance.energy import BalancedEnergy, FlatFaces
+from ..balance.energy import BalancedEnergy
 from ..balance.family import balanced_energy, minimize_balanced
+from ..balance.flat_faces import FlatFaces
 from ..errors import FactorisationFailed, FoldingsRemain, check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk, check_disk

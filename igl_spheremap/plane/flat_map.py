@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..balance.energy import BalancedEnergy, FlatFaces
+from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
+from ..balance.flat_faces import FlatFaces
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk

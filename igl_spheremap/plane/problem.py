@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..balance.energy import FlatFaces
+from ..balance.flat_faces import FlatFaces
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..mesh.edges import half_edges_from

@@ -54,11 +54,11 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
-    that had to be damped more than the first predicts little: after it they end when further steps would have to gain 1
-    / (least gain) times as much, or after three that together gain less than half of it. Sweeps help where limbs are
-    too fine for steps. If `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is
-    repaired by small moves only. All ends where the third step or a later one predicts a mean above the `goal`.
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain, or after three
+    that together gain less than half of it. The gain of one that had to be damped more than the first predicts little:
+    after it they end when it is below the square of the least gain. Sweeps help where limbs are too fine for steps. If
+    `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
+    All ends where the third step or a later one predicts a mean above the `goal`.
     """
     loss = AngleLoss.of(mesh.v, mesh.f)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)

@@ -233,10 +233,10 @@ class _Steps:
             if badness.folded(mended):
                 bad, y = least_folded(y, badness)
                 mended = small_moves(y, f)
-            least, count = min(self.ends, default=np.inf), len(self.ends)
+            least, before = min(self.ends, default=np.inf), len(self.ends)
             if small or not folded_faces(mended, f).any():
                 yield "angles", y, mended
-            if len(self.ends) == count:
+            if len(self.ends) == before:
                 left.append((bad, y, mended))
             else:
                 idle = 0 if min(self.ends) < (1 - self.effort.least_gain) * least else idle + 1

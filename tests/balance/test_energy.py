@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces, log_areas
+from igl_spheremap.balance.energy import BalancedEnergy
+from igl_spheremap.balance.flat_faces import FlatFaces, log_areas
 from igl_spheremap.newton.system import PAIRS
 from igl_spheremap.sphere.rows import tangent_axes, unit_rows
 

@@ -5,7 +5,8 @@ from itertools import islice
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces
+from igl_spheremap.balance.energy import BalancedEnergy
+from igl_spheremap.balance.flat_faces import FlatFaces
 from igl_spheremap.newton.faces import FaceProblem
 from igl_spheremap.newton.loop import LineSearch, newton
 from igl_spheremap.newton.system import VertexSystem

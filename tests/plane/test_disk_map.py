@@ -5,8 +5,9 @@ import pytest
 from disks import cap, grid, half, polar
 
 import igl_spheremap as ism
-from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces
+from igl_spheremap.balance.energy import BalancedEnergy
 from igl_spheremap.balance.family import POWER
+from igl_spheremap.balance.flat_faces import FlatFaces
 from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.plane.disk_map import slide
 from igl_spheremap.plane.tutte import by_lengths, tutte_map

@@ -5,7 +5,8 @@ import pytest
 from disks import polar
 
 import igl_spheremap as ism
-from igl_spheremap.balance.energy import BalancedEnergy, FlatFaces
+from igl_spheremap.balance.energy import BalancedEnergy
+from igl_spheremap.balance.flat_faces import FlatFaces
 from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.plane.problem import CircleProblem, ConformalEnergy, FreeProblem
 
