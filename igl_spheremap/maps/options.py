@@ -72,9 +72,9 @@ class Auto(Method):
         and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
         What is done to a good map: Newton steps that lower its angle differences, up to 2,000 vertices where they gain,
-        and above where they are predicted to lower the mean by a fifth ("auto"); the same and further steps on any map,
-        for 2 to 20 times the time ("angles"); or nothing (None): then it is the harmonic map. A map that folds is
-        repaired, and a poor one of a coarse mesh, whatever this is.
+        and above where faces are thin and steps are predicted to lower the mean by a fifth ("auto"); the same and
+        further steps on any map, for 2 to 20 times the time ("angles"); or nothing (None): then it is the harmonic map.
+        A map that folds is repaired, and a poor one of a coarse mesh, whatever this is.
     effort : Effort, default Effort()
         What steps may cost that lower the angle differences after a repair: systems, sweeps, least gains. A dict of
         them will do.

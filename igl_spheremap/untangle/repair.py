@@ -67,8 +67,9 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
         coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
         poor = coarse and steps.mean(x) > 2 * GOOD
-        worth = bool(free and not poor and polish and is_worth_steps(mesh, x, thin=len(x) > 2 * SMALL))
-        if free and not (poor or worth or polish == "angles"):
+        worth = polish == "angles" or bool(free and not poor and polish
+                                           and is_worth_steps(mesh, x, thin=len(x) > 2 * SMALL))
+        if free and not (poor or worth):
             steps.notify(x, first.energy, 0)
             return steps.result()
         steps.accept("map", x)
@@ -84,7 +85,7 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         if not steps.found or (small and not few and not steps.ends):
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
-        if not free and few and not poor and steps.found:
+        if not (worth or free or poor) and few and steps.found:
             worth = bool(polish and is_worth_steps(mesh, steps.best.sphere))
         if steps.found and (poor or not few or worth):
             with steps.attempt("newton"):
