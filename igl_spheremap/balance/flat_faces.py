@@ -34,7 +34,7 @@ class FlatFaces:
     n: int
     area: FloatArray
     hats: FloatArray
-    _known: list[tuple[FloatArray, FaceImages]] = field(default_factory=list, init=False, repr=False)
+    _known: list[tuple[FloatArray, bool, FaceImages]] = field(default_factory=list, init=False, repr=False)
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> FlatFaces:
@@ -53,13 +53,16 @@ class FlatFaces:
         """Vertices at the corners, (3, m)."""
         return np.ascontiguousarray(self.f.T)
 
-    def images(self, x: FloatArray) -> FaceImages:
-        """Images of all faces; those of the last map are known, so that an array that was a map must not change."""
-        for y, images in self._known:
-            if y is x:
+    def images(self, x: FloatArray, spanned: bool = False) -> FaceImages:
+        """Images of all faces, each in its own plane if `spanned`.
+
+        Those of the last map are known, so that an array that was a map must not change.
+        """
+        for y, way, images in self._known:
+            if y is x and way == spanned:
                 return images
-        found = FaceImages.of(self, x)
-        self._known[:] = [(x, found)]
+        found = (FaceImages.spanned if spanned else FaceImages.of)(self, x)
+        self._known[:] = [(x, spanned, found)]
         return found
 
 

@@ -48,6 +48,8 @@ class SpaceStrain(BalancedEnergy):
 
     def images(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
         """Images of the given faces, each in its plane."""
+        if isinstance(faces, slice):
+            return self.source.images(x, spanned=True).some(faces)
         return FaceImages.spanned(self.source, x, faces)
 
     def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
-from .edges import components, direction_components, edge_keys, shared_edges
+from .edges import components, direction_components, edge_keys, next_corners, shared_edges
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
@@ -134,7 +134,7 @@ class Surface:
         self.sound = True
         shut = ~np.isin(keys[first], cut)
         first, second = first[shut], second[shut]
-        onward = 3 * (np.arange(len(start)) // 3) + (np.arange(len(start)) + 1) % 3
+        onward = next_corners(np.arange(len(start)))[0]
         fans, fan = components(np.r_[first, second], np.r_[onward[second], onward[first]], len(start))
         vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
         open_edges = np.ones(len(start), dtype=bool)

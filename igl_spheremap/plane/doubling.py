@@ -9,7 +9,7 @@ from ..maps.options import Auto
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.disk import Disk
-from ..mesh.edges import edge_keys, marked
+from ..mesh.edges import edge_keys, marked, next_corners
 from ..result.run import Listener
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import conformal_barycentre, moebius
@@ -75,7 +75,7 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
         if not len(chosen):
             return v, f
         half = np.flatnonzero(chord & np.isin(keys, chosen))
-        a, b, c = start[half], stop[half], f.ravel()[3 * (half // 3) + (half + 2) % 3]
+        a, b, c = start[half], stop[half], f.ravel()[next_corners(half)[1]]
         middle = n + np.searchsorted(chosen, keys[half])
         f = np.concatenate((np.delete(f, half // 3, axis=0), np.column_stack((a, middle, c)),
                             np.column_stack((middle, b, c))))

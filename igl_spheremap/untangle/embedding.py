@@ -95,23 +95,28 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     bad = folded_faces(x, f)
     groups = [bad] if bad.sum() <= len(f) / 2 else []
     while groups:
-        bad = groups.pop() & folded_faces(x, f)
-        forced, rings, reach, keep = np.zeros(len(x), dtype=bool), 2 * RINGS, 2 * RINGS, True
-        while bad.any():
-            try:
-                x = _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, reach, keep)
-                break
-            except _TooCoarse as failure:
-                apart = _apart(f, bad, len(x)) if keep and persistent else []
-                groups += apart if len(apart) > 1 else []
-                if not persistent or len(apart) > 1 or forced.all():
-                    break
-                if not keep:
-                    forced[failure.vertices] = True
-                    forced = dilate(f, forced, rings)
-                    rings *= 2
-                keep, reach = False, failure.reach  # smaller regions were too small
+        x, apart = _embed_group(x, f, groups.pop() & folded_faces(x, f), grid or unit_rows, listener, persistent)
+        groups += apart
     return x
+
+
+def _embed_group(x: FloatArray, f: IntArray, bad: BoolArray, grid: Grid, listener: PositionsListener | None,
+                 persistent: bool) -> tuple[FloatArray, list[BoolArray]]:
+    """The map with some foldings repaired; or the map as it is, and groups of them to be repaired one by one."""
+    forced, rings, reach, keep = np.zeros(len(x), dtype=bool), 2 * RINGS, 2 * RINGS, True
+    while bad.any():
+        try:
+            return _rebuild_locally(x, f, bad, forced, grid, listener, reach, keep), []
+        except _TooCoarse as failure:
+            apart = _apart(f, bad, len(x)) if keep and persistent else []
+            if not persistent or len(apart) > 1 or forced.all():
+                return x, apart if len(apart) > 1 else []
+            if not keep:
+                forced[failure.vertices] = True
+                forced = dilate(f, forced, rings)
+                rings *= 2
+            keep, reach = False, failure.reach  # smaller regions were too small
+    return x, []
 
 
 def _apart(f: IntArray, bad: BoolArray, n: int) -> list[BoolArray]:

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import next_corners
 from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_rows
 
 #: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
@@ -85,10 +86,9 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
     order = np.argsort(centre, kind="stable")
     corner, centre = corner.take(order), centre.take(order)
     face = corner // 3
-    k = corner - 3 * face
     start = np.flatnonzero(np.diff(centre, prepend=-1))
     names = face if face_ids is None else face_ids[face]
-    after, before = corner + np.where(k == 2, -2, 1), corner + np.where(k == 0, 2, -1)
+    after, before = next_corners(corner)
     return Stars(centre.take(start), start, flat.take(after), flat.take(before), names)
 
 

@@ -89,11 +89,11 @@ def _further(gains: list[float]) -> float:
 def is_worth_steps(mesh: Mesh, x: FloatArray, thin: bool = False) -> bool:
     """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample.
 
-    If `thin`, they are not where the least angles of faces are 32 degrees and more in the mean.
+    If `thin`, they are not above 2,000 vertices where the least angles of faces are 32 degrees and more in the mean.
     """
-    sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
+    sample, large = mesh.f[spread(len(mesh.f), SMALL // 2)], len(x) > 2 * SMALL
     source = corner_angles(mesh.v, sample)
-    if mean_difference(source, x, sample) <= GOOD or (thin and source.min(axis=1).mean() >= np.radians(32)):
+    if mean_difference(source, x, sample) <= GOOD or (thin and large and source.min(axis=1).mean() >= np.radians(32)):
         return False
     movable = marked(np.arange(0, len(x), max(1, len(x) // (SMALL // 2))), len(x))
     around = mesh.f[touching(mesh.f, movable)]
@@ -102,7 +102,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, thin: bool = False) -> bool:
     mean = float(difference.mean())
     y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH[len(x) > 2 * SMALL])
+    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH[large])
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import next_corners
 from ..mesh.measure import corner_angles
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
 from ..verify.signs import column_signs
@@ -82,10 +83,8 @@ class AngleLoss:
 
 def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
     """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
-    face = corner // 3
-    k, flat = corner - 3 * face, np.ascontiguousarray(per_corner.T).ravel()
-    return np.stack((flat.take(corner), flat.take(corner + np.where(k == 2, -2, 1)),
-                     flat.take(corner + np.where(k == 0, 2, -1))))
+    flat = np.ascontiguousarray(per_corner.T).ravel()
+    return np.stack([flat.take(each) for each in (corner, *next_corners(corner))])
 
 
 def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,

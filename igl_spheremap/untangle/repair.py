@@ -67,8 +67,7 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
         coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
         poor = coarse and steps.mean(x) > 2 * GOOD
-        worth = polish == "angles" or bool(free and not poor and polish
-                                           and is_worth_steps(mesh, x, thin=len(x) > 2 * SMALL))
+        worth = polish == "angles" or bool(free and not poor and polish and is_worth_steps(mesh, x, thin=True))
         if free and not (poor or worth):
             steps.notify(x, first.energy, 0)
             return steps.result()
@@ -76,6 +75,7 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         if not free and few and not poor:
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
+            worth = worth or bool(polish and steps.found and is_worth_steps(mesh, steps.best.sphere))
         if poor or not few:
             with steps.attempt("angles"):
                 deep = steps.angles(centred, effort.holes if poor else 0)
@@ -85,8 +85,6 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         if not steps.found or (small and not few and not steps.ends):
             with steps.attempt("embedding"):
                 steps.accept("embedding", repair_locally(mesh, x))
-        if not (worth or free or poor) and few and steps.found:
-            worth = bool(polish and is_worth_steps(mesh, steps.best.sphere))
         if steps.found and (poor or not few or worth):
             with steps.attempt("newton"):
                 steps.newton(quick=few and not poor)
