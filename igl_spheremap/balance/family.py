@@ -11,7 +11,7 @@ import numpy as np
 from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.measure import FLOAT64_LIMIT, corner_angles, log_edges
+from ..mesh.measure import FLOAT64_LIMIT, log_edges
 from ..newton.faces import FaceProblem
 from ..newton.loop import LineSearch, newton
 from ..newton.system import VertexSystem
@@ -126,7 +126,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), limbs=True))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, shorten_limbs(laid_out, corner_angles(mesh.v, mesh.f), _STRETCHED).z)
+    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED).z)
     return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..errors import MeshError, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
 from .edges import HalfEdges, half_edges
 from .explain import Refusal, Remedy
-from .measure import face_areas, vertex_shares
+from .measure import corner_angles, face_areas, vertex_shares
 from .timings import stage
 
 _EPS = np.finfo(float).eps
@@ -60,6 +61,11 @@ class Mesh:
     def surface(self) -> slice | BoolArray:
         """The faces that are no caps, as an index of rows."""
         return slice(None) if self.caps is None else ~self.caps
+
+    @cached_property
+    def angles(self) -> FloatArray:
+        """Corner angles (m, 3), in radians."""
+        return corner_angles(self.v, self.f)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from .check import area_weights, check_indices, check_positions, normalised
 from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
+from .measure import corner_angles
 from .timings import stage
 
 #: What makes any other open surface mappable.
@@ -48,6 +50,11 @@ class Disk:
     def surface(self) -> slice:
         """Rows of the faces that are not caps: all."""
         return slice(None)
+
+    @cached_property
+    def angles(self) -> FloatArray:
+        """Corner angles (m, 3), in radians."""
+        return corner_angles(self.v, self.f)
 
     def __repr__(self) -> str:
         return f"Disk({len(self.v)} vertices, {len(self.f)} faces, {len(self.rim)} on the rim)"

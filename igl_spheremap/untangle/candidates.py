@@ -23,17 +23,18 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import signed_volumes
 from .angles import close_angles, proper_angles
 from .layout import Layout, centred, onto_sphere
+from .local_repair import SMALL_ANGLE
 from .match_angles import SMALL, covers_once
 
 
 def layouts(mesh: Mesh, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
-    """Maps laid out by the mesh's own angles around so many holes in turn; none of limbs too deep for float64."""
-    source = proper_angles(corner_angles(mesh.v, mesh.f))
+    """Maps laid out by the mesh's own angles around so many holes in turn; none of limbs too deep for Moebius maps."""
+    source = proper_angles(mesh.angles)
     for hole in islice(_holes(mesh), holes):
         closed = close_angles(system, source, hole)
         if closed.residual <= HALF_DIGITS:
             placed = centred(mesh, Layout(mesh.f, closed.angles, hole))
-            if placed.depth.max() < -np.log(HALF_DIGITS):  # a Moebius map of rows leaves as many digits
+            if placed.depth.max() < np.log(SMALL_ANGLE / np.finfo(float).eps):  # rounding turns edges by no more
                 yield onto_sphere(placed, placed.z)
 
 

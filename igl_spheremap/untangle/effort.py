@@ -15,9 +15,9 @@ class Effort:
     Parameters
     ----------
     systems : int, default 20
-        Linear systems with two unknowns a vertex that are solved at the most, one for each Newton step that is tried.
-        Only bodies with limbs of 60 nepers and more take 20. Maps that came without foldings take fewer: one to four
-        from 1,000 vertices on.
+        Linear systems with two unknowns a vertex that are solved at the most in a run of Newton steps, one for each
+        step that is tried. Only bodies with limbs of 60 nepers and more take 20. Maps that came good take fewer: one to
+        four from 1,000 vertices on.
     sweeps : int, default 10
         Sweeps over all vertices after these steps, at the most.
     holes : int, default 5
@@ -25,7 +25,7 @@ class Effort:
         until three in a row gain nothing. Above 1,000 vertices fewer layouts take steps.
     least_gain : float, default 0.025
         Steps and sweeps end when all further steps together, or a sweep, would lower the mean angle difference by less
-        than this share.
+        than this share; so do runs, of which meshes up to 1,000 vertices and poor maps take several.
     polish_gain : float, default 0.004
         The same for a polish.
 

@@ -50,8 +50,8 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     x = fix_orientation(x, mesh.f)
     y = progressive_embedding(small_moves(x, mesh.f, listener) if mended is None else mended, mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RINGS)
-    around = mesh.f[touching(mesh.f, moved)]
-    return relax_angles(y, around, AngleLoss.of(mesh.v, around), moved, sweeps=sweeps, tolerance=FEW)
+    around = touching(mesh.f, moved)
+    return relax_angles(y, mesh.f[around], AngleLoss(mesh.angles[around].T), moved, sweeps=sweeps, tolerance=FEW)
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:

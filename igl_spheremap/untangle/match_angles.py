@@ -28,11 +28,11 @@ from .relax import AngleLoss, relax_angles
 
 #: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: A map without foldings takes no steps if mean < GOOD degrees or sweep_gain * max(ALIKE, (median / mean)^2) < WORTH,
-#: where mean and median are of the angle differences, and sweep_gain is the share by which a sweep lowers the mean.
-#: Steps lower differences that are alike everywhere (median near the mean), which sweeps do not (docs/repair.md).
-#: Steps gain about 12 times WORTH: 7 percent up to 2,000 vertices, where they cost milliseconds, and 20 above.
-GOOD, _WORTH, _ALIKE = 1.2, (0.006, 0.017), 0.3
+#: A map without foldings takes no steps if its mean angle difference is below GOOD degrees, or the prediction below
+#: WORTH: steps then gain 7 percent up to 2,000 vertices, where they cost milliseconds, and 10 to 20 above.
+GOOD, _WORTH = 1.2, (0.006, 0.028)
+#: Mean least angle of the faces of a harmonic map of which steps gain as much as of any other map.
+_THIN = np.radians(30)
 #: Vertices up to which most of the time of a step is the overhead of calls. Samples that decide on steps are half as
 #: large: faces for the mean, stars of vertices for the gain of a sweep. With twice the faces 231 meshes decide alike.
 SMALL = 1000
@@ -60,7 +60,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
     All ends where the third step or a later one predicts a mean above the `goal`.
     """
-    loss = AngleLoss.of(mesh.v, mesh.f)
+    loss = AngleLoss(mesh.angles.T)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
     mean, gains = problem.value(x), list[float]()
@@ -86,23 +86,27 @@ def _further(gains: list[float]) -> float:
     return gains[-1] * q / (1 - q) if q < 1 else np.inf
 
 
-def is_worth_steps(mesh: Mesh, x: FloatArray, thin: bool = False) -> bool:
+def is_worth_steps(mesh: Mesh, x: FloatArray, harmonic: bool = False) -> bool:
     """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample.
 
-    If `thin`, they are not above 2,000 vertices where the least angles of faces are 32 degrees and more in the mean.
+    The prediction is what a sweep gains, times the share of the differences that can be lowered: those at a vertex add
+    up to at least its curvature. A harmonic map is conformal already where faces are well shaped.
     """
-    sample, large = mesh.f[spread(len(mesh.f), SMALL // 2)], len(x) > 2 * SMALL
+    sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
     source = corner_angles(mesh.v, sample)
-    if mean_difference(source, x, sample) <= GOOD or (thin and large and source.min(axis=1).mean() >= np.radians(32)):
+    if mean_difference(source, x, sample) <= GOOD:
         return False
+    thin = _THIN / source.min(axis=1).mean() if harmonic else 1.0
     movable = marked(np.arange(0, len(x), max(1, len(x) // (SMALL // 2))), len(x))
     around = mesh.f[touching(mesh.f, movable)]
     source = corner_angles(mesh.v, around)
-    difference = np.degrees(np.abs(corner_angles(x, around) - source))
-    mean = float(difference.mean())
+    difference, own = corner_angles(x, around) - source, movable[around]
+    curvature = np.bincount(around[own], difference[own], len(x))
+    lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
+    mean = float(np.degrees(np.abs(difference).mean()))
     y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(gain * max(_ALIKE, (np.median(difference) / mean) ** 2) > _WORTH[large])
+    return bool(gain * lowerable * thin > _WORTH[len(x) > 2 * SMALL])
 
 
 def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
-from ..mesh.measure import corner_angles
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
 from ..verify.signs import column_signs
 from .collapse import ranked
@@ -33,11 +32,6 @@ class AngleLoss:
 
     source: FloatArray  # (3, e), radians: at p, a, b
     smoothing: float = np.radians(0.5)
-
-    @classmethod
-    def of(cls, v: FloatArray, f: IntArray) -> AngleLoss:
-        """Loss against the mesh `v, f`."""
-        return cls(corner_angles(v, f).T)
 
     def at(self, corner: IntArray) -> AngleLoss:
         """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
@@ -99,7 +93,7 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     >>> v, f = igl.icosahedron()
     >>> x = unit_rows(v)
     >>> noisy = unit_rows(x + 0.1 * np.cos(np.arange(36.0)).reshape(12, 3))
-    >>> y = relax_angles(noisy, f, AngleLoss.of(x, f), sweeps=30)
+    >>> y = relax_angles(noisy, f, AngleLoss(corner_angles(x, f).T), sweeps=30)
     >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
     True
     """

@@ -20,13 +20,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from itertools import chain, count
+from operator import itemgetter
 
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
 from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
-from ..mesh.measure import corner_angles, surface_area
+from ..mesh.measure import surface_area
 from ..mesh.timings import stage
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
@@ -36,7 +37,7 @@ from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
-from ..verify.distortion import mean_difference
+from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .candidates import Badness, layouts, least_folded
 from .deep_limbs import floors, shorten_limbs, suits_shortening
@@ -66,8 +67,8 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
         few = free or has_few_foldings(first.certificate, mesh.f)
         small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
         coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
-        poor = coarse and steps.mean(x) > 2 * GOOD
-        worth = polish == "angles" or bool(free and not poor and polish and is_worth_steps(mesh, x, thin=True))
+        poor = coarse and mean_angle_difference(mesh, x) > 2 * GOOD
+        worth = polish == "angles" or bool(free and not poor and polish and is_worth_steps(mesh, x, harmonic=True))
         if free and not (poor or worth):
             steps.notify(x, first.energy, 0)
             return steps.result()
@@ -107,7 +108,7 @@ class _Steps:
     def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort) -> None:
         self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
         self.effort, self.found = effort, list[tuple[float, SphereMap]]()
-        self.ends = list[float]()  # mean angle differences of candidates after rough steps
+        self.ends = list[tuple[float, SphereMap]]()  # candidates after their first steps, with their mean differences
         self.rounds: list[Round] = []
         self.notes: list[str] = []
         self._began = time.perf_counter()
@@ -115,17 +116,22 @@ class _Steps:
     @property
     def best(self) -> SphereMap:
         """The certified map of least angle differences."""
-        return min(self.found, key=lambda entry: entry[0])[1]
+        return min(self.found, key=itemgetter(0))[1]
+
+    @property
+    def mean(self) -> float:
+        """Its mean angle difference."""
+        return min(mean for mean, _ in self.found)
+
+    @property
+    def least(self) -> float:
+        """The least mean angle difference of a candidate after its first steps."""
+        return min((mean for mean, _ in self.ends), default=np.inf)
 
     @cached_property
     def _system(self) -> VertexSystem:
         """Assembly of the systems with two unknowns a vertex."""
         return VertexSystem(self.mesh.f, len(self.mesh.v), limbs=True)
-
-    @cached_property
-    def _source(self) -> FloatArray:
-        """Corner angles of the mesh."""
-        return corner_angles(self.mesh.v, self.mesh.f)
 
     @contextmanager
     def attempt(self, name: str) -> Iterator[None]:
@@ -137,14 +143,9 @@ class _Steps:
         except Exception as error:  # whatever it is, the map at hand is not lost
             self.notes.append(left_out(name, error))
 
-    def mean(self, x: FloatArray) -> float:
-        """Mean angle difference of a map, in degrees, over the faces that are no caps."""
-        surface = self.mesh.surface
-        return mean_difference(self._source[surface], x, self.mesh.f[surface])
-
     def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
         """Record a map; True if it is certified, and so may become the result."""
-        certificate, mean = Certificate.of(x, self.mesh.f), self.mean(x)
+        certificate, mean = Certificate.of(x, self.mesh.f), mean_angle_difference(self.mesh, x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
@@ -191,22 +192,25 @@ class _Steps:
                     or self.accept("embedding", repair_locally(self.mesh, y, sweeps=5, mended=mended))):
                 continue
             mean, start = self.found[0 if known else -1]
-            rough = name != "map" or (free and not small)
-            effort = replace(self.effort, systems=few if name != "map" else self.effort.systems,
-                             sweeps=0 if rough else self.effort.sweeps)
+            itself = name == "map" and not self.ends  # not as the last resort
+            whole = itself and (small or not free)
+            effort = replace(self.effort, systems=self.effort.systems if itself else few,
+                             sweeps=self.effort.sweeps if whole else 0)
             # Maps that win over layouts are within 1.22 times the mean of the first one after their first run.
-            goal = 4 / 3 * self.mean(self.layout) if name == "map" and self.layout is not None else np.inf
+            goal = np.inf
+            if itself and self.layout is not None:
+                goal = 4 / 3 * mean_angle_difference(self.mesh, self.layout)
             with self.attempt("newton"):
-                for _ in count() if small and not rough else range(1):
+                for _ in count() if small and whole else range(1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
-                                     damping=HALF_DIGITS, rough=rough, goal=goal)
+                                     damping=HALF_DIGITS, rough=not whole, goal=goal)
                     self.accept("newton", x)
                     if not self.found[-1][0] < min((1 - self.effort.least_gain) * mean, goal):
                         break
                     mean, start = self.found[-1]
-            self.ends.append(min(mean, self.found[-1][0]))
-            if not rough and self.ends[-1] <= goal:
-                self.done = self.best
+            self.ends.append(min((mean, start), self.found[-1], key=itemgetter(0)))
+            if whole and self.ends[-1][0] <= goal:
+                self.done = self.ends[-1][1]
 
     def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Maps to try, and what small moves make of them, until several in a row gain nothing.
@@ -219,7 +223,7 @@ class _Steps:
         mended = small_moves(x, f)
         if badness.folded(x) <= FEW and (small or not folded_faces(mended, f).any()):
             yield "map", x, mended
-            if self.ends and self.ends[0] < (2 if small else 1) * GOOD:
+            if self.ends and self.ends[0][0] < (2 if small else 1) * GOOD:
                 return
         wanted, tried, idle = max(len(self.ends) + 1, holes * SMALL // (2 * n)), set[float](), 0
         left = list[tuple[float, FloatArray, FloatArray]]()
@@ -232,15 +236,17 @@ class _Steps:
             if badness.folded(mended):
                 bad, y = least_folded(y, badness)
                 mended = small_moves(y, f)
-            least, before = min(self.ends, default=np.inf), len(self.ends)
+            least, before = self.least, len(self.ends)
             if small or not folded_faces(mended, f).any():
                 yield "angles", y, mended
             if len(self.ends) == before:
                 left.append((bad, y, mended))
             else:
-                idle = 0 if min(self.ends) < (1 - self.effort.least_gain) * least else idle + 1
+                idle = 0 if self.least < (1 - self.effort.least_gain) * least else idle + 1
             if idle == _SEVERAL or (not small and len(self.ends) >= wanted):
-                return
+                break
+        if small and badness.folded(x) > FEW and 5 * GOOD < self.least < np.inf:
+            yield "map", x, small_moves(x, f)
         if not self.found and left:
             yield "angles", *min(left, key=lambda entry: entry[0])[1:]
 
@@ -248,37 +254,43 @@ class _Steps:
         """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
         deepest, *shallower = floors(np.float64)
         gauge = "centred"
-        if not (centred or suits_shortening(placed, self._source, deepest)):
+        if not (centred or suits_shortening(placed, self.mesh.angles, deepest)):
             gauge, placed = "poles", at_poles(placed, deepest)
-        shortened = shorten_limbs(placed, self._source, deepest)
+        shortened = shorten_limbs(placed, self.mesh.angles, deepest)
         yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
         # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
         for floor in shallower if placed.depth.max() < 2 * deepest else ():
-            shortened = shorten_limbs(placed, self._source, floor)
+            shortened = shorten_limbs(placed, self.mesh.angles, floor)
             yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
     def newton(self, quick: bool) -> None:
-        """Lower the angle differences of the map and of the best one, then further those of the best on small meshes.
+        """Lower the angle differences of the map and of the best one, or of the best candidates, by runs of steps.
 
         Maps that need no repair are improved by few factorised steps, and above 4,000 vertices, where factorisations
-        take most of the time, by quick steps with conjugate gradients. Of candidates only the best takes further steps.
+        take most of the time, by quick steps with conjugate gradients. Up to 1,000 vertices, and where candidates
+        competed, the best map takes further runs while they gain.
         """
         if self.best is self.done:
             return
-        n, quick = len(self.mesh.v), quick and len(self.mesh.v) > (_SEVERAL + 1) * SMALL
-        effort, most = self.effort, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n
-        if quick or self.first.certificate.folding_free or (self.ends and n > SMALL):
-            effort = replace(effort, systems=min(effort.systems, most))
-        starts = [self.best] if self.ends or self.best is self.found[0][1] else [self.found[0][1], self.best]
-        rough = bool(self.ends) and n <= SMALL
-        for k in count() if n <= SMALL else range(len(starts)):
-            start = starts[k] if k < len(starts) else self.best
-            before, run = self.mean(start.sphere), start.run
-            x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
-                             damping=self.damping, rough=rough)
-            self.accept("newton", x, run.stretch, run.gauge)
-            if k >= len(starts) and self.rounds[-1].mean_angle_difference >= (1 - effort.least_gain) * before:
+        n, small = len(self.mesh.v), len(self.mesh.v) <= SMALL
+        effort, quick = self.effort, quick and n > (_SEVERAL + 1) * SMALL
+        if quick or (self.first.certificate.folding_free and not self.ends):
+            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
+        starts = [self.found[0][1], self.best]
+        if self.ends:
+            ends = sorted(self.ends, key=itemgetter(0))
+            starts = [self.best, *(end for _, end in ends if end is not self.done)]
+        starts = list(dict.fromkeys(starts))[:2 if small or not self.ends else 1]
+        for run in count():
+            before = self.mean
+            for start in starts:
+                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
+                                 damping=self.damping)
+                self.accept("newton", x, start.run.stretch, start.run.gauge)
+            gained = self.mean < (1 - effort.least_gain) * before
+            if not ((small or self.ends) and (gained or (small and run == 0))):
                 return
+            starts = [self.best]
 
     def _centroid(self, start: SphereMap) -> FloatArray:
         """Where steps are to keep the centroid of the source's area."""

@@ -56,8 +56,7 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 def mean_angle_difference(mesh: Mesh | Disk, x: FloatArray) -> float:
     """Mean size of the angle differences, in degrees, of a checked mesh without its caps."""
-    f = mesh.f[mesh.surface]
-    return mean_difference(corner_angles(mesh.v, f), x, f)
+    return mean_difference(mesh.angles[mesh.surface], x, mesh.f[mesh.surface])
 
 
 def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:

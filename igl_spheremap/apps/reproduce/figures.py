@@ -12,7 +12,7 @@ from ...draw.palette import FOLDED, GUIDE, INK, LINES
 from ...draw.plot import SMALL, new_figure, plot_angles
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
-from ...mesh.measure import angle_defects, corner_angles
+from ...mesh.measure import angle_defects
 from ...operators.laplacian import build_operators
 from ...sphere.cayley import cayley_step
 from ...start.star_map import gauss_map, weighted_eigen_projection
@@ -227,7 +227,7 @@ def equation_24(runs: Runs) -> Any:
 def curvature_error(mesh: Mesh, u: FloatArray) -> FloatArray:
     """u less the solution w of L w = A e^{2u} - K of the same mean: eq. (24) with K the angle defects."""
     operators = build_operators(mesh, "auto")
-    K = angle_defects(corner_angles(mesh.v, mesh.f), mesh.f, len(mesh.v))
+    K = angle_defects(mesh.angles, mesh.f, len(mesh.v))
     residual = operators.L @ u + K - mesh.A * np.exp(2 * u)  # eq. (24)
     error = operators.factor.solve(residual - mesh.A * residual.sum())
     return np.asarray(error - mesh.A @ error)
