@@ -102,7 +102,7 @@ class _Steps:
     damping = HALF_DIGITS
     #: The map in the plane by the angles of `angles`, on the sphere, if it competes with others.
     layout: FloatArray | None = None
-    #: The map itself after all its steps, where it competes with layouts.
+    #: The last candidate that has taken all its steps.
     done: SphereMap | None = None
 
     def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort) -> None:
@@ -183,7 +183,10 @@ class _Steps:
         return deep
 
     def compete(self, holes: int) -> None:
-        """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule."""
+        """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule.
+
+        Above 1,000 vertices, where few compete, a layout that is the best one as it is takes whole steps at once.
+        """
         small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
         few = min(2 * _SEVERAL, self.effort.systems)
         for name, y, mended in self._candidates(holes):
@@ -193,8 +196,8 @@ class _Steps:
                 continue
             mean, start = self.found[0 if known else -1]
             itself = name == "map" and not self.ends  # not as the last resort
-            whole = itself and (small or not free)
-            effort = replace(self.effort, systems=self.effort.systems if itself else few,
+            whole = (small or not free) if itself else (not small and mean < self.least)
+            effort = replace(self.effort, systems=self.effort.systems if itself or whole else few,
                              sweeps=self.effort.sweeps if whole else 0)
             # Maps that win over layouts are within 1.22 times the mean of the first one after their first run.
             goal = np.inf
