@@ -226,7 +226,10 @@ class _Steps:
         mended = small_moves(x, f)
         if badness.folded(x) <= FEW and (small or not folded_faces(mended, f).any()):
             yield "map", x, mended
-            if self.ends and self.ends[0][0] < (2 if small else 1) * GOOD:
+            enough = 2 * GOOD if small else GOOD
+            if not small and self.layout is not None:  # of which steps gain less than 30 percent
+                enough = max(enough, 0.7 * mean_angle_difference(self.mesh, self.layout))
+            if self.least < enough:
                 return
         wanted, tried, idle = max(len(self.ends) + 1, holes * SMALL // (2 * n)), set[float](), 0
         left = list[tuple[float, FloatArray, FloatArray]]()
