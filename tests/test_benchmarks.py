@@ -30,7 +30,7 @@ def test_the_list_says_what_each_measures():
 
 
 OPTIONS = ("balanced_maps", "convergence", "factors", "peers", "player", "random_meshes", "repairs", "scaling",
-           "shapes", "stages")
+           "shapes", "stages", "versions")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
