@@ -1,4 +1,4 @@
-"""The Moebius map that takes the deepest tips to ends of the coordinate axes.
+"""Where limbs too deep for float64 are put: the Moebius map that takes the deepest tips to ends of the coordinate axes.
 
 Two of the three coordinates are about 0 there, and float64 is finer for such numbers: it holds a limb as deep as it
 is, where elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so three limbs at the
@@ -7,14 +7,29 @@ most are held so.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from .deep_limbs import normal_range, tips_beyond
-from .layout import Placed, exponential, log_sum, logarithm, to_ball
+from .deep_limbs import floors, normal_range, shorten_limbs, suits_shortening, tips_beyond
+from .layout import Placed, exponential, log_sum, logarithm, onto_sphere, to_ball
+
+
+def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
+    """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
+    deepest, *shallower = floors(np.float64)
+    gauge = "centred"
+    if not (centred or suits_shortening(placed, source, deepest)):
+        gauge, placed = "poles", at_poles(placed, deepest)
+    shortened = shorten_limbs(placed, source, deepest)
+    yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
+    # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
+    for floor in shallower if placed.depth.max() < 2 * deepest else ():
+        shortened = shorten_limbs(placed, source, floor)
+        yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:

@@ -40,13 +40,13 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .candidates import Badness, layouts, least_folded
-from .deep_limbs import floors, shorten_limbs, suits_shortening
+from .deep_limbs import floors
 from .effort import Effort
 from .embedding import fix_orientation
-from .layout import Placed, onto_sphere, unroll
+from .layout import onto_sphere, unroll
 from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair_locally, restore_gauge, small_moves
 from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
-from .poles import at_poles
+from .poles import placements
 
 #: One number for several: quick steps in a run, and half the rough steps that compare candidates; candidates in a row
 #: without a gain, after which no more are tried.
@@ -173,7 +173,7 @@ class _Steps:
             self.layout = None if placed is None else onto_sphere(placed, placed.z)
             return deep
         self.damping = DAMPED
-        for y, stretch, gauge in self._placements(placed, centred):
+        for y, stretch, gauge in placements(placed, self.mesh.angles, centred):
             if self.accept("angles", y, stretch, gauge):
                 break
             before = self.rounds[-1].mean_angle_difference
@@ -255,19 +255,6 @@ class _Steps:
             yield "map", x, small_moves(x, f)
         if not self.found and left:
             yield "angles", *min(left, key=lambda entry: entry[0])[1:]
-
-    def _placements(self, placed: Placed, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
-        """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
-        deepest, *shallower = floors(np.float64)
-        gauge = "centred"
-        if not (centred or suits_shortening(placed, self.mesh.angles, deepest)):
-            gauge, placed = "poles", at_poles(placed, deepest)
-        shortened = shorten_limbs(placed, self.mesh.angles, deepest)
-        yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
-        # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
-        for floor in shallower if placed.depth.max() < 2 * deepest else ():
-            shortened = shorten_limbs(placed, self.mesh.angles, floor)
-            yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 
     def newton(self, quick: bool) -> None:
         """Lower the angle differences of the map and of the best one, or of the best candidates, by runs of steps.
