@@ -95,7 +95,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, harmonic: bool = False) -> bool:
     """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample.
 
     The prediction is what a sweep gains, times the share of the differences that can be lowered: those at a vertex add
-    up to at least its curvature. A harmonic map is conformal already where faces are well shaped.
+    up to its curvature, less that of the image. A harmonic map is conformal already where faces are well shaped.
     """
     sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
     source = corner_angles(mesh.v, sample)

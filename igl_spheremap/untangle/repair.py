@@ -271,8 +271,8 @@ class _Steps:
             effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
         starts = [self.found[0][1], self.best]
         if self.ends:
-            ends = sorted(self.ends, key=itemgetter(0))
-            starts = [self.best, *(end for _, end in ends if end is not self.done)]
+            ends = sorted(self.ends, key=itemgetter(0))  # one in a hundred wins that is further off
+            starts = [self.best, *(end for mean, end in ends if end is not self.done and mean < 4 / 3 * self.mean)]
         starts = list(dict.fromkeys(starts))[:2 if small or not self.ends else 1]
         for run in count():
             before = self.mean
