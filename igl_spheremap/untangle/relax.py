@@ -90,6 +90,7 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     Examples
     --------
     >>> import igl
+    >>> from igl_spheremap.mesh.measure import corner_angles
     >>> v, f = igl.icosahedron()
     >>> x = unit_rows(v)
     >>> noisy = unit_rows(x + 0.1 * np.cos(np.arange(36.0)).reshape(12, 3))

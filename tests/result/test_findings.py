@@ -39,7 +39,7 @@ def test_sentences_hold_the_numbers():
 @pytest.mark.parametrize(("balance", "polish"), [(0.75, "auto"), (0.0, "angles"), (0.0, "auto")])
 def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
     """Even where further steps follow the rounds."""
-    v, f = ism.samples.make("spheroid", n_vertices=300)
+    v, f = ism.samples.make("bird", n_vertices=900)
     result = ism.balanced_spherical_map(v, f, balance, method=ism.Auto(polish=polish))
     rows = round_rows(result)
     assert len(rows) >= len(result.rounds) > 0
