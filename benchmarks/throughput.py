@@ -251,10 +251,6 @@ A plain loop takes some 15 ms a mesh. A job adds, on a quiet machine (version 0.
 Arc cotangents of libigl's `cotmatrix_entries` would take a third of the first line's time, but are wrong by 1e-12
 radians in triangles of 1e-3 radians, where `internal_angles` is right to 4e-16.
 
-Tried at version 0.2.0, without an effect that could be measured: no garbage collection during a job; memory that is
-never given back to the system (9 page faults a map in the place of 400). The last mesh's factor is freed before the
-next one is made, since that takes less memory.
-
 ## What a large study costs
 
 A job costs its CPU seconds s, whoever runs it, and each of W workers costs its start s_0 once:
