@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
-from ..result.plane_map import PlaneMap, in_space
+from ..result.plane_map import PlaneMap
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh, write_mesh
@@ -125,7 +125,7 @@ def read_plane_map(path: PathLike) -> FloatArray:
             if kind == "OBJ" and (uv := _texture(path.read_bytes())) is not None:
                 return uv
             if kind == "NPZ" and "plane" in (arrays := npz.read_arrays(path)):
-                return np.ascontiguousarray(check_rows(in_space(arrays["plane"]), name="plane")[:, :2])
+                return check_rows(arrays["plane"], name="plane", columns=2)
         x = read_mesh(path).v
     if np.ptp(x[:, 2]) != 0:
         raise MeshError(f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "

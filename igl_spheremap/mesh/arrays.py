@@ -19,6 +19,9 @@ ComplexArray = NDArray[np.complex128]
 #: Root of float64's epsilon, 1.5e-8: half of the digits. The square of a relative error below it is rounding.
 HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
 
+#: From here on float64 does not hold every whole number.
+_LARGEST_WHOLE = 2.0**53
+
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
     """`values` as an array, or MeshError where they are a map, rows differ in length or entries are masked."""
@@ -51,18 +54,43 @@ def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> Fl
     return array
 
 
-def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions", columns: int = 3) -> FloatArray:
     """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
 
-    Raises MeshError for anything else, and for another number of rows than `n_vertices` where that is given.
+    Raises MeshError for anything else, for numbers that float64 would round, so that every verdict is of the numbers
+    that were given, and for another number of rows than `n_vertices` where that is given.
     """
     array = _real_array(x, name)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"{name} have shape {array.shape}; give one row of three coordinates per "
-                        f"vertex{_transposed(array)}")
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise MeshError(f"{name} have shape {array.shape}; give one row of {('two', 'three')[columns - 2]} coordinates "
+                        f"per vertex{_transposed(array)}")
     if n_vertices is not None and len(array) != n_vertices:
         raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    rows = np.ascontiguousarray(array, dtype=np.float64)
+    rounded = np.flatnonzero(_rounded(x, array, rows).any(axis=1))
+    if len(rounded):
+        raise MeshError(f"{name} of dtype {array.dtype} are no float64 numbers in {count(rounded, 'row')}, "
+                        f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
+    return rows
+
+
+def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArray:
+    """Which of the given numbers differ from their float64 `rows`; `array` is what numpy makes of those given."""
+    if np.can_cast(array.dtype, np.float64) and array.dtype.kind == "f":
+        large = np.abs(rows) >= _LARGEST_WHOLE
+        if isinstance(given, np.ndarray) or not large.any():
+            return np.zeros(rows.shape, dtype=bool)
+        # Of whole numbers beside others in a list numpy makes float64, too.
+        each = np.array(given, dtype=object)
+        large[large] = [isinstance(a, (int, np.integer)) and int(a) != int(b)
+                        for a, b in zip(each[large], rows[large].tolist(), strict=True)]
+        return large
+    if array.dtype.kind == "f":
+        return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
+    if array.dtype.kind == "b" or array.dtype.itemsize < 8:
+        return np.zeros(rows.shape, dtype=bool)
+    beyond = rows >= 2.0 ** np.iinfo(array.dtype).bits / (2 if array.dtype.kind == "i" else 1)
+    return np.asarray(beyond | (np.where(beyond, 0, rows).astype(array.dtype) != array))
 
 
 def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:

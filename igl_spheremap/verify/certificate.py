@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
+from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
 from ..mesh.timings import stage
@@ -188,17 +188,11 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     """
     x, f = rows_and_faces(x, f)
     given = plain_array(x, "positions")
-    faces = None if isinstance(f, Mesh) or given.shape[1:] != (2,) else check_triangles(f)
-    if faces is not None:  # of a map to the plane
-        given = np.column_stack((given, np.zeros(len(given))))
-    x = check_rows(given)
-    rounded = np.flatnonzero((x.astype(given.dtype) != given).any(axis=1) & np.isfinite(x).all(axis=1))
-    if len(rounded):
-        raise MeshError(f"positions of dtype {given.dtype} are no float64 numbers in {count(rounded, 'row')}, "
-                        f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
-    if faces is not None:
-        return Certificate.of_plane(np.ascontiguousarray(x[:, :2]), faces, disk_rim(faces, x))
-    return Certificate.of(x, check_faces(f, len(x)))
+    if isinstance(f, Mesh) or given.shape[1:] != (2,):
+        x = check_rows(x)
+        return Certificate.of(x, check_faces(f, len(x)))
+    p, faces = check_rows(x, columns=2), check_triangles(f)
+    return Certificate.of_plane(p, faces, disk_rim(faces, np.column_stack((p, np.zeros(len(p))))))
 
 
 def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:

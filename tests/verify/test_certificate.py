@@ -157,6 +157,23 @@ def test_numbers_that_float64_would_round_are_refused(dtype):
         ism.certify(x, f)
 
 
+@pytest.mark.parametrize("kind", ["int64", "uint64", "list"])
+def test_whole_numbers_beyond_float64_are_refused_in_the_plane_too(kind, tmp_path):
+    """Rounded to float64, the third corner would lie on the other side of the line through the first two."""
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        k = int(rng.integers(2**53, 2**60)) | 1
+        corners = [[0, 0], [2 * k, 2 * k], [k, k - 1]]
+        p = [[0.5, 0], *corners[1:]] if kind == "list" else np.array(corners, dtype=kind)
+        with pytest.raises(MeshError, match="are no float64 numbers in"):
+            ism.certify(p, [[0, 2, 1]])
+        if kind != "list":
+            np.savez(tmp_path / "map.npz", vertices=np.eye(3), faces=[[0, 1, 2]], plane=p)
+            with pytest.raises(MeshError, match="are no float64 numbers in"):
+                ism.read_plane_map(tmp_path / "map.npz")
+    assert ism.certify(np.array([[0, 0], [2**60, 0], [0, 2**60]]), [[0, 1, 2]]).folding_free
+
+
 def test_the_map_of_a_certificate_can_t_be_changed():
     result = ism.spherical_conformal_map(X * [1, 1.2, 1.5], F)
     with pytest.raises(ValueError, match="read-only"):
