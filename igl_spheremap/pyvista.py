@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from .errors import MeshError
 from .maps.balanced import balanced_spherical_map
 from .maps.options import Method
 from .maps.spherical_conformal_map import spherical_conformal_map
-from .mesh.arrays import FloatArray, IntArray
 from .result.sphere_map import SphereMap
 from .verify.certificate import Certificate, certify
 
@@ -65,7 +63,7 @@ class SphereMapAccessor:
         MeshError
             If the mesh is no closed triangle mesh of genus 0.
         """
-        return self._sphere(spherical_conformal_map(*self._arrays(), method, **options))
+        return self._sphere(spherical_conformal_map(self._mesh, method, **options))
 
     def balance(self, balance: float = 0.5, method: str | Method = "auto") -> pv.PolyData:
         """Map the surface by a compromise between angles and areas.
@@ -87,7 +85,7 @@ class SphereMapAccessor:
         MeshError
             If the mesh is no closed triangle mesh of genus 0.
         """
-        return self._sphere(balanced_spherical_map(*self._arrays(), balance, method=method))
+        return self._sphere(balanced_spherical_map(self._mesh, balance, method=method))
 
     def certify(self, source: pv.PolyData | None = None) -> Certificate:
         """Certify this mesh as a map to the unit sphere, from whatever program it comes.
@@ -107,8 +105,7 @@ class SphereMapAccessor:
         MeshError
             If the faces are no closed triangle mesh of genus 0.
         """
-        x, f = self._arrays()
-        return certify(x, f if source is None else source.spheremap._arrays()[1])
+        return certify(self._mesh, source)
 
     def plot(self, sphere: pv.PolyData | None = None, scalars: str = ANGLES, **options: Any) -> Any:
         """Show the surface beside its sphere, in the same colours.
@@ -142,11 +139,6 @@ class SphereMapAccessor:
             plotter.add_mesh(shown, scalars=scalars, show_scalar_bar=k == 0)
             plotter.add_text(title, font_size=10)
         return plotter.show(**options)
-
-    def _arrays(self) -> tuple[FloatArray, IntArray]:
-        if not self._mesh.is_all_triangles:
-            raise MeshError("the mesh has cells that are no triangles; call triangulate() of it first")
-        return np.asarray(self._mesh.points, dtype=np.float64), self._mesh.regular_faces.astype(np.int64)
 
     def _sphere(self, result: SphereMap) -> pv.PolyData:
         sphere = self._mesh.copy()

@@ -54,7 +54,7 @@ def test_single_precision_and_the_order_of_points_are_kept(mesh):
 
 
 @pytest.mark.parametrize(("make", "words"), [
-    (lambda: pv.Cube(), "no triangles; call triangulate"),
+    (lambda: pv.Cube(), "not triangles; call triangulate"),
     (lambda: pv.Sphere().clip(), "triangles|open surface"),
     (lambda: pv.ParametricTorus().triangulate().clean(), "genus|torus|handle"),
 ])  # fmt: skip

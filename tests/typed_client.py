@@ -29,6 +29,10 @@ def main() -> str:
     sphere: NDArray[np.float64] = result.sphere
     angles: NDArray[np.float64] = ism.angle_differences(v, f, sphere)
     assert angles.shape == f.shape
+    mesh: ism.LoadedMesh = ism.read_mesh("sample:sphere:n_vertices=42")
+    ball: ism.SphereMap = ism.spherical_conformal_map(mesh, "auto", tolerance=1e-2)
+    assert ism.angle_differences((mesh.v, mesh.f), ball.sphere).shape == mesh.f.shape
+    assert ism.certify(ball.sphere, ism.check_mesh(v=mesh.v, f=mesh.f))
     return verdict(ism.certify(sphere, f))
 
 

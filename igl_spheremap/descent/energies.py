@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.objects import takes_mesh
 from ..operators.laplacian import (
     Weights,
     apply_laplacian,
@@ -48,6 +49,7 @@ class HarmonicEnergy:
         return 0.5 * inner(x, gradient), gradient  # eq. (6)
 
 
+@takes_mesh
 @own_errstate
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     """Harmonic energy of a map, equation (6).
@@ -128,6 +130,7 @@ class PHarmonicEnergy:
         return value, self.sides.T @ side
 
 
+@takes_mesh
 @own_errstate
 def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> float:
     """p-harmonic energy of a map, equation (8).

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import samples
 from ..mesh.arrays import check_rows, check_triangles
+from ..mesh.objects import MeshLike, vertices_and_faces
 from .formats import PathLike, format_of
 from .gifti import structure_of
 from .reading import reading
 from .records import LoadedMesh, Metadata
 from .replacing import replacing
+
+#: What names of samples begin with.
+SAMPLE = "sample:"
 
 
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
@@ -21,7 +27,8 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Parameters
     ----------
     path : str or path-like
-        An OBJ, OFF, PLY, STL, VTK, VTP, glTF, GIFTI, FreeSurfer or NPZ file.
+        An OBJ, OFF, PLY, STL, VTK, VTP, glTF, GIFTI, FreeSurfer or NPZ file; or ``sample:NAME[:key=value,...]``, a
+        shape of `igl_spheremap.samples`.
     triangulate : bool
         Cut polygons into triangles; by default they are refused.
 
@@ -37,11 +44,15 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
         installed.
     MeshError
         If it is damaged, empty or no triangle mesh, or would expand to far more memory than its size.
+    ValueError
+        If there is no such sample.
 
     Examples
     --------
     >>> import tempfile
     >>> import igl_spheremap as ism
+    >>> ism.read_mesh("sample:sphere:n_vertices=42")
+    LoadedMesh(42 vertices, 80 faces)
     >>> v, f = ism.samples.sphere(42)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ism.write_mesh(f"{folder}/ball.off", v, f)
@@ -49,7 +60,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     >>> bool((v == w).all()), bool((f == g).all())
     (True, True)
     """
-    return _read(Path(path), triangulate=triangulate)
+    return _read(path, triangulate=triangulate)
 
 
 def read_sphere(path: PathLike) -> LoadedMesh:
@@ -70,11 +81,14 @@ def read_sphere(path: PathLike) -> LoadedMesh:
     FileError, MeshError
         As from `read_mesh`.
     """
-    return _read(Path(path), sphere=True)
+    return _read(path, sphere=True)
 
 
-def _read(path: Path, sphere: bool = False, triangulate: bool = False) -> LoadedMesh:
-    """Read a file; the sphere, if it is asked for, of one that holds a map."""
+def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> LoadedMesh:
+    """Read a file or make a sample; the sphere, if it is asked for, of a file that holds a map."""
+    if str(path).startswith(SAMPLE):
+        return LoadedMesh(*samples.from_spec(str(path).removeprefix(SAMPLE)))
+    path = Path(path)
     with reading(path):
         raw = format_of(path).read(path)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
@@ -83,7 +97,8 @@ def _read(path: Path, sphere: bool = False, triangulate: bool = False) -> Loaded
 
 
 def write_mesh(
-    path: PathLike, v: ArrayLike, f: ArrayLike, *, force: bool = False, metadata: Metadata | None = None
+    path: PathLike, v: ArrayLike | MeshLike, f: ArrayLike | None = None, *, force: bool = False,
+    metadata: Metadata | None = None,
 ) -> None:
     """Write a triangle mesh; the end of the file's name decides the format.
 
@@ -95,7 +110,7 @@ def write_mesh(
     path : str or path-like
         The new file.
     v : (n, 3) array_like
-        Positions.
+        Positions; or a mesh object, which needs no `f`.
     f : (m, 3) array_like
         0-based faces.
     force : bool
@@ -119,7 +134,8 @@ def write_mesh(
     ...     os.listdir(folder)
     ['ball.ply']
     """
-    x, faces = check_rows(v, name="vertices"), check_triangles(f)
+    rows, triangles = vertices_and_faces(v) if f is None else (cast(ArrayLike, v), f)
+    x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
     kind = format_of(path)
     with replacing(path, force) as partial:
         kind.write(partial, x, faces, structure_of(path) | dict(metadata or {}))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray, check_triangles
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_triangles
 
 Metadata = Mapping[str, Any]
 
@@ -107,6 +107,11 @@ class LoadedMesh:
     f: IntArray
     metadata: Metadata = field(default_factory=dict)
     triangulated: int = 0
+
+    @property
+    def caps(self) -> BoolArray | None:
+        """The faces that only close holes and cuts, (m,); None if there are none."""
+        return self.metadata.get("caps")
 
     def __repr__(self) -> str:
         return f"LoadedMesh({len(self.v)} vertices, {len(self.f)} faces)"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..balance.family import Family
 from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, check_number, own_errstate
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status
 from ..result.sphere_map import SphereMap
@@ -23,6 +24,7 @@ from .spherical_conformal_map import spherical_conformal_map
 _SHORT = 0.3
 
 
+@takes_mesh
 @own_errstate
 def balanced_spherical_map(
     v: ArrayLike,

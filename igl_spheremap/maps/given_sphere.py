@@ -13,6 +13,7 @@ from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
@@ -26,6 +27,7 @@ from .methods import check_start
 from .options import Auto, Polish
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None) -> SphereMap:
@@ -82,6 +84,7 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     return result
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def repair_foldings(

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
 from ..mesh.check import check_mesh
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
 from ..result.sphere_map import SphereMap
@@ -15,6 +16,7 @@ from .methods import check_start, lai2014
 from .options import Lai2014, method_of
 
 
+@takes_mesh
 @own_errstate
 def minimize_harmonic_energy(
     v: ArrayLike,
@@ -67,6 +69,7 @@ def minimize_harmonic_energy(
     return remove_foldings(v, f, start, method=replace(method, rounds=0), caps=caps, listener=listener)
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def remove_foldings(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
 from ..untangle.effort import Effort
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ..result.sphere_map import SphereMap
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def spherical_conformal_map(
@@ -40,7 +42,9 @@ def spherical_conformal_map(
     v : (n, 3) array_like
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
-        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0. As in all functions of `v, f`, a mesh
+        object may stand for both: what `read_mesh` or `repair_mesh` returns, a mesh of trimesh, PyVista or meshio, or a
+        pair. Its caps, if it has any, come with it.
     method : str or Method
         "auto" (the fast pipeline, the default), "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the Gauss
         map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured

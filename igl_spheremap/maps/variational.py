@@ -17,6 +17,7 @@ from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, check_rows, plain_array
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Run
 from ..result.sphere_map import SphereMap
@@ -55,6 +56,7 @@ class Landmarks(Variational):
     sobolev_gradient_tolerance: float = 1e-3
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def p_harmonic_map(
@@ -129,6 +131,7 @@ def p_harmonic_map(
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def landmark_map(

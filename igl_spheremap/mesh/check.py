@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .edges import HalfEdges, half_edges
 from .explain import Refusal, Remedy
 from .measure import corner_angles, face_areas, vertex_shares
+from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
 from .timings import stage
 
 _EPS = np.finfo(float).eps
@@ -71,6 +72,7 @@ class Mesh:
         return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"
 
 
+@takes_mesh
 @own_errstate
 @stage("check")
 def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mesh:
@@ -137,13 +139,24 @@ class MapLike(Protocol):
     def sphere(self) -> FloatArray: ...
 
 
-def rows_and_faces(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None) -> tuple[ArrayLike, ArrayLike | Mesh]:
-    """Images and faces, where a map may be given for both; a TypeError where faces are missing."""
+def rows_and_faces(
+    x: ArrayLike | MapLike | MeshLike, f: ArrayLike | Mesh | MeshLike | None
+) -> tuple[ArrayLike, ArrayLike | Mesh]:
+    """Images and faces, where a map or a mesh may be given for both, and a mesh for its faces.
+
+    A TypeError where faces are missing.
+    """
+    rows, faces = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", f)
     if isinstance(x, MapLike):
-        return x.sphere, x.mesh if f is None else f
-    if f is None:
-        raise TypeError("faces are missing: give positions and faces, or a SphereMap alone")
-    return x, f
+        rows, faces = x.sphere, x.mesh if faces is None else faces
+    elif is_mesh(x):
+        rows, own = vertices_and_faces(x)
+        faces = own if faces is None else faces
+    if faces is None:
+        raise TypeError("faces are missing: give positions and faces, or a SphereMap or a mesh alone")
+    if not isinstance(faces, Mesh) and is_mesh(faces):
+        faces = vertices_and_faces(faces)[1]
+    return rows, faces
 
 
 @own_errstate

@@ -9,9 +9,10 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray, check_rows, check_triangles
+from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .check import check_mesh, checked
 from .explain import Remedy
+from .objects import takes_mesh
 from .surface import Surface
 
 
@@ -43,6 +44,11 @@ class RepairedMesh:
     vertex_image: IntArray
     actions: tuple[str, ...]
 
+    @property
+    def caps(self) -> BoolArray | None:
+        """The faces that are caps, (m,); None if there are none."""
+        return self.face_source < 0 if (self.face_source < 0).any() else None
+
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 
@@ -50,6 +56,7 @@ class RepairedMesh:
         return f"RepairedMesh({len(self.v)} vertices, {len(self.f)} faces; {'; '.join(self.actions) or 'nothing done'})"
 
 
+@takes_mesh
 @own_errstate
 def repair_mesh(
     v: ArrayLike,

@@ -15,6 +15,7 @@ from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
 from .measure import corner_angles
+from .objects import takes_mesh
 from .timings import stage
 
 #: What makes any other open surface mappable.
@@ -60,6 +61,7 @@ class Disk:
         return f"Disk({len(self.v)} vertices, {len(self.f)} faces, {len(self.rim)} on the rim)"
 
 
+@takes_mesh
 @own_errstate
 @stage("check")
 def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:

@@ -16,6 +16,7 @@ from ..balance.flat_faces import FlatFaces
 from ..errors import FactorisationFailed, FoldingsRemain, check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk, check_disk
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..newton.loop import LineSearch, newton
 from ..newton.system import VertexSystem
@@ -112,6 +113,7 @@ class DiskMap(PlaneMap):
         return DiskMap(disk, p, certificate, run, conformal)
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def disk_conformal_map(

@@ -15,6 +15,7 @@ from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
 from ..mesh.measure import surface_area
+from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..newton.system import VertexSystem
 from ..result.plane_map import PlaneMap, upright
@@ -42,6 +43,7 @@ class FlatMap(PlaneMap):
     """
 
 
+@takes_mesh
 @own_errstate
 @timed()
 def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Listener | None = None) -> FlatMap:

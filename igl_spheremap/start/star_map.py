@@ -14,6 +14,7 @@ from ..errors import FactorisationFailed, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import enclosed_volume, face_areas, fill_directions, vertex_areas, vertex_normals
+from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 
@@ -21,6 +22,7 @@ from ..operators.laplacian import usable_laplacian
 _SIGMA = -0.5
 
 
+@takes_mesh
 @own_errstate
 def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     """Gauss map: each vertex goes to its unit normal, Definition 1.
@@ -81,6 +83,7 @@ class EigenProjection:
         return f"EigenProjection({len(self.phi)} vertices, eigenvalues {values})"
 
 
+@takes_mesh
 @own_errstate
 def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> EigenProjection:
     """Solve the eigenproblem weighted by the conformal factor of `x`, and take the star map.

@@ -11,8 +11,10 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.check import Mesh, check_indices, check_positions
 from ..mesh.disk import Disk
 from ..mesh.measure import corner_angles, log_face_areas, log_vertex_areas, surface_area
+from ..mesh.objects import takes_mesh
 
 
+@takes_mesh
 @own_errstate
 def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Change of every corner angle, image minus source, in degrees.
@@ -64,6 +66,7 @@ def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
     return float(np.degrees(np.abs(corner_angles(x, f) - source).mean()))
 
 
+@takes_mesh
 @own_errstate
 def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, equation (14).
@@ -103,6 +106,7 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     return np.exp(_log_conformal_factor(*_checked(v, f, x)))
 
 
+@takes_mesh
 @own_errstate
 def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Logarithm of image area over source area of every face, each surface having area 1.
@@ -142,6 +146,7 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     return _log_ratio(image, source)
 
 
+@takes_mesh
 @own_errstate
 def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Logarithm of image length over source length of every edge, each surface having area 1.

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import samples
 from ...errors import FileError, FoldingsRemain, MeshError
-from ...io.files import read_mesh, read_sphere
+from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
@@ -32,7 +31,6 @@ from .exits import UsageError
 
 #: The name of stdin and stdout on the command line.
 STREAM = "-"
-_SAMPLE = "sample:"
 #: The factors of a mirror image.
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -109,14 +107,12 @@ def read_source(
     stage(f"checking {name}")
     try:
         if repair is None:
-            caps = check_mesh(mesh.v, mesh.f, mesh.metadata.get("caps")).caps
-            return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=caps)
-        repaired = repair_mesh(mesh.v, mesh.f, **repair)
+            return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
+        repaired = repair_mesh(mesh, **repair)
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from None
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-    caps = repaired.face_source < 0
-    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, caps if caps.any() else None)
+    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, repaired.caps)
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
@@ -157,9 +153,9 @@ def _face_set(f: IntArray) -> IntArray:
 
 def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
     """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
-    if name.startswith(_SAMPLE):
+    if name.startswith(SAMPLE):
         try:
-            return LoadedMesh(*samples.from_spec(name.removeprefix(_SAMPLE)))
+            return read(name)
         except ValueError as error:
             raise UsageError(str(error)) from None
     if name != STREAM:

@@ -18,6 +18,7 @@ from ...io.files import read_mesh
 from ...maps.options import METHODS, Method
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
+from ...mesh.objects import takes_mesh
 from ...result.recording import linear_below, objective
 from ...result.run import Step
 from .app import SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
@@ -219,6 +220,7 @@ def _curve(
     implot.EndPlot()
 
 
+@takes_mesh
 def play(
     v: ArrayLike,
     f: ArrayLike,

@@ -1,0 +1,149 @@
+"""Mesh objects, of this package and of others, in the place of `v, f`: the gate of every public function of both."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import os
+from collections.abc import Callable
+from functools import wraps
+from importlib import import_module
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
+
+#: Where meshes keep their vertices in the caller's units, and their faces: `Mesh` and `Disk`; trimesh and libraries
+#: like it; what readers and repairs return.
+_NAMES = (("vertices", "f"), ("vertices", "faces"), ("v", "f"))
+
+
+class _Checked(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def f(self) -> Any: ...
+
+
+class _Triangles(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+
+class _Pair(Protocol):
+    @property
+    def v(self) -> Any: ...
+    @property
+    def f(self) -> Any: ...
+
+
+class _Cells(Protocol):
+    @property
+    def points(self) -> Any: ...
+
+
+#: What stands for `v, f`: a mesh of this package, of trimesh, PyVista or meshio, or a pair.
+MeshLike = _Checked | _Triangles | _Pair | _Cells | tuple[ArrayLike, ArrayLike]
+
+
+class TakesMesh(Protocol[P, R_co]):
+    """A function of `v, f` and more, which takes a mesh object in their place."""
+
+    @overload
+    def __call__(self, v: ArrayLike, f: ArrayLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
+    @overload
+    def __call__(self, v: MeshLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
+    def __call__(self, *args: Any, **kwargs: Any) -> R_co:
+        """Call the function."""
+
+
+def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> TakesMesh[P, R]:
+    """Let a function of `v, f` take a mesh object in their place, whose caps come with it.
+
+    Options that the function does not have are refused by a TypeError that names the call that has them.
+
+    >>> @takes_mesh
+    ... def count(v, f):
+    ...     return len(v), len(f)
+    >>> from igl_spheremap import samples
+    >>> count(samples.sphere(42)) == count(*samples.sphere(42)) == (42, 80)
+    True
+    """
+    names = list(inspect.signature(function).parameters)
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> R:
+        given = args[0] if args else kwargs.get("v")
+        if "f" not in kwargs and is_mesh(given):
+            if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
+                kwargs.setdefault("caps", caps)
+            kwargs.pop("v", None)
+            args = (*vertices_and_faces(given), *args[1:])
+        for name in kwargs:
+            if name not in names:
+                raise TypeError(_unknown(function, names, name))
+        return function(*args, **kwargs)
+
+    return call
+
+
+def is_mesh(given: object) -> bool:
+    """Whether something holds vertices and faces, or is the name of a file, which `vertices_and_faces` refuses."""
+    if isinstance(given, tuple | list):  # no mesh has two vertices
+        return len(given) == 2 and isinstance(given[1], tuple | list | np.ndarray) and np.ndim(given[1][:1]) == 2
+    return (isinstance(given, str | os.PathLike) or hasattr(given, "points")
+            or any(hasattr(given, v) and hasattr(given, f) for v, f in _NAMES))
+
+
+def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
+    """The arrays of a mesh object; a MeshError where it holds no triangles alone, a TypeError for a file's name."""
+    if isinstance(mesh, tuple | list):
+        return mesh[0], mesh[1]
+    kind = type(mesh).__name__
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(f"{os.fspath(mesh)!r} is the name of a file; give read_mesh({os.fspath(mesh)!r})")
+    if hasattr(mesh, "sphere"):
+        raise MeshError(f"v, f are a {kind}; give its vertices, its faces or its sphere")
+    for v, f in _NAMES:
+        if hasattr(mesh, v) and hasattr(mesh, f):
+            return getattr(mesh, v), getattr(mesh, f)
+    if not hasattr(mesh, "points"):
+        raise TypeError(f"{kind} is given without faces; give vertices and faces, or a mesh object")
+    if hasattr(mesh, "is_all_triangles"):  # PyVista's PolyData
+        if not mesh.is_all_triangles:
+            raise MeshError(f"the {kind} has cells that are not triangles; call triangulate() of it first")
+        return mesh.points, mesh.regular_faces
+    cells = getattr(mesh, "cells_dict", {})  # of meshio; PyVista's UnstructuredGrid counts its types by numbers
+    surface = {name: len(cells[name]) for name in cells if name not in ("vertex", "line")}
+    if list(surface) != ["triangle"]:
+        found = ", ".join(f"{number} of type {name}" for name, number in surface.items()) or "none"
+        raise MeshError(f"the cells of the {kind} are not triangles alone ({found}); give its surface, triangulated")
+    return mesh.points, cells["triangle"]
+
+
+def _unknown(function: Callable[..., Any], names: list[str], name: str) -> str:
+    """Why an option is refused, and which call takes it: a method's record, or another function of the same room."""
+    called = getattr(function, "__name__", "the function")
+    what = f"{called} takes no {name}"
+    if close := difflib.get_close_matches(name, names[2:], n=1, cutoff=0.7):
+        return f"{what}; did you mean {close[0]}?"
+    front = import_module(__name__.partition(".")[0])
+    room = function.__module__.rpartition(".")[0]
+    calls: list[str] = []
+    for word in front.__all__:
+        one = getattr(front, word)
+        if callable(one) and one.__module__.startswith(f"{room}."):
+            parameters = list(inspect.signature(one).parameters)
+            if name in parameters and parameters[:2] == ["v", "f"]:
+                calls.append(f"{word}(v, f, {name}=...)")
+            elif name in parameters and "method" in names and isinstance(one, type):
+                calls.insert(0, f"method={word}({name}=...)")
+    return f"{what}; " + (f"{calls[0]} does" if calls else f"it takes {', '.join(names)}")

@@ -1,0 +1,89 @@
+"""Mesh objects in the place of `v, f`, and options that a function does not have."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+
+V, F = ism.samples.make("spheroid", n_vertices=300)
+#: meshio.Mesh, as far as it is looked at; other packages' meshes are made by themselves below.
+MESHIO = SimpleNamespace(points=V, cells_dict={"line": F[:, :2], "triangle": F})
+
+
+def of_trimesh():
+    return pytest.importorskip("trimesh").Trimesh(V, F, process=False)
+
+
+def of_pyvista():
+    return pytest.importorskip("pyvista").PolyData.from_regular_faces(V, F)
+
+
+def as_read():
+    return ism.read_mesh("sample:spheroid:n_vertices=300")
+
+
+@pytest.mark.parametrize("make", [
+    of_trimesh, of_pyvista, as_read, lambda: MESHIO, lambda: (V, F), lambda: [V.tolist(), F.tolist()],
+    lambda: ism.check_mesh(V, F), lambda: ism.repair_mesh(V, F),
+], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh"])
+def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
+    mesh = make()
+    assert np.array_equal(ism.check_mesh(mesh).vertices, V)
+    assert np.array_equal(ism.gauss_map(mesh), ism.gauss_map(V, F))
+    assert np.array_equal(ism.angle_differences(mesh, 2 * V), ism.angle_differences(V, F, 2 * V))
+    assert ism.harmonic_energy(v=mesh, x=V) == ism.harmonic_energy(V, F, V)
+    assert ism.certify(mesh, F).foldings == ism.certify(V, mesh).foldings == ism.certify(V, F).foldings
+    ism.write_mesh(tmp_path / "a.obj", mesh)
+    assert np.array_equal(ism.read_mesh(tmp_path / "a.obj").f, F)
+
+
+def test_every_public_function_of_v_and_f_takes_a_mesh_object():
+    for name in ism.__all__:
+        one = getattr(ism, name)
+        if inspect.isfunction(one) and list(inspect.signature(one).parameters)[:2] == ["v", "f"]:
+            with pytest.raises(TypeError, match="the name of a file"):
+                one("bunny.obj")
+
+
+def test_the_caps_of_a_mesh_come_with_it():
+    repaired = ism.repair_mesh(V, F[5:], holes="fill")
+    assert np.array_equal(ism.check_mesh(repaired).caps, repaired.face_source < 0)
+    assert ism.check_mesh(repaired, caps=np.arange(len(repaired.f)) == 0).caps.sum() == 1
+    assert ism.repair_mesh(V, F).caps is None
+
+
+@pytest.mark.parametrize(("mesh", "error", "words"), [
+    ("bunny.obj", TypeError, r"give read_mesh\('bunny.obj'\)"),
+    (Path("bunny.obj"), TypeError, r"give read_mesh\('bunny.obj'\)"),
+    (SimpleNamespace(points=V, cells_dict={"tetra": F}), ism.MeshError, r"not triangles alone \(\d+ of type tetra\)"),
+    (SimpleNamespace(points=V, cells_dict={"triangle": F, "quad": F}), ism.MeshError, "triangles alone"),
+    (V, TypeError, "missing 1 required positional argument: 'f'"),
+    (SimpleNamespace(vertices=V, faces=F, sphere=V), ism.MeshError, "give its vertices, its faces or its sphere"),
+])
+def test_what_is_not_a_mesh_is_refused_in_a_sentence(mesh, error, words):
+    with pytest.raises(error, match=words):
+        ism.check_mesh(mesh)
+
+
+def test_polygons_of_pyvista_are_refused():
+    with pytest.raises(ism.MeshError, match="triangulate"):
+        ism.check_mesh(pytest.importorskip("pyvista").Cube())
+
+
+@pytest.mark.parametrize(("function", "option", "words"), [
+    ("spherical_conformal_map", "balance", r"balanced_spherical_map\(v, f, balance=...\) does"),
+    ("spherical_conformal_map", "rounds", r"method=Lai2014\(rounds=...\) does"),
+    ("spherical_conformal_map", "targets", r"landmark_map\(v, f, targets=...\) does"),
+    ("spherical_conformal_map", "max_iteration", "did you mean max_iterations?"),
+    ("balanced_spherical_map", "tolerance", r"method=Auto\(tolerance=...\) does"),
+    ("flatten", "method", "it takes v, f, balance, listener"),
+])
+def test_an_option_of_another_call_is_refused_with_its_name(function, option, words):
+    with pytest.raises(TypeError, match=f"^{function} takes no {option}; {words}"):
+        getattr(ism, function)(V, F, **{option: 1})
