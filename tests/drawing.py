@@ -51,9 +51,20 @@ def drive(code):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+def use(code):
+    """Run code that uses a window by a `Hand`, prints nothing, and ends with a dict called `figures`; return it."""
+    script = f"{_PREAMBLE}\nfrom hand import Hand\n{code}\nprint(json.dumps(figures))"
+    done = run([sys.executable, "-c", script], LP_NUM_THREADS="0")
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr, done.stderr
+    *printed, figures = done.stdout.splitlines()
+    assert not printed, printed
+    return json.loads(figures)
+
+
 def run(command, **environment):
     """Run a command that finds the package."""
-    path = os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))
+    path = os.pathsep.join((str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")))
     return subprocess.run(
         command,
         capture_output=True,

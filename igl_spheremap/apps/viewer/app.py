@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import traceback
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,8 @@ from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage
 from .window import imgui, implot, ps
 
+#: How a sentence begins that a window shows in place of a traceback.
+FAILED = "Something went wrong here: "
 #: The slider for the lens multiplies its own magnification by 1 / ZOOM to ZOOM.
 _ZOOM = 30.0
 
@@ -31,6 +34,8 @@ class App:
     #: What is done between two pictures of a window, such as writing a file, and what came of it.
     pending: Callable[[], str] | None = None
     message = ""
+    #: What went wrong in drawing a window, which goes on.
+    failure = ""
 
     def prepare(self, listener: Callable[[Iterate], None] | None = None) -> None:
         """Finish what runs in the background, for pictures without a window."""
@@ -154,12 +159,36 @@ def show_app(app: App) -> None:
 
 
 def _live(app: App) -> None:
-    app.tick()
-    app.stage.mouse()
-    draw_app(app)
+    for part in (app.tick, app.stage.mouse, app.stage.draw, app.panel):
+        try:
+            part()
+        except Exception as error:  # shown in the window, which goes on
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            app.failure = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+            _leave_open()
+    if app.failure:
+        _failure_widgets(app)
     if app.pending is not None:
         ps.set_hide_window_after_show(False)
         ps.unshow()
+
+
+def _leave_open() -> None:
+    """Let ImGui close what an error left open without a word: the window says what the error was."""
+    io = imgui.GetIO()
+    io.ConfigErrorRecoveryEnableDebugLog = io.ConfigErrorRecoveryEnableTooltip = False
+
+
+def _failure_widgets(app: App) -> None:
+    """Say what went wrong, at the lower edge, until it is read."""
+    width, height = ps.get_window_size()
+    imgui.SetNextWindowPos((0.5 * width, height - 8), imgui.ImGuiCond_Always, (0.5, 1.0))
+    imgui.SetNextWindowSize((0.8 * width, 0))
+    imgui.Begin("failure", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings)
+    paragraph(FAILED + app.failure)
+    if imgui.Button("close"):
+        app.failure = ""
+    imgui.End()
 
 
 def draw_app(app: App) -> None:
@@ -207,15 +236,30 @@ def panel(title: str, width: float) -> Iterator[None]:
         | imgui.ImGuiWindowFlags_NoSavedSettings,
     )
     imgui.PushItemWidth(0.55 * width)
-    yield
-    imgui.PopItemWidth()
-    imgui.End()
+    try:
+        yield
+    except Exception:
+        _leave_open()
+        raise
+    finally:
+        imgui.PopItemWidth()
+        imgui.End()
+
+
+def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
+    """A menu of different entries, with what is `shown` while it is closed; the entry that was chosen just now."""
+    chosen = None
+    if imgui.BeginCombo(label, shown):
+        for entry in entries:
+            if imgui.Selectable(entry, entry == shown):
+                chosen = entry
+        imgui.EndCombo()
+    return chosen
 
 
 def subject_combo(subject: str, subjects: tuple[str, ...] = SUBJECTS) -> str:
     """Choose what the colours show."""
-    _, chosen = imgui.Combo("colours", subjects.index(subject), list(subjects))
-    return subjects[chosen]
+    return menu("colours", subject, subjects) or subject
 
 
 def zoom_slider(zoom: float) -> float:

@@ -21,7 +21,7 @@ from ...mesh.check import check_mesh
 from ...mesh.objects import takes_mesh
 from ...result.recording import linear_below, objective
 from ...result.run import Step
-from .app import SaveWidgets, panel, paragraph, present, subject_combo, zoom_slider
+from .app import SaveWidgets, menu, panel, paragraph, present, subject_combo, zoom_slider
 from .background_run import Source
 from .choices import PLAYER_SIZE
 from .player import Player
@@ -92,15 +92,9 @@ class PlayerWindow(Player):
     def _run_widgets(self) -> None:
         _, self.name = imgui.InputText("##mesh", self.name)
         imgui.SameLine()
-        if imgui.BeginCombo("mesh", "", imgui.ImGuiComboFlags_NoPreview):
-            for name in samples.names():
-                if imgui.Selectable(f"sample:{name}", False)[0]:
-                    self.name = f"sample:{name}"
-            imgui.EndCombo()
-        methods = list(METHODS)
-        changed, chosen = imgui.Combo("method", methods.index(self.method.name), methods)
-        if changed:
-            self.method = METHODS[methods[chosen]]()
+        self.name = menu("mesh", "", (f"sample:{name}" for name in samples.names())) or self.name
+        if chosen := menu("method", self.method.name, METHODS):
+            self.method = METHODS[chosen]()
         if imgui.TreeNode("parameters"):
             for name, value in parameters(self.method).items():
                 enter = imgui.InputInt if isinstance(value, int) else _enter_number
@@ -133,7 +127,9 @@ class PlayerWindow(Player):
                 self._leave_for(at + step)
         imgui.SameLine()
         imgui.PushItemWidth(70)
-        _, self.speed = imgui.Combo("speed", self.speed, [f"x{speed}" for speed in SPEEDS])
+        speeds = [f"x{speed}" for speed in SPEEDS]
+        if chosen := menu("speed", speeds[self.speed], speeds):
+            self.speed = speeds.index(chosen)
         imgui.PopItemWidth()
         moved, frame = imgui.SliderInt("step", max(at, 0), 0, last)
         if moved:
@@ -142,12 +138,8 @@ class PlayerWindow(Player):
     def _stop_combo(self) -> None:
         marks = self.run.stops()
         here = [name for name, k in marks if k == self.after or k == 0 == self.before]
-        if not imgui.BeginCombo("stops", here[-1] if here else ""):
-            return
-        for name, k in marks:
-            if imgui.Selectable(name, name in here)[0]:
-                self._leave_for(k - 1)
-        imgui.EndCombo()
+        if chosen := menu("stops", here[-1] if here else "", dict(marks)):
+            self._leave_for(dict(marks)[chosen] - 1)
 
     def _leave_for(self, frame: int) -> None:
         self.playing = False
