@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ...draw.folds import Clusters
 from ...draw.palette import FOLDED, INK, SURFACE, diverging
 from ...draw.plot import SMALL, pose, raster, shading
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
-from ..viewer.body import clusters, follow
+from ..viewer.body import follow
 from .runs import PaperSurface
 
 _NONE = np.empty(0, dtype=np.int64)
@@ -108,8 +109,7 @@ def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) ->
 
 def folded_patches(surface: PaperSurface, x: FloatArray) -> list[IntArray]:
     """Indices of folded faces, those that share a vertex together, the largest patch first."""
-    folded = _folded(surface, x)
-    return [folded[patch] for patch in clusters(surface.f[folded])]
+    return list(Clusters.of(surface.f, _folded(surface, x)))
 
 
 def _folded(surface: PaperSurface, x: FloatArray) -> IntArray:

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ...draw import palette
-from ...mesh.arrays import FloatArray, IntArray
+from ...draw.folds import MANY, Clusters, Marks
+from ...mesh.arrays import BoolArray, FloatArray, IntArray
+from ...mesh.measure import face_areas
 from ...samples import sphere
-from ...sphere.rows import from_chart, row_crosses, row_dets, row_dots, to_chart
+from ...sphere.rows import from_chart, row_dets, to_chart
 from .window import MATERIAL, linear, ps
 
 Legend = palette.Ramp | tuple[str, palette.Colour]
@@ -20,18 +20,15 @@ Legend = palette.Ramp | tuple[str, palette.Colour]
 _NONE = np.empty(0, dtype=np.int64)
 _TINIEST = np.finfo(float).tiny
 
-#: Planes of folded faces are drawn at this distance from the centre at least, so that no face of the sphere hides them.
-_LIFT = 1.012
-#: A folded face may be pushed out by this factor at the most.
-_FARTHEST = 1.05
-#: Folded faces whose image is smaller than this square get a dot to be seen at all.
-_TINY = 0.008
-_DOT = 0.014
+#: Folded faces of an image are drawn so much nearer to the viewer, in radii, that no face of the sphere hides them.
+_NEARER = 0.1
+#: The same where they are only not to be mixed with the faces, which lie at the same place.
+_ABOVE = 0.004
+#: Dots are drawn by this factor farther out than the surface.
+_OUT = 1.012
 #: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
 _EDGES = 10_000
 _EDGE_WIDTH = 0.5
-#: Distance from a surface at which its folded faces are drawn over a checkerboard.
-_ABOVE = 0.004
 #: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
 _UNLIT = "flat"
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
@@ -72,9 +69,9 @@ class Lens:
         return np.eye(3) - np.outer(p + z, p + z) / (1 + p[2]) + 2 * np.outer(z, p)
 
 
-def follow(x: FloatArray, f: IntArray, folded: IntArray) -> Lens:
-    """Lens on the largest cluster of folded faces; the plain view where there is none."""
-    return look_at(x, f[folded[clusters(f[folded])[0]]]) if len(folded) else Lens()
+def follow(x: FloatArray, f: IntArray, folded: IntArray, cluster: int = 0) -> Lens:
+    """Lens on a cluster of folded faces, the largest by default; the plain view where there is none."""
+    return look_at(x, f[Clusters.of(f, folded)[cluster]]) if len(folded) else Lens()
 
 
 def look_at(x: FloatArray, faces: IntArray) -> Lens:
@@ -86,30 +83,16 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, _STRONGEST)))
 
 
-def clusters(faces: IntArray) -> list[IntArray]:
-    """Indices of faces, given as rows of vertex indices, that are connected by shared vertices; the largest set first.
-
-    >>> [one.tolist() for one in clusters(np.array([[5, 6, 7], [0, 1, 2], [2, 3, 4]]))]
-    [[1, 2], [0]]
-    """
-    names, local = np.unique(faces, return_inverse=True)
-    local = local.reshape(-1, 3)
-    tail, head = local[:, [0, 1]].ravel(), local[:, [1, 2]].ravel()
-    links = coo_matrix((np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(names), len(names)))
-    label = connected_components(links, directed=False)[1][local[:, 0]]
-    return sorted((np.flatnonzero(label == one) for one in np.unique(label)), key=len, reverse=True)
-
-
 class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
-    With `lift`, folded faces are drawn apart from the others, and to the front of them while they are `raised`; for
-    images, where they lie under others.
+    With `lift`, for images, folded faces are drawn in front of the others, under which they lie. Those that would not
+    be seen have `marks`; where the image is `magnified` only those in front, for the others are no longer apart.
     """
 
     def __init__(self, name: str, x: FloatArray, f: IntArray, *, lift: bool = False) -> None:
         self.name, self.f, self.lift = name, f, lift
-        self.raised = True
+        self.magnified = False
         self.x = x
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
         self.caption = ""
@@ -121,6 +104,8 @@ class Body:
         self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
         self.points: dict[str, Any] = {}
         self._folded: Any = None
+        self._nearer = _ABOVE
+        self._marks: Marks | None = None
         self._colours: FloatArray | None = None
         self.paint(np.tile(palette.SURFACE, (len(f), 1)))
 
@@ -157,8 +142,23 @@ class Body:
             shown = self._linear.copy()
             shown[folded] = linear(np.array(palette.FOLDED))
             self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
+        few = len(folded) > 0 and self._share(folded) < MANY
+        self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.lift) if few else None
+        self._nearer = _NEARER if few and self.lift else _ABOVE
         self._bring_to_front(folded if self.lift or checks is not None else _NONE)
         self.version += 1
+
+    def _share(self, folded: IntArray) -> float:
+        """The share of the area that folded faces cover."""
+        areas = face_areas(self.x, self.f)
+        return float(areas[folded].sum() / areas.sum())
+
+    def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
+        """Places (c, 3) of folded faces that are not seen where a unit is so many pixels, and which of them face us."""
+        if self._marks is None or not self.visible:
+            return np.empty((0, 3)), np.empty(0, dtype=bool)
+        places, front = self._marks.unseen(turn[2], pixels)
+        return (places[front], front[front]) if self.magnified else (places, front)
 
     def dots(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float = 0.03) -> None:
         """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
@@ -175,12 +175,12 @@ class Body:
         """Put the unit ball somewhere; dots don't grow with `zoom`, by which the radius was magnified."""
         _put(self.mesh, centre, radius, turn)
         if self._folded is not None:
-            _put(self._folded, centre, radius, turn)
+            _put(self._folded, centre + np.array([0.0, 0.0, self._nearer * radius]), radius, turn)
         for structure in self.structures():
             structure.set_enabled(self.visible)
         for cloud, size in self.points.values():
             cloud.set_radius(size * radius / zoom, relative=False)
-            _put(cloud, centre, radius * _LIFT, turn)
+            _put(cloud, centre, radius * _OUT, turn)
 
     def structures(self) -> list[Any]:
         """All that polyscope draws of it."""
@@ -202,25 +202,13 @@ class Body:
         if self._folded is not None:
             ps.remove_surface_mesh(f"{self.name} folded")
             self._folded = None
-        tiny = np.empty((0, 3))
         if len(folded):
-            a, b, c = (self.x[self.f[folded, k]] for k in range(3))
-            normal = row_crosses(b - a, c - a)
-            size = np.sqrt(row_dots(normal, normal))
-            middle = (a + b + c) / 3
-            depth = np.abs(row_dots(normal, a)) / np.maximum(size, _TINIEST)
-            factor = np.clip(_LIFT / np.maximum(depth, _TINIEST), 1.0, _FARTHEST if self.raised else 1.0)
-            corners = np.stack((a, b, c), axis=1) * factor[:, None, None]
-            if not self.lift:
-                corners += _ABOVE * self._outside * (normal / np.maximum(size, _TINIEST)[:, None])[:, None]
             own = np.arange(3 * len(folded)).reshape(-1, 3)
-            self._folded = _register(f"{self.name} folded", corners.reshape(-1, 3), own, _UNLIT)
+            self._folded = _register(f"{self.name} folded", self.x[self.f[folded].ravel()], own, _UNLIT)
             self._folded.set_back_face_policy("identical")
             self._folded.set_color(palette.FOLDED)
             self._folded.set_edge_color(palette.FOLDED_EDGES)
             self._folded.set_edge_width(_EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
-            tiny = (middle * factor[:, None])[size < 2 * _TINY**2]
-        self.dots("foldings", tiny, palette.FOLDED, _DOT)
 
 
 def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:

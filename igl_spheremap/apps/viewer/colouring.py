@@ -25,7 +25,7 @@ from .choices import SUBJECTS
 SQUARES = 24
 #: Cosine of the least angle between two poles that are chosen.
 _APART = 0.5
-FOLDED_LEGEND = ("folded face; same colour: same place", palette.FOLDED)
+FOLDED_LEGEND = ("folded face (dot: small, ring: behind); same colour: same place", palette.FOLDED)
 _DARKEST = 0.72
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1

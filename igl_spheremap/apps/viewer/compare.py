@@ -34,8 +34,6 @@ _REACH = 2.0
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
 _HEAD, _FOOT = 54, 150
-#: Folded faces are brought to the front unless so many are folded: these would hide all others.
-_MANY = 0.1
 #: Points of the line from a landmark to its target.
 _STEPS = 40
 
@@ -67,7 +65,6 @@ class PartsView(App):
         for i, row in enumerate(rows):
             for k, part in enumerate(row):
                 body = self.stage.place(i, k, Body(f"part {i} {k}", part.x, part.f, lift=part.folded is not None))
-                body.raised = part.folded is not None and len(part.folded) < _MANY * len(part.f)
                 colours = np.tile(SURFACE, (len(part.f), 1)) if part.colours is None else part.colours
                 body.paint(colours, part.folded, part.checks)
                 body.show_edges(part.edges)
@@ -148,7 +145,6 @@ class Comparison(ColouredApp):
             surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.v, turn), mesh.f))
             image = self.stage.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
             folded = int(folded_faces(x, mesh.f).sum())
-            image.raised = folded < _MANY * len(mesh.f)
             surface.caption = f"{name}\n{count_foldings(folded)}"
             image.caption = f"angles differ by\n{np.abs(self.differences[name]).mean():.3g} degrees"
         self.show_subject("angle differences")

@@ -128,7 +128,7 @@ class Player(App):
             lens = follow(x, self.mesh.f, aim.folded)
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
-            body.raised = lens.power > 1
+            body.magnified = lens.power > 1
             colours = colouring(self.mesh, frame.iterate.x, self.subject, folded=frame.folded)
             body.paint(colours.colours, colours.folded)
             body.show_edges(edge_width(self.mesh, self.subject) if lens.power > _NEAR else 0.0)

@@ -104,7 +104,7 @@ class ResultView(ColouredApp):
         lens = Lens(self._lens.place, self._lens.power * self.zoom)
         x = self.x @ self.turn.T
         self.image.set_positions(lens(x))
-        self.image.raised = lens.power > 1
+        self.image.magnified = lens.power > 1
         if subject == "checkerboard":
             colours = checkerboard(self.mesh, self.x, self._poles, self.squares, self._folded)
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -24,8 +25,12 @@ _LEGEND = 44
 _GROUND = 0xD0FFFFFF
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
+#: Pixels between an inset and what is next to it.
+_GAP = 6
 #: Radius of the circle that marks the place of the lens, in pixels.
 _CIRCLE = 7
+#: Radius of the marks of folded faces that are not seen, in pixels.
+_MARK = 4.0
 
 
 class Stage:
@@ -109,6 +114,28 @@ class Stage:
             self._clip()
         for place, body in self.bodies.items():
             self._annotate(place, body)
+            self._mark(place, body, self.frame(place))
+        for place, body in self.insets.items():
+            self._mark(place, body, self.inset_frame(place))
+
+    def _mark(self, place: Place, body: Body, frame: tuple[FloatArray, float]) -> None:
+        """Dots over folded faces that are too small to be seen, rings around those that lie behind."""
+        places, front = body.marks(self.turn, frame[1] / UNITS_PER_PIXEL)
+        if not len(places):
+            return
+        left, top, w, h = self.cell(*place)
+        at = self._pixels(frame, places)
+        inside = ((at > [left, top]) & (at < [left + w, top + h])).all(axis=1)
+        # Of marks that would cover each other one is drawn.
+        _, chosen = np.unique(np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True)
+        canvas = imgui.GetBackgroundDrawList()
+        colour, white = packed(palette.FOLDED), packed(palette.BACKGROUND)
+        for (x, y), near in zip(at[inside][chosen].tolist(), front[inside][chosen].tolist(), strict=True):
+            if near:
+                canvas.AddCircleFilled((x, y), _MARK, white)
+                canvas.AddCircleFilled((x, y), _MARK - 1, colour)
+            else:
+                canvas.AddCircle((x, y), _MARK, colour, 0, 1.5)
 
     def _clip(self) -> None:
         """While bodies are magnified or shifted, cut each off at the borders to its neighbours; planes cost time."""
@@ -140,24 +167,30 @@ class Stage:
         # The spheres of a row are of one size.
         row = {k: one for (r, k), one in self.bodies.items() if r == place[0]}
         above = 8 + _LINE * max(len(wrapped(one.caption, self.cell(place[0], k)[2])) for k, one in row.items())
-        below = any(one.legend is not None for one in row.values()) or any(r == place[0] for r, _ in self.insets)
-        room = h - above - (_LEGEND if below else 0)
+        below = _LEGEND if any(one.legend is not None for one in row.values()) else 0.0
+        below = max([below, *(self._strip(self.cell(*each)[2]) for each in self.insets if each[0] == place[0])])
+        room = h - above - below
         x, y = left + w / 2, top + above + room / 2
         across, along = body.extent(self.turn)
         radius = max(10.0, min((w - _MARGIN) / across, (room - _MARGIN) / along) / 2) * UNITS_PER_PIXEL * self.zoom
         return to_world(x, y) + radius * np.append(self.shift, 0.0), radius
+
+    def _strip(self, w: float) -> float:
+        """Height below a ball that is as wide as its cell, so that it stays clear of the inset in the cell's corner."""
+        ball, size = (w - _MARGIN) / 2, _INSET * w + _GAP
+        return size + math.sqrt(max((ball + size) ** 2 - (w / 2 - size) ** 2, 0.0)) - ball
 
     def inset_frame(self, place: Place) -> tuple[FloatArray, float]:
         """Centre and radius of the inset of a cell, in the world: before the body, in the lower right corner."""
         left, top, w, h = self.cell(*place)
         size = _INSET * w
         depth = 0.5 * ps.get_window_size()[1]  # the camera is 1.5 heights away, plain bodies end at half a height
-        return to_world(left + w - size - 6, top + h - size - 6, depth), size * UNITS_PER_PIXEL
+        return to_world(left + w - size - _GAP, top + h - size - _GAP, depth), size * UNITS_PER_PIXEL
 
     def inset_corner(self, row: int, column: int) -> tuple[float, float]:
         """Left and bottom of an inset in pixels."""
         left, top, w, h = self.cell(row, column)
-        return left + w - 2 * _INSET * w - 6, top + h - 6
+        return left + w - 2 * _INSET * w - _GAP, top + h - _GAP
 
     def to_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
         """Pixels from the upper left at which a point of a cell's unit ball is seen."""
@@ -170,8 +203,8 @@ class Stage:
     def _pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
         width, height = ps.get_window_size()
         centre, radius = frame
-        x, y, _ = (centre + radius * self.turn @ point) / UNITS_PER_PIXEL
-        return np.array([width / 2 + x, height / 2 - y])
+        x, y, _ = ((centre + radius * point @ self.turn.T) / UNITS_PER_PIXEL).T
+        return np.stack((width / 2 + x, height / 2 - y), axis=-1)
 
     def from_pixels(self, row: int, column: int, pixel: FloatArray, like: FloatArray) -> FloatArray:
         """The point of a cell's unit ball that is seen at a pixel, as far from the viewer as the point `like`."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawing import drive, needs_drawing
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.body import Lens, follow
@@ -48,3 +49,29 @@ def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
     y = follow(x, f, folded)(x)
     assert np.ptp(y[f[folded]], axis=1).max() > max(0.05, 3 * size)
     assert y[f[folded]][..., 2].min() > 0.5
+
+
+@needs_drawing
+def test_a_fold_is_seen_from_every_side_however_small_it_is():
+    figures = drive("""
+from igl_spheremap.apps.viewer.body import Lens
+from igl_spheremap.apps.viewer.compare import Part, PartsView
+v, f = ism.samples.make('sphere', n_vertices=600)
+small, (a, b, c) = v.copy(), f[np.argmax(v[f, 2].mean(axis=1))]
+small[a] = (v[b] + v[c]) / 2 + 1e-6 * (v[b] + v[c] - 2 * v[a])  # just across the edge opposite
+small[a] /= np.linalg.norm(small[a])
+folded = ism.certify(small, f).flipped
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(800, 400)), 'test')
+view = PartsView([[Part('surface', small, f), Part('map', small, f, folded=folded)]])
+ps.set_user_callback(lambda: app.draw_app(view))
+red = []
+for _ in range(6):
+    view.stage.rotate(1.0, 0.4)
+    image = window.grab()
+    red.append([vermilion(image[:, :400]), vermilion(image[:, 400:])])
+figures = dict(red=red, folded=len(folded))
+""")
+    assert figures["folded"] > 0
+    for plain, marked in figures["red"]:
+        assert plain == 0
+        assert marked > 1e-5

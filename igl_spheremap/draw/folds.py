@@ -1,0 +1,108 @@
+"""Where folded faces are: clusters that are connected, and which of them a picture of some size does not show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..sphere.rows import row_crosses, row_dots
+
+#: Folded faces that colour less than the square of so many pixels get a mark, to be seen at all.
+SEEN = 3.0
+#: Folded faces that cover this share of a surface are seen as they are: marks, or they in front, would hide the rest.
+MANY = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """Folded faces by clusters, that with the most faces first.
+
+    ``faces`` (k,) are their indices, those of a cluster side by side; ``starts`` (c,) are the places where one begins.
+    """
+
+    faces: IntArray
+    starts: IntArray
+
+    @classmethod
+    def of(cls, f: IntArray, folded: IntArray) -> Clusters:
+        """Clusters of faces of `f` whose indices are `folded`: those that share vertices belong together.
+
+        >>> f = np.array([[5, 6, 7], [0, 1, 2], [8, 9, 0], [2, 3, 4]])
+        >>> found = Clusters.of(f, np.array([0, 1, 3]))
+        >>> [one.tolist() for one in found], found.sizes.tolist()
+        ([[1, 3], [0]], [2, 1])
+        """
+        names, local = np.unique(f[folded], return_inverse=True)
+        local = local.reshape(-1, 3)
+        tail, head = local[:, [0, 1]].ravel(), local[:, [1, 2]].ravel()
+        links = coo_matrix((np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(names), len(names)))
+        label = connected_components(links, directed=False)[1][local[:, 0]]
+        _, label, sizes = np.unique(label, return_inverse=True, return_counts=True)
+        rank = np.empty(len(sizes), dtype=np.int64)
+        rank[np.argsort(-sizes, kind="stable")] = np.arange(len(sizes))
+        order = np.argsort(rank[label], kind="stable")
+        return cls(folded[order], np.cumsum(np.append(0, np.sort(sizes)[::-1]))[:-1].astype(np.int64))
+
+    @property
+    def sizes(self) -> IntArray:
+        """Number of faces of each cluster."""
+        return np.diff(self.starts, append=len(self.faces))
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    def __iter__(self) -> Iterator[IntArray]:
+        return iter(np.split(self.faces, self.starts[1:])[: len(self)])
+
+    def __getitem__(self, k: int) -> IntArray:
+        """Indices of the faces of a cluster."""
+        start = int(self.starts[k])
+        return self.faces[start : start + int(self.sizes[k])]
+
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Sums of values of the faces (k, ...) over each cluster (c, ...)."""
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0)) if len(self) else values
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Clusters of folded faces as pictures mark them: their middles (c, 3), and the vector areas (k, 3) of their faces.
+
+    The vectors point out of the surface, whichever way the faces turn.
+    """
+
+    clusters: Clusters
+    middles: FloatArray
+    outward: FloatArray
+
+    @classmethod
+    def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
+        """Marks of faces that are folded, on a map to the sphere or on a surface whose faces turn outwards."""
+        clusters = Clusters.of(f, folded)
+        a, b, c = (x[f[clusters.faces, k]] for k in range(3))
+        outward, middles = row_crosses(b - a, c - a) / 2, (a + b + c) / 3
+        if sphere:  # a face that is flipped turns inwards
+            length = np.sqrt(row_dots(middles, middles))[:, None]
+            outward = middles * np.sqrt(row_dots(outward, outward))[:, None] / np.maximum(length, 1e-300)
+        return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward)
+
+    def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
+        """Middles of the clusters that are too small to be seen or turn away, and which of them face the viewer.
+
+        `towards` is the unit vector to the viewer; a unit of length is so many `pixels`.
+
+        >>> x = np.array([[0.0, 0, 1], [0.1, 0, 1], [0, 0.1, 1]])
+        >>> marks = Marks.of(x, np.array([[0, 2, 1]]), np.array([0]), sphere=True)
+        >>> [len(marks.unseen(x[0], pixels)[0]) for pixels in (30, 300)], marks.unseen(-x[0], 300)[1].tolist()
+        ([1, 0], [False])
+        """
+        facing = self.outward @ towards
+        coloured = self.clusters.sums(np.maximum(facing, 0)) * pixels**2  # the pixels whose middles it covers
+        front = self.clusters.sums(facing) >= 0
+        small = coloured < SEEN**2
+        return self.middles[small], front[small]
