@@ -115,7 +115,8 @@ def curves(path: Path) -> list[str]:
     v, f = ism.samples.make("dino")
     recording = ism.Recording(f)
     result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), title="dino, lai2014")
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
+                      title="dino, lai2014")
     figure.savefig(path, dpi=110)
     return []
 

@@ -72,7 +72,7 @@ def write_report(
         "<h2>Pictures</h2>",
         *_pictures(mesh, result.sphere, recording, up),
         "<h2>Curves</h2>",
-        _svg(plot_run(recording.history, recording.foldings, result.angle_differences())),
+        _svg(plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios())),
     ])
 
 

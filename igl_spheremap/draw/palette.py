@@ -39,15 +39,31 @@ _VIRIDIS = "440154 472c7a 3b518b 2c718e 21908d 27ad81 5cc863 aadc32 fde725"
 _LIGHT_BLUE = "ffffd9 edf8b1 c7e9b4 7fcdbb 41b6c4 1d91c0 225ea8 253494 081d58"
 _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
+#: Percentage of the logarithms of area ratios, and of conformal factors, that lie within their colours.
+WITHIN = 75
+#: Where all areas agree, differences of less than a percent stay white.
+_LEAST = 0.0099
+#: Factors of areas are written out up to this power of ten.
+_POWERS = 5
+
 
 @dataclass(frozen=True, eq=False)
 class Ramp:
-    """A colour scale from `low` to `high`: evenly spaced colours (k, 3) between 0 and 1, and a label with the unit."""
+    """A colour scale from `low` to `high`: evenly spaced colours (k, 3) between 0 and 1, and a label with the unit.
+
+    `names` says what the ends are called where that is not their value.
+    """
 
     label: str
     low: float
     high: float
     stops: FloatArray
+    names: tuple[str, str] | None = None
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """What stands at the ends of the scale."""
+        return self.names or (f"{self.low:.3g}", f"{self.high:.3g}")
 
     def colours(self, values: FloatArray) -> FloatArray:
         """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""
@@ -79,6 +95,30 @@ def diverging(label: str, reach: float) -> Ramp:
     array([[0.97, 0.97, 0.97]])
     """
     return Ramp(label, -reach, reach, _stops(_PURPLE_GREEN))
+
+
+def areas(logarithms: FloatArray, reach: float | None = None) -> Ramp:
+    """The scale of all logarithms of area ratios (n,): purple where a map shrinks, its ends named by factors.
+
+    Three quarters of what is finite lie within, unless a `reach` is given: limbs shrink by powers of ten, and a scale
+    that holds their tips would show all else white.
+
+    >>> areas(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, areas(np.array([-9.0, 5.0])).ends
+    (('1/1.5', '1.5'), ('1/5000', '5000'))
+    >>> areas(np.array([0.01, -0.04])).ends, areas(np.array([-2000.0])).ends, areas(np.zeros(9)).ends
+    (('1/1.05', '1.05'), ('1e-869', '1e869'), ('1/1.01', '1.01'))
+    """
+    if reach is None:
+        finite = np.abs(logarithms[np.isfinite(logarithms)])
+        reach = max(float(np.percentile(finite, WITHIN)) if len(finite) else 0.0, _LEAST)
+    power = math.ceil(reach / math.log(10) - 1e-9)
+    if power > _POWERS:
+        ends, reach = (f"1e-{power}", f"1e{power}"), power * math.log(10)
+    else:
+        above = round_up(math.expm1(reach))
+        factor = 1 + above if above < 1 else round_up(math.exp(reach))
+        ends, reach = (f"1/{factor:g}", f"{factor:g}"), math.log(factor)
+    return Ramp("image area / source area", -reach, reach, _stops(_PURPLE_GREEN), ends)
 
 
 def _stops(colours: str) -> FloatArray:

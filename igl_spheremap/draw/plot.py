@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .palette import FOLDED, INK, LINES, SURFACE, sequential
+from .palette import FOLDED, GUIDE, INK, LINES, SURFACE, Ramp, areas, sequential
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
@@ -20,8 +20,9 @@ SMALL = 8  # points, of small text
 _PIXELS = 420  # along a side of a picture of a surface
 _AMBIENT = 0.5  # brightness where light grazes a surface
 _BINS = 81  # odd: the middle one is about 0
-#: Colours of logarithms of area ratios reach to this: areas half and double.
-_DOUBLE = float(np.log(2))
+_BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
+#: Pixels: no folded face is drawn smaller.
+_LEAST = 3
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
@@ -45,19 +46,48 @@ def _png(figure: Any) -> bytes:
 
 
 def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) -> None:
-    """Histogram of angle differences up to `reach` degrees; by default it leaves 0.5 percent to the end bins."""
+    """Histogram of angle differences up to `reach` degrees; by default it leaves out half a percent."""
     size = np.abs(differences)
-    if reach is None:
-        reach = max(1.0, float(np.percentile(size, 99.5)))
-    edges, share = angle_histogram(differences, reach)
-    ax.stairs(share, edges, fill=True, color=LINES[0])
-    ax.set(yticks=[])
-    ax.set_xlabel("degrees, image minus source (ends hold the rest)", fontsize=SMALL)
+    _histogram(ax, differences.ravel(), reach, "of the corners")
+    ax.set_xlabel("image minus source, degrees", fontsize=SMALL)
     ax.set_title(
-        f"angle differences: mean size {size.mean():.3g},\n"
-        f"99% below {np.percentile(size, 99):.3g}, largest {size.max():.3g} degrees",
+        f"angle differences: mean size {size.mean():.3g}°,\n"
+        f"99% below {np.percentile(size, 99):.3g}°, largest {size.max():.3g}°",
         fontsize=SMALL,
     )
+
+
+def plot_areas(ax: Any, ratios: FloatArray) -> None:
+    """Histogram of logarithms of area ratios; it leaves out half a percent."""
+    finite = np.abs(ratios[np.isfinite(ratios)])
+    _histogram(ax, ratios[~np.isnan(ratios)], None, "of the faces")
+    ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)
+    ax.set_title(
+        f"areas: mean size of the logarithm {finite.mean():.3g},\n"
+        f"99% below {np.percentile(finite, 99):.3g}, largest {finite.max():.3g}",
+        fontsize=SMALL,
+    )
+
+
+def _histogram(ax: Any, values: FloatArray, reach: float | None, of: str) -> None:
+    """Shares of values on an axis, and of those beyond its ends in bars of their own, which say how many that are."""
+    ends = (_BEYOND / 2, 100 - _BEYOND / 2)
+    low, high = np.percentile(values[np.isfinite(values)], ends) if reach is None else (-reach, reach)
+    if low == high:
+        low, high = low - 1, high + 1
+    percent, width = 100 / values.size, (high - low) / 16
+    counts, edges = np.histogram(values, bins=_BINS, range=(low, high))
+    ax.stairs(counts * percent, edges, fill=True, color=LINES[0])
+    for end, side, word in ((low, -1, "below"), (high, 1, "above")):
+        place = end + 1.2 * side * width
+        if share := percent * int((side * values > side * end).sum()):
+            ax.bar(place, share, width, color=GUIDE)
+            ax.annotate(f"{share:.2g}%\n{word}", (place, share), ha="center", va="bottom", fontsize=SMALL - 1,
+                        textcoords="offset points", xytext=(0, 1))
+    ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
+    ax.set_xlim(low - 2.6 * width, high + 2.6 * width)
+    ax.set_ylabel(f"percent {of}", fontsize=SMALL)
+    ax.tick_params(labelsize=SMALL)
 
 
 def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
@@ -73,6 +103,19 @@ def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, 
     return edges, counts / differences.size
 
 
+def colour_bar(ax: Any, ramp: Ramp) -> None:
+    """A horizontal colour bar below axes, with its label and the names of its ends."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+    scale = ScalarMappable(Normalize(ramp.low, ramp.high), LinearSegmentedColormap.from_list("", ramp.stops))
+    bar = ax.figure.colorbar(scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02)
+    bar.set_ticks([ramp.low, ramp.high], labels=ramp.ends)
+    bar.ax.tick_params(labelsize=SMALL, length=0)
+    bar.set_label(ramp.label, fontsize=SMALL)
+    bar.outline.set_visible(False)
+
+
 def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArray, ratios: FloatArray,
                title: str) -> Any:
     """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
@@ -81,27 +124,23 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
     ratios.
     """
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
-    shown = np.clip(np.nan_to_num(ratios), -_DOUBLE, _DOUBLE)
-    drawn = left.tripcolor(p[:, 0], p[:, 1], f, facecolors=shown, cmap="PuOr_r", vmin=-_DOUBLE, vmax=_DOUBLE,
-                           rasterized=True)
-    side = p[f[:, 1]] - p[f[:, 0]], p[f[:, 2]] - p[f[:, 0]]
-    folded = side[0][:, 0] * side[1][:, 1] <= side[0][:, 1] * side[1][:, 0]
-    if folded.any():
-        left.tripcolor(p[:, 0], p[:, 1], f[folded], facecolors=np.zeros(int(folded.sum())), color=FOLDED)
+    from matplotlib.collections import PolyCollection
+
+    ramp, corners = areas(ratios), p[f]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    folded = a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0]
+    for faces, colours in ((corners, ramp.colours(ratios)), (corners[folded], [FOLDED])):
+        left.add_collection(PolyCollection(list(faces), facecolors=colours, edgecolors="face", linewidths=0.2,
+                                           rasterized=True))
+    unseen = np.ptp(corners[folded], axis=1).max(axis=1) < _LEAST / _PIXELS * np.ptp(p, axis=0).max()
+    left.scatter(*corners[folded][unseen].mean(axis=1).T, s=4, color=FOLDED)
     around = np.append(rim, rim[0])
     left.plot(p[around, 0], p[around, 1], color=INK, linewidth=0.6)
     left.set_aspect("equal")
     left.set_axis_off()
-    bar = figure.colorbar(drawn, ax=left, orientation="horizontal", shrink=0.8, ticks=[-_DOUBLE, 0, _DOUBLE])
-    bar.ax.set_xticklabels(["half the area", "equal", "twice"], fontsize=SMALL)
+    colour_bar(left, ramp)
     plot_angles(middle, differences)
-    finite = ratios[np.isfinite(ratios)]
-    size = np.abs(finite)
-    right.hist(np.clip(finite, -3 * _DOUBLE, 3 * _DOUBLE), bins=_BINS, color="0.4")
-    right.set(yticks=[])
-    right.set_xlabel("log(image area / source area) (ends hold the rest)", fontsize=SMALL)
-    right.set_title(f"areas: mean size of the logarithm {size.mean():.3g},\n99% below "
-                    f"{np.percentile(size, 99):.3g}", fontsize=SMALL)
+    plot_areas(right, ratios)
     return figure
 
 
@@ -178,30 +217,39 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> Flo
     return np.asarray(ambient + (1 - ambient) * np.abs(normals @ LIGHT))
 
 
-def draw_surfaces(*views: tuple[str, FloatArray, IntArray, FloatArray | None], up: str = "auto") -> Any:
+def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
     """A figure of surfaces side by side, without OpenGL; all are seen as the first one stands.
 
-    A view is a caption, positions (n, 3), faces (m, 3), and values at vertices or faces, face colours (m, 3), or None.
+    A view is a caption, positions (n, 3), faces (m, 3), then values at vertices or faces, face colours (m, 3), or None;
+    and, if it has them, indices of folded faces. Values have a colour bar below the first view that shows them.
     """
     figure, (axes,) = new_figure(1, len(views), "", (2.6, 2.9))
-    turn = pose(views[0][1], up)
-    for ax, (caption, x, f, values) in zip(axes, views, strict=True):
-        if values is None:
-            colours = np.tile(SURFACE, (len(f), 1))
-        elif values.ndim == 2:
+    turn, shown = pose(views[0][1], up), None
+    for ax, (caption, x, f, values, *folded) in zip(axes, views, strict=True):
+        colours = np.tile(SURFACE, (len(f), 1))
+        if values is not None and values.ndim == 2:
             colours = values
-        else:
+        elif values is not None:
             at_faces = values[f].mean(axis=1) if len(values) == len(x) else values
-            low, high = np.percentile(at_faces, [1, 99])
-            colours = sequential("", low, high).colours(at_faces)
-        ax.imshow(raster(x @ turn.T, f, colours * shading(x, f, turn.T, _AMBIENT)[:, None], _PIXELS))
+            ramp = sequential("", *np.percentile(at_faces, [1, 99]).tolist())
+            colours = ramp.colours(at_faces)
+            if values is not shown:
+                colour_bar(ax, ramp)
+            shown = values
+        shaded = colours * shading(x, f, turn.T, _AMBIENT)[:, None]
+        ax.imshow(raster(x @ turn.T, f, shaded, _PIXELS, *folded))
         ax.axis("off")
         ax.set_title(caption, fontsize=SMALL)
     return figure
 
 
-def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArray[np.uint8]:
+def raster(
+    y: FloatArray, f: IntArray, colours: FloatArray, size: int, folded: IntArray | None = None
+) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
+
+    Folded faces, given by their indices, have their own colour, hide what lies before them in the nearer half, and are
+    never drawn smaller than three pixels.
 
     >>> triangle = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
@@ -215,8 +263,21 @@ def raster(y: FloatArray, f: IntArray, colours: FloatArray, size: int) -> NDArra
     front = np.argsort(((depth - depth.min()) / levels).astype(np.uint16), kind="stable")
     seen = np.full(size * size, len(f))  # white, where there is no face
     seen[place[front]] = owner[front]  # of equal places the last assignment counts
-    palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3))), 0, 1)).astype(np.uint8)
+    if folded is not None:
+        seen[np.isin(seen, folded)] = len(f) + 1
+        if len(near := f[folded][pixels[f[folded], 2].mean(axis=1) >= 0]):
+            seen[np.concatenate((_samples(pixels, near, size)[0], _blocks(pixels, near, size)))] = len(f) + 1
+    palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
     return palette[seen].reshape(size, size, 3)
+
+
+def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:
+    """Places in the picture of the blocks that are drawn for faces that are smaller."""
+    corners = pixels[f][:, :, :2]
+    small = corners[np.ptp(corners, axis=1).max(axis=1) < _LEAST].mean(axis=1)
+    around = np.arange(_LEAST) - _LEAST // 2
+    column, row = (np.clip(small[:, k, None] + around, 0, size - 1).astype(np.int32) for k in (0, 1))
+    return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
 
 def _samples(pixels: FloatArray, f: IntArray, size: int) -> tuple[IntArray, FloatArray, IntArray]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..draw.palette import FOLDED, GUIDE, INK, LINES
-from ..draw.plot import SMALL, new_figure, plot_angles
+from ..draw.plot import SMALL, new_figure, plot_angles, plot_areas
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
 from .run import History, Iterate, Step
@@ -161,30 +161,50 @@ def _stage(frame: Frame) -> tuple[str, int]:
     return frame.iterate.stage, frame.iterate.round
 
 
-def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, *, title: str = "") -> Any:
-    """Plot energy and folded faces of every iterate, and the angle differences (m, 3) of the result in degrees.
+def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, ratios: FloatArray, *,
+             title: str = "") -> Any:
+    """Plot energy and folded faces of every iterate, and what the result does to angles and areas.
 
-    Without foldings that plot is left out. Lai et al., Figs. 4 and 10.
+    It takes angle differences (m, 3) in degrees and logarithms of area ratios (m,). A sentence stands in place of a
+    curve of two points, or of zeros; without foldings there is none of them. Lai et al., Figs. 4 and 10.
     """
-    figure, ((energy, *middle, angles),) = new_figure(1, 2 if foldings is None else 3, title, (4, 3.2))
     at, values, name = objective(history)
-    energy.plot(at, values, color=LINES[0], marker=_marker(values))
-    linear = linear_below(values)
-    if np.isfinite(linear):
-        energy.set_yscale(*(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {}))
-    energy.set(title=name, xlabel="iterate")
-    for ax in middle:
-        counts = np.asarray(foldings)
-        ax.plot(counts, color=FOLDED, marker=_marker(counts))
-        if counts.max(initial=0) > _FEW:
-            ax.set_yscale("symlog", linthresh=1)
-            ax.set_ylim(bottom=-0.2)
+    counts = None if foldings is None else np.asarray(foldings)
+    said = []
+    if curved := len(values) > 2:
+        said.append(f"{len(history):,} iterates")
+    elif len(values):
+        said.append(f"{name}: {' to '.join(f'{value:.3g}' for value in values)}")
+    if counts is not None and not counts.any():
+        said.append("no face is folded in any iterate")
+        counts = None
+    columns = curved + (counts is not None)
+    shape = (2, 2) if columns == 2 else (1, columns + 2)  # four in a row would be small
+    figure, axes = new_figure(*shape, "\n".join(filter(None, (title, "; ".join(said)))), (3.6, 3.0))
+    *curves, angles, areas = axes.ravel()
+    if curved:
+        energy = curves[0]
+        energy.plot(at, values, color=LINES[0], marker=_marker(values))
+        linear = linear_below(values)
+        if np.isfinite(linear):
+            energy.set_yscale(*(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {}))
+        energy.set_title(name, fontsize=SMALL + 1)
+    if counts is not None:
+        most = counts.max()
+        curves[-1].plot(counts, color=FOLDED, marker=_marker(counts))
+        if most > _FEW:
+            curves[-1].set_yscale("symlog", linthresh=1)
+            curves[-1].set_ylim(bottom=-0.2)
         else:
-            ax.set(ylim=(-0.1, max(1, counts.max(initial=0)) + 0.1), yticks=range(counts.max(initial=0) + 1))
-        ax.set(title="folded faces", xlabel="iterate")
-    for ax in (energy, *middle):
+            curves[-1].set(ylim=(-0.1, most + 0.1), yticks=range(most + 1))
+        curves[-1].set_title("folded faces", fontsize=SMALL + 1)
+    for ax in curves:
+        ax.xaxis.get_major_locator().set_params(integer=True)
+        ax.set_xlabel("iterate", fontsize=SMALL)
+        ax.tick_params(labelsize=SMALL)
         _mark_rounds(ax, history)
     plot_angles(angles, differences)
+    plot_areas(areas, ratios)
     return figure
 
 
@@ -240,6 +260,6 @@ def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:
                 fontsize=SMALL,
                 color=INK,
                 rotation=90,
-                ha="right",
+                ha="left",
                 va="top",
             )

@@ -195,7 +195,8 @@ class SphereMap:
         FileError
             If matplotlib is not installed.
         """
-        return plot_run(self.history, None, self.angle_differences(), title=f"method {self.method}")
+        return plot_run(self.history, None, self.angle_differences(), self.area_ratios(),
+                        title=f"method {self.method}")
 
     def _repr_html_(self) -> str:
         """The figures as notebooks show them."""

@@ -72,11 +72,16 @@ def test_notebooks_see_the_figures_of_the_result(result):
 
 def test_the_plot_shows_the_history_and_every_angle(result):
     figure = result.plot()
-    energy, histogram = figure.axes
+    energy, *histograms = figure.axes
     (line,) = energy.get_lines()[:1]
     assert len(line.get_ydata()) == len(result.history)
-    (bars,) = histogram.patches
-    assert bars.get_data().values.sum() == pytest.approx(1)
+    for histogram, of in zip(histograms, ("corners", "faces"), strict=True):
+        bars, *beyond = histogram.patches
+        assert len(beyond) == len(histogram.texts) > 0  # what is clipped has bars of its own, which say how much it is
+        assert bars.get_data().values.sum() + sum(bar.get_height() for bar in beyond) == pytest.approx(100)
+        assert {note.get_text()[-5:] for note in histogram.texts} <= {"below", "above"}
+        assert histogram.get_ylabel() == f"percent of the {of}"
+        assert histogram.get_xlabel()
     assert figure._repr_png_().startswith(b"\x89PNG")
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from igl_spheremap import samples
+from igl_spheremap.draw.palette import FOLDED
 from igl_spheremap.draw.plot import raster
 
 RED, BLUE = [1.0, 0, 0], [0, 0, 1.0]
@@ -38,3 +39,16 @@ def test_up_is_up_and_right_is_right():
     assert (image[8, 8] == [255, 0, 0]).all()
     assert (image[-8, -10] == [255, 0, 0]).all()
     assert (image[8, -8] == 255).all()
+
+
+def test_no_folded_face_is_hidden_or_smaller_than_three_pixels():
+    """A needle behind a square is drawn before it, a vermilion block; one in the farther half is not."""
+    square = np.array([[-1.0, -1, 0.5], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0.5]])
+    for depth, seen in ((0.4, True), (-0.5, False)):
+        needle = 1e-4 * np.array([[-1.0, 0, 0], [1, 0, 0], [0, 1, 0]]) + [0, 0, depth]
+        v = np.concatenate((square, needle, [[0, 0, -0.5]]))
+        f = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]])
+        image = raster(v, f, np.repeat([BLUE], 3, axis=0), 61, np.array([2]))
+        vermilion = (image == np.rint(255 * np.array(FOLDED))).all(axis=2)
+        assert vermilion.sum() == (9 if seen else 0)
+        assert vermilion[29:32, 29:32].all() == seen

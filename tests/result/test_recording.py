@@ -73,8 +73,25 @@ def test_a_plot_shows_no_logarithms_of_what_is_about_zero():
     v, f = ism.samples.make("spheroid", n_vertices=500)
     recording = Recording(f)
     result = ism.spherical_conformal_map(v, f, listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences())
-    energy, foldings, _ = figure.axes
-    assert energy.get_yscale() == foldings.get_yscale() == "linear"
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios())
+    energy = figure.axes[0]
+    assert energy.get_yscale() == "linear"
     shown = energy.get_lines()[0].get_ydata()
     assert np.argmin(shown) == np.argmin([one.energy for one in recording.history])
+
+
+def test_zeros_and_two_points_are_said_and_not_drawn():
+    history = [step("harmonic", 12.6), step("harmonic", 12.57)]
+    rest = np.zeros((4, 3)), np.zeros(4)
+    figure = plot_run(history, [0, 0], *rest, title="a.ply")
+    assert len(figure.axes) == 2
+    assert figure.get_suptitle() == "a.ply\nenergy minus 4π: 0.0336 to 0.00363; no face is folded in any iterate"
+    assert [ax.get_title() for ax in plot_run(history * 2, [0, 1, 1, 0], *rest).axes[:2]] == [
+        "energy minus 4π", "folded faces"]
+
+
+def test_ticks_of_iterations_are_whole_numbers():
+    history = [step("harmonic", 12.6 - 0.01 * k) for k in range(4)]
+    figure = plot_run(history, [2, 1, 1, 0], np.zeros((4, 3)), np.zeros(4))
+    for ax in figure.axes[:2]:
+        assert {float(tick).is_integer() for tick in ax.get_xticks()} == {True}

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import textwrap
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -164,6 +164,17 @@ def paragraph(label: str, text: str) -> str:
         break_long_words=False,
         break_on_hyphens=False,
     )
+
+
+def aligned(rows: Sequence[Sequence[str]], left: int) -> list[str]:
+    """Lines of a table whose columns are as wide as their widest cell; so many of the first are flush left.
+
+    >>> aligned([("round", "energy"), ("0", "43699.071234")], left=1)
+    ['  round        energy', '  0      43699.071234']
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    shape = "".join(f"  {{:{'<' if k < left else '>'}{width}}}" for k, width in enumerate(widths))
+    return [shape.format(*row) for row in rows]
 
 
 def _plain(value: Any) -> Any:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...draw.folds import Clusters
 from ...draw.palette import FOLDED, INK, SURFACE, diverging
-from ...draw.plot import SMALL, pose, raster, shading
+from ...draw.plot import SMALL, colour_bar, pose, raster, shading
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
@@ -21,67 +22,50 @@ _PIXELS = 500  # along a side of a picture
 
 def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = "") -> None:
     """The source, and in vermilion the faces that a map folds."""
-    folded = _NONE if x is None else _folded(surface, x)
-    _show(ax, surface, surface.v, _marked(surface, folded), title)
+    _show(ax, surface, surface.v, title, _NONE if x is None else _folded(surface, x))
 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """A map with the brightness of the source's faces; where it folds, magnified at the largest cluster of foldings."""
     folded = _folded(surface, x)
-    colours = _marked(surface, folded)
     if not len(folded):
-        _show(ax, surface, x, colours, title)
+        _show(ax, surface, x, title)
         return
     lens = follow(unit_rows(x), surface.f, folded)
-    _show(ax, surface, lens(unit_rows(x)), colours, f"{title}, magnified {lens.power:,.0f}x", np.eye(3), folded)
+    _show(ax, surface, lens(unit_rows(x)), f"{title}, magnified {lens.power:,.0f}x", folded, np.eye(3))
 
 
 def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """Other positions of the vertices, in vermilion the faces that face inwards."""
-    _show(ax, surface, x, _marked(surface, _folded(surface, x)), title)
+    _show(ax, surface, x, title, _folded(surface, x))
 
 
 def show_function(ax: Any, surface: PaperSurface, values: FloatArray, *, title: str = "") -> None:
     """A function of the vertices (n,) in colours on the source, with a colour bar; white is its median."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LinearSegmentedColormap, Normalize
-
     middle = float(np.median(values))
     values = values - middle
     ramp = diverging("", float(np.percentile(np.abs(values), 99)) or 1.0)
+    ends = [f"{end:.2g}" for end in (middle + ramp.low, middle + ramp.high)]
     # Soft shades, for dark ones would be taken for strong colours.
-    _show(ax, surface, surface.v, ramp.colours(values[surface.f].mean(axis=1)), title, ambient=0.75)
-    ends = middle + ramp.low, middle + ramp.high
-    scale = ScalarMappable(Normalize(*ends), LinearSegmentedColormap.from_list("", ramp.stops))
-    bar = ax.figure.colorbar(scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02)
-    ticks = [ends[0], middle, ends[1]]
-    bar.set_ticks(ticks, labels=[f"{tick:.2g}" if abs(tick) > 1e-9 * np.ptp(ends) else "0" for tick in ticks])
-    bar.ax.tick_params(labelsize=8)
-    bar.outline.set_visible(False)
+    _show(ax, surface, surface.v, title, colours=ramp.colours(values[surface.f].mean(axis=1)), ambient=0.75)
+    colour_bar(ax, replace(ramp, names=(ends[0], ends[1])))
 
 
 def _show(
     ax: Any,
     surface: PaperSurface,
     where: FloatArray,
-    colours: FloatArray,
     title: str,
+    folded: IntArray = _NONE,
     view: FloatArray | None = None,
-    front: IntArray = _NONE,
+    colours: FloatArray | None = None,
     ambient: float = 0.35,
 ) -> None:
-    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is.
-
-    Faces whose indices are in `front` hide all others if they lie in the nearer half.
-    """
+    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is."""
     own = pose(surface.v).T
-    colours = colours * shading(surface.v, surface.f, own, ambient)[:, None]
-    y, f = where @ (own if view is None else view), surface.f
-    depth = y[f, 2].mean(axis=1)
-    front = front[depth[front] > depth.mean()]
-    raised = y[f[front]].reshape(-1, 3) + np.array([0, 0, np.ptp(depth)])
-    f = np.concatenate((f, len(y) + np.arange(len(raised)).reshape(-1, 3)))
-    ax.imshow(raster(np.concatenate((y, raised)), f, np.concatenate((colours, colours[front])), _PIXELS))
+    colours = np.tile(SURFACE, (len(surface.f), 1)) if colours is None else colours
+    shaded = colours * shading(surface.v, surface.f, own, ambient)[:, None]
+    ax.imshow(raster(where @ (own if view is None else view), surface.f, shaded, _PIXELS, folded))
     ax.axis("off")
     ax.set_title(title, fontsize=SMALL)
 
@@ -97,8 +81,9 @@ def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) ->
     across = np.linalg.svd(middle[None])[2][1:]
     near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
     plane = (x - middle) @ across.T / reach
-    order = np.argsort(folded_faces(x, surface.f)[near], kind="stable")  # folded faces in front
-    colours = _marked(surface, _folded(surface, x))[near][order]
+    folded = folded_faces(x, surface.f)[near]
+    order = np.argsort(folded, kind="stable")  # folded faces in front
+    colours = np.where(folded[order, None], FOLDED, SURFACE)
     corners = plane[surface.f[near][order]]
     patch = PolyCollection(list(corners), facecolors=colours, edgecolors=INK, linewidths=0.2, rasterized=True)
     ax.add_collection(patch)
@@ -115,9 +100,3 @@ def folded_patches(surface: PaperSurface, x: FloatArray) -> list[IntArray]:
 def _folded(surface: PaperSurface, x: FloatArray) -> IntArray:
     return np.flatnonzero(folded_faces(x, surface.f))
 
-
-def _marked(surface: PaperSurface, folded: IntArray) -> FloatArray:
-    """Face colours (m, 3) that mark folded faces."""
-    colours = np.tile(SURFACE, (len(surface.f), 1))
-    colours[folded] = FOLDED
-    return colours

@@ -31,7 +31,6 @@ _DARKEST = 0.72
 _REACH = 0.1
 _U = "log factor u (purple: shrunk)"
 _ANGLES = "angle difference in degrees"
-_AREAS = "log area ratio (purple: shrunk)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +91,11 @@ def colouring(
         return Colouring(_without_caps(mesh, places(mesh)), folded, FOLDED_LEGEND)
     if subject == "conformal factor":
         u = log_conformal_factor(mesh, x)
-        ramp = palette.diverging(_U, reach or palette.round_up(float(u.max())))
+        ramp = palette.diverging(_U, reach or palette.round_up(float(np.percentile(np.abs(u), palette.WITHIN))))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
         values = area_distortion(mesh.v, mesh.f, x)
-        seen = values[mesh.surface]
-        ramp = palette.diverging(_AREAS, reach or palette.round_up(float(seen[np.isfinite(seen)].max())))
+        ramp = palette.areas(values[mesh.surface], reach)
     else:
         values = np.abs(angle_differences(mesh.v, mesh.f, x)).mean(axis=1)
         ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values[mesh.surface], 95))))

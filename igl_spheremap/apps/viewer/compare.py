@@ -81,15 +81,16 @@ def show_parts(
 
 
 def registration_view(
-    moving: SphereMap, fixed: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None
-) -> PartsView:
-    """The fixed sphere, and the moving one before and after, coloured by the first feature, or by depth."""
+    moving: SphereMap, fixed: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
+    name: str = "depth",
+) -> PartsView:  # fmt: skip
+    """The fixed sphere, and the moving one before and after, coloured by the first feature or by depth."""
     surfaces = [FeatureSurface(one.mesh) for one in (moving, fixed)]
     if features is None:
         own, other = (surface.geometry[:, 1] for surface in surfaces)
     else:
         own, other = (s.standardize(each[:, 0]) for s, each in zip(surfaces, features, strict=True))
-    ramp = sequential("depth" if features is None else "first feature", -_REACH, _REACH)
+    ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
         (f"the fixed sphere\n{len(fixed.vertices):,} vertices", fixed, other, ramp),

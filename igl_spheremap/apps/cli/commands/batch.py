@@ -18,7 +18,7 @@ from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
-from ..output import LISTED, paragraph
+from ..output import LISTED, aligned, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
@@ -138,13 +138,13 @@ def counts(rows: Sequence[Row], total: int) -> str:
 
 def _quantiles(rows: Sequence[Row]) -> list[str]:
     """A table of the figures of all maps."""
-    lines = ["", f"  {'':<18}" + "".join(f"{q:>9}%" for q in _QUANTILES)]
+    cells = [("", *(f"{q}%" for q in _QUANTILES))]
     for name, label in (FIGURES | _COSTS).items():
         values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         values = values[np.isfinite(values)]
         if len(values):
-            lines.append(f"  {label:<18}" + "".join(f"{value:>10.4g}" for value in np.percentile(values, _QUANTILES)))
-    return lines
+            cells.append((label, *(f"{value:.4g}" for value in np.percentile(values, _QUANTILES))))
+    return ["", *aligned(cells, left=1)]
 
 
 def _outliers(rows: Sequence[Row]) -> list[str]:

@@ -1,5 +1,6 @@
 """`map`, `p-harmonic` and `landmarks`: map, write, certify what was written, and report."""
 
+import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable
@@ -24,7 +25,7 @@ from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import LISTED, Findings, check_outputs, check_plots, target_format, write_plot, write_target
+from ..output import LISTED, Findings, aligned, check_outputs, check_plots, target_format, write_plot, write_target
 from ..progress import measures
 
 _LISTENING = "listening"
@@ -144,15 +145,14 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
     """The course of the run as curves and as a page."""
     if args.plot is not None:
         args.progress.stage(f"drawing {args.plot}")
-        figure = plot_run(
-            recording.history, recording.foldings, result.angle_differences(), title=f"{source.name}, {result.method}"
-        )
+        figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
+                          title=f"{os.path.basename(source.name)}, {result.method}")
         write_plot(args.plot, figure)
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
         up = args.up or guess_up(source.name)
-        write_report(Path(args.report), result, recording, source=source.name, command=command, up=up)
+        write_report(Path(args.report), result, recording, source=os.path.basename(source.name), command=command, up=up)
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
@@ -188,8 +188,7 @@ def _rounds(result: SphereMap) -> list[str]:
     """The foldings before and after each round, as a table."""
     if not result.rounds:
         return []
-    shape = "  {:<6}{:<20.18}{:>16}{:>12}{:>12}{:>12}"
-    return ["", *(shape.format(*cells) for cells in (ROUNDS, *round_rows(result))), ""]
+    return ["", *aligned([ROUNDS, *round_rows(result)], left=2), ""]
 
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:

@@ -50,7 +50,7 @@ def run_match(args: Namespace) -> Exit:
         raise UsageError(f"{file} has {m} landmarks but {other} has {n}; give lists of the same landmarks in the same "
                          "order")
     curves = [_vertices(files, sources) for files in args.curve]
-    features = read_features(args.feature, *sources) if args.feature else None
+    features = read_features(args.feature, *sources)[1] if args.feature else None
     a, b = (_mapped(args, source) for source in sources)
     args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
     result = match(a, b, landmarks, features, curves=curves, feature_weight=args.feature_weight,

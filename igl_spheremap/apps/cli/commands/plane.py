@@ -1,5 +1,6 @@
 """`disk` and `flatten`: maps of surfaces with one boundary loop to the plane, and their check."""
 
+import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable
@@ -80,10 +81,10 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     args.progress.stage(f"writing {args.target}")
     written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
     if args.plot is not None:
-        write_plot(args.plot, result.plot(source.name))
+        write_plot(args.plot, result.plot(os.path.basename(source.name)))
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
-        write_plane_report(Path(args.report), result, source=source.name,
+        write_plane_report(Path(args.report), result, source=os.path.basename(source.name),
                            command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)

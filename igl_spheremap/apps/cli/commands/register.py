@@ -1,6 +1,7 @@
 """`register`: one mapped surface laid on another."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,9 @@ from ...viewer.compare import registration_view
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
 from ..output import Findings, check_outputs, write_target
+
+#: What is compared where no features are given.
+_GEOMETRY = ["curvature", "depth"]
 
 
 def run_register(args: Namespace) -> Exit:
@@ -36,7 +40,7 @@ def run_register(args: Namespace) -> Exit:
     pair = load_pair(args)
     moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(fixed, args.fixed_sphere).map()
-    features = read_features(args.feature, moving, fixed) if args.feature else None
+    names, features = read_features(args.feature, moving, fixed) if args.feature else (_GEOMETRY, None)
     args.progress.stage(f"registering {moving.name}")
     listener = args.progress.listener(maps[0].faces)
     result = register(*maps, features, stages, args.stiffness, listener=listener)
@@ -45,14 +49,14 @@ def run_register(args: Namespace) -> Exit:
     found = Findings()
     found.mesh("moving", moving)
     found.mesh("fixed", fixed)
-    _describe(found, result)
+    _describe(found, result, names)
     for note in out.run.notes:
         found.add("note", note)
     found.add("written", f"{args.target}: {written.certificate}", target=args.target,
               certificate=certificate_numbers(written.certificate))
     found.report(args)
     if args.show or args.screenshot:
-        run_app(registration_view(*maps, result, features), args)
+        run_app(registration_view(*maps, result, features, names[0] if features else "depth"), args)
     return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
 
 
@@ -63,30 +67,37 @@ def _of_the_file(result: SphereMap) -> SphereMap:
     return replace(reflected(result), run=run)
 
 
-def read_features(words: list[str], moving: InputMesh, fixed: InputMesh) -> tuple[FloatArray, FloatArray]:
-    """The columns of all `NAME=MOVING,FIXED`."""
+def read_features(
+    words: list[str], moving: InputMesh, fixed: InputMesh
+) -> tuple[list[str], tuple[FloatArray, FloatArray]]:
+    """The columns of all `NAME=MOVING,FIXED`, and their names, which a number follows where a file has several."""
     columns: tuple[list[FloatArray], list[FloatArray]] = [], []
+    names: list[str] = []
     for word in words:
-        files = word.partition("=")[2].split(",")
+        name, _, pair = word.partition("=")
+        files = pair.split(",")
         if len(files) != 2:
             raise UsageError(f"--feature {word} is not of the form NAME=MOVING,FIXED with two files")
         for file, source, column in zip(files, (moving, fixed), columns, strict=True):
             column.append(read_data(file, source))
-    return np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1)
+        many = columns[0][-1].shape[1]
+        names += [name] if many == 1 else [f"{name} {k + 1}" for k in range(many)]
+    return names, (np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1))
 
 
-def _describe(found: Findings, result: Registration) -> None:
+def _describe(found: Findings, result: Registration, names: Sequence[str]) -> None:
     """How well the features agree after each stage."""
     found.figures.update(
         rotation=result.rotation,
         candidates=[candidate.correlation for candidate in result.candidates],
         margin=result.margin,
+        features=names,
         stages=[vars(stage) for stage in result.stages],
         notes=result.notes,
         seconds=result.map.seconds,
     )
     for stage in result.stages:
-        correlation = ", ".join(f"{value:.4f}" for value in stage.correlation)
+        correlation = ", ".join(f"of {name} {r:.4f}" for name, r in zip(names, stage.correlation, strict=True))
         mean, most = (100 * np.expm1(strain) for strain in (stage.strain, stage.strain_95))
         found.add(stage.name, f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
                   f"95% below {most:.3g}")

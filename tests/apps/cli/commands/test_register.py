@@ -98,7 +98,7 @@ def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monke
     assert main(["register", "right.obj", "right_sphere.obj", SOURCE, str(folder / "fixed.obj"), "on_left.npz",
                  "--reflect", "--feature", data]) == 0
     out = capsys.readouterr().out
-    assert "start        correlation" in out
+    assert "start        correlation of f" in out
     assert "the sphere fits MOVING as it is" in " ".join(out.split())
     written = ism.read_map("on_left.npz")
     assert np.array_equal(written.vertices, right)
