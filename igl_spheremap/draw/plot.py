@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.measure import face_areas
+from .folds import MANY, SEEN
 from .palette import FOLDED, GUIDE, INK, LINES, SURFACE, Ramp, areas, sequential
 
 #: What a figure can be saved as.
@@ -21,8 +23,6 @@ _PIXELS = 420  # along a side of a picture of a surface
 _AMBIENT = 0.5  # brightness where light grazes a surface
 _BINS = 81  # odd: the middle one is about 0
 _BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
-#: Pixels: no folded face is drawn smaller.
-_LEAST = 3
 
 
 def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
@@ -132,7 +132,7 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
     for faces, colours in ((corners, ramp.colours(ratios)), (corners[folded], [FOLDED])):
         left.add_collection(PolyCollection(list(faces), facecolors=colours, edgecolors="face", linewidths=0.2,
                                            rasterized=True))
-    unseen = np.ptp(corners[folded], axis=1).max(axis=1) < _LEAST / _PIXELS * np.ptp(p, axis=0).max()
+    unseen = np.ptp(corners[folded], axis=1).max(axis=1) < SEEN / _PIXELS * np.ptp(p, axis=0).max()
     left.scatter(*corners[folded][unseen].mean(axis=1).T, s=4, color=FOLDED)
     around = np.append(rim, rim[0])
     left.plot(p[around, 0], p[around, 1], color=INK, linewidth=0.6)
@@ -248,8 +248,8 @@ def raster(
 ) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
 
-    Folded faces, given by their indices, have their own colour, hide what lies before them in the nearer half, and are
-    never drawn smaller than three pixels.
+    Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide what
+    lies before them in the nearer half, and are never drawn smaller than three pixels.
 
     >>> triangle = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
@@ -265,7 +265,9 @@ def raster(
     seen[place[front]] = owner[front]  # of equal places the last assignment counts
     if folded is not None:
         seen[np.isin(seen, folded)] = len(f) + 1
-        if len(near := f[folded][pixels[f[folded], 2].mean(axis=1) >= 0]):
+        sizes = face_areas(y, f)
+        near = f[folded][pixels[f[folded], 2].mean(axis=1) >= 0]
+        if len(near) and sizes[folded].sum() < MANY * sizes.sum():
             seen[np.concatenate((_samples(pixels, near, size)[0], _blocks(pixels, near, size)))] = len(f) + 1
     palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
     return palette[seen].reshape(size, size, 3)
@@ -274,8 +276,8 @@ def raster(
 def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:
     """Places in the picture of the blocks that are drawn for faces that are smaller."""
     corners = pixels[f][:, :, :2]
-    small = corners[np.ptp(corners, axis=1).max(axis=1) < _LEAST].mean(axis=1)
-    around = np.arange(_LEAST) - _LEAST // 2
+    small = corners[np.ptp(corners, axis=1).max(axis=1) < SEEN].mean(axis=1)
+    around = np.arange(int(SEEN)) - int(SEEN) // 2
     column, row = (np.clip(small[:, k, None] + around, 0, size - 1).astype(np.int32) for k in (0, 1))
     return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
