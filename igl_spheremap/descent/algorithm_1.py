@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
@@ -12,7 +13,7 @@ import scipy.sparse as sp
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
 from ..sphere.rows import unit_rows
-from .line_search import BarzilaiBorwein, NonmonotoneSearch
+from .line_search import BarzilaiBorwein, NonmonotoneSearch, Stop
 from .problem import Diagonal, Problem, remove_boosts
 
 #: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; where the map is
@@ -24,18 +25,21 @@ _OFF_CENTRE_PROJECTED = 1e-4
 #: First step tried at the start, in units of the source's area; the paper suggests 1.
 _FIRST_TAU = 1.0
 #: Bounds of later steps: the quotients of eq. (12) can be anything where the curvature vanishes.
-_TAU_BOUNDS = (1e-12, 1e12)
+_LEAST_TAU, _LARGEST_TAU = 1e-12, 1e12
+#: Trials of a search in Wen and Yin's program OptStiefelGBB, of which the last is taken.
+_TRIALS = 5
 
 
 @dataclass(frozen=True)
 class CayleyBB:
     """The paper's Algorithm 1.
 
-    Three things are added to the paper's, because a mesh is not smooth. Moebius boosts are kept out of the gradient and
-    the map is re-centred when it has drifted (`Problem.gauge`): the discrete energy falls for ever along them. A start
-    that has no foldings is kept so: a step that would fold counts as one of infinite energy, for "the minimization must
-    be confined to the set of diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy.
-    And the search gives up, visibly, when no step above rounding lowers the energy.
+    Three things are added to the paper's, because a mesh is not smooth; each has a switch. Moebius boosts are kept out
+    of the gradient and the map is re-centred when it has drifted (`Problem.gauge`): the discrete energy falls for ever
+    along them. A start that has no foldings is kept so unless it `may_fold`: a step that would fold counts as one of
+    infinite energy, for "the minimization must be confined to the set of diffeomorphisms" (section 1), and limbs, whose
+    image is tiny, fold for next to no energy. The quotients of eq. (12) are bounded. What the paper leaves open, that
+    there is no h in step 3, ends the run; by the rule of Wen and Yin's program the fifth trial is taken.
 
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
     """
@@ -48,22 +52,32 @@ class CayleyBB:
     bb: BarzilaiBorwein = "alternating"
     #: If False, steps that fold are refused where the start has no foldings.
     may_fold: bool = True
+    #: If True, the quotients of eq. (12) are bounded.
+    bound_tau: bool = True
+    #: By "wen-yin" a search ends with its fifth trial, which is taken.
+    stop: Stop = "gradient"
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
 
         Their residual is the norm of the gradient, by eq. (9) the L2 norm of A F in the L2 metric.
         """
-        x = problem.centred(x)
+        given, x = x, problem.centred(x)
+        acted = Counter(centred=int(x is not given))
         energy, gradient = problem.evaluate(x)
         search = NonmonotoneSearch(energy, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
+        if self.stop == "wen-yin":
+            search.trials, search.takes_last = _TRIALS, True
         tau, taken, k = _FIRST_TAU, 0.0, 0
         injective = not self.may_fold and problem.is_injective(x)
         off_centre = _OFF_CENTRE_INJECTIVE if injective else _OFF_CENTRE
         while True:
             square = problem.metric.inner(gradient, gradient)
-            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken)
-            trial = problem.cayley_path(x, gradient, off_centre, injective)
+            safeguards = {name: count for name, count in acted.items() if count} or None
+            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken, safeguards=safeguards)
+            acted = Counter(bounded=self.bound_tau and not _LEAST_TAU <= tau <= _LARGEST_TAU)
+            tau = min(max(tau, _LEAST_TAU), _LARGEST_TAU) if self.bound_tau else tau
+            trial = problem.cayley_path(x, gradient, off_centre, injective, acted)
             step = search.search(trial, tau, -square)  # Algorithm 1, step 3: E'(Y(0)) = -|A F|^2
             if step is None:
                 return
@@ -80,10 +94,8 @@ class CayleyBB:
         if DW == 0:
             return last
         if self.bb == "tau_1" or (self.bb == "alternating" and k % 2):
-            tau = problem.metric.inner(D, D) / DW  # eq. (12), tau_{k,1}
-        else:
-            tau = DW / problem.metric.inner(W, W)  # eq. (12), tau_{k,2}
-        return float(np.clip(tau, *_TAU_BOUNDS))
+            return problem.metric.inner(D, D) / DW  # eq. (12), tau_{k,1}
+        return DW / problem.metric.inner(W, W)  # eq. (12), tau_{k,2}
 
 
 @dataclass(frozen=True)

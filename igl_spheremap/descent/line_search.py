@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
@@ -9,6 +10,8 @@ from typing import Generic, Literal, TypeVar
 T = TypeVar("T")
 #: Which quotient of eq. (12) is the first step tried.
 BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
+#: What ends Algorithm 1: the norm of the gradient, step 2, or this and the rule of Wen and Yin's program.
+Stop = Literal["gradient", "wen-yin"]
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,10 @@ class NonmonotoneSearch:
     delta: float = 0.1
     #: Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
     xi: float = 0.85
-    #: Reductions after which no step is taken to exist: with delta = 0.1 the step is below rounding long before 40.
-    reductions: int = 40
+    #: Trials after which no step is taken to exist: with delta = 0.1 the step is below rounding long before 40.
+    trials: int = 40
+    #: Whether the last trial is taken whatever its energy, if that is finite.
+    takes_last: bool = False
 
     def __post_init__(self) -> None:
         self._C = self.energy
@@ -51,11 +56,12 @@ class NonmonotoneSearch:
         """Shorten `tau` until the energy is below the line that starts at the running average.
 
         `trial` takes a step size, and returns the energy there and whatever the caller wants back; `slope` is the
-        derivative of the energy along the path at 0. None if no size above rounding is acceptable.
+        derivative of the energy along the path at 0. None if no trial is acceptable.
         """
-        for _ in range(self.reductions):
+        for k in range(1, self.trials + 1):
             energy, extra = trial(tau)
-            if energy <= self._C + self.rho * tau * slope:  # Algorithm 1, step 3; a NaN is refused
+            last = self.takes_last and k == self.trials and math.isfinite(energy)
+            if energy <= self._C + self.rho * tau * slope or last:  # Algorithm 1, step 3; a NaN is refused
                 return Accepted(tau, energy, extra)
             tau *= self.delta
         return None

@@ -79,7 +79,7 @@ class PreconditionedCayley:
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
             left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
             trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
-            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, reductions=_HALVINGS)
+            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
             step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
             if step is None:
                 return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -146,15 +147,21 @@ class Problem:
         return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
 
     def cayley_path(
-        self, x: FloatArray, h: FloatArray, off: float, injective: bool = False
+        self, x: FloatArray, h: FloatArray, off: float, injective: bool = False, acted: Counter[str] | None = None
     ) -> Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]:
         """What a line search tries: Cayley updates of `x` by `h`, centred where they are more than `off` away.
 
-        A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there.
+        A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there. It
+        counts in `acted` how many were so refused, and whether the last was centred.
         """
+        acted = Counter() if acted is None else acted
+
         def trial(tau: float) -> tuple[float, tuple[FloatArray, FloatArray]]:
-            y = self.centred(cayley_step(x, h, tau), off)  # Theorem 1
+            stepped = cayley_step(x, h, tau)  # Theorem 1
+            y = self.centred(stepped, off)
+            acted["centred"] = int(y is not stepped)
             if injective and not self.is_injective(y):
+                acted["refused"] += 1
                 return np.inf, (y, h)
             energy, derivative = self.energy.evaluate(y)
             return energy, (y, derivative)

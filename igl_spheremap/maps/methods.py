@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,7 +20,7 @@ from ..errors import MapError
 from ..mesh.arrays import ComplexArray, FloatArray, check_directions
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..operators.laplacian import Operators, build_operators, laplacian, usable_laplacian
+from ..operators.laplacian import Operators, build_operators, laplacian, laplacian_and_notes, usable_laplacian
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import center, fix_gauge
@@ -71,18 +72,25 @@ def _remarks(found: SphereMap) -> Iterator[str]:
 
 def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map, or from another start, of unit rows."""
-    energy = HarmonicEnergy.of(mesh, options.edge_weights)
-    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, may_fold=False)
+    L, notes = laplacian_and_notes(mesh, options.edge_weights, options.mollify)
+    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, may_fold=options.may_fold,
+                      bound_tau=options.bound_tau, stop=options.stop)
 
     def algorithm_1(problem: Problem, first: Iterate) -> Minimum:
-        return minimize(solver.iterates(problem, first.x), tolerance=options.gradient_tolerance,
+        iterates = solver.iterates(problem, first.x)
+        start = next(iterates)
+        start = replace(start, safeguards=(first.safeguards or {}) | (start.safeguards or {}))
+        return minimize(chain([start], iterates), tolerance=options.gradient_tolerance, stop=options.stop,
                         max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
                         round=first.round)
 
     x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
     projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
-    x, run = remove_foldings(mesh, energy, x, name, algorithm_1, options.rounds, projections, listener)
-    return in_gauge(mesh, x, run)
+    x, run = remove_foldings(
+        mesh, HarmonicEnergy(L), x, name, algorithm_1, options.rounds, projections, gauge=options.gauge == "centred",
+        repair_star_maps=options.repair_star_maps, keep_best=options.keep_best, listener=listener)
+    run = replace(run, notes=(*notes, *run.notes))
+    return in_gauge(mesh, x, run) if options.gauge == "centred" else as_it_is(mesh, x, run)
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
@@ -192,6 +200,11 @@ def in_gauge(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
         certificate = Certificate.of(y, mesh.f)
         run = replace(run, notes=(*run.notes, "the rounding of the last rotation folded faces, which were repaired"))
     return SphereMap(mesh, y, certificate, run)
+
+
+def as_it_is(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
+    """The map as the minimisation left it, certified."""
+    return SphereMap(mesh, x, Certificate.of(x, mesh.f), replace(run, gauge="free"))
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

@@ -23,8 +23,7 @@ from ..result.run import History, Iterate, Listener, Run
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
-from ..verify.certificate import Certificate
-from .methods import auto, check_start, in_gauge
+from .methods import as_it_is, auto, check_start, in_gauge
 from .options import Auto, Method
 
 
@@ -297,7 +296,7 @@ def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Var
     run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
     if problem.gauge:
         return in_gauge(mesh, y, run)
-    return SphereMap(mesh, y, Certificate.of(y, mesh.f), replace(run, gauge="free"))
+    return as_it_is(mesh, y, run)
 
 
 def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:

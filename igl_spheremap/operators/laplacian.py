@@ -9,7 +9,7 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 
-from ..errors import FactorisationFailed
+from ..errors import FactorisationFailed, MapError
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
@@ -29,6 +29,8 @@ _SLACK = 1e-5
 LARGEST_USABLE_WEIGHT = 1e8
 #: P = L + this times M: enough to factorise, too little to be seen.
 _REGULARISATION = 1e-9
+#: What makes weights unusable, for notes.
+_SPOILT = "slivers or faces of zero area"
 
 
 def laplacian(
@@ -80,8 +82,20 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
 
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
     """The Laplacian with those weights, or the mollified one where slivers or faces of zero area spoil it."""
+    return laplacian_and_notes(mesh, weights)[0]
+
+
+def laplacian_and_notes(
+    mesh: Mesh, weights: Weights = "cotangent", mollify: bool = True
+) -> tuple[sp.csr_matrix, tuple[str, ...]]:
+    """`usable_laplacian`, and a note where it is mollified; a MapError where it must not be and is not finite."""
     L = laplacian(mesh.v, mesh.f, weights, mesh.edges)
-    return L if is_usable(L) else laplacian(mesh.v, mesh.f, "mollified", mesh.edges)
+    if is_usable(L) or (not mollify and np.isfinite(L.data).all()):
+        return L, ()
+    if not mollify:
+        raise MapError("faces without area have no cotangent weights, eq. (13); remove them, or take mollified "
+                       "weights (mollify=True)")
+    return laplacian(mesh.v, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
 
 
 def apply_laplacian(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
@@ -141,7 +155,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
     for choice in order:
         L = laplacian(mesh.v, mesh.f, choice, mesh.edges)
         if not is_usable(L):
-            notes.append(f"{choice} weights are not usable: slivers or faces of zero area")
+            notes.append(f"{choice} weights are not usable: {_SPOILT}")
             continue
         diagonal = _diagonal(L, mesh, choice)
         kept = L.data[diagonal]

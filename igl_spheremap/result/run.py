@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
@@ -19,9 +20,10 @@ class Status(Enum):
     """How a run ended; the value is a sentence."""
 
     CONVERGED = "the stopping rule was met"
+    PLATEAU = "the energy hardly fell any more, before the stopping rule was met"
     MAX_ITERATIONS = "the iteration limit was reached first"
     SHORT = "areas stopped short of what was asked"
-    STALLED = "no step lowers the energy any more, at the rounding of floating point"
+    STALLED = "no acceptable step was found: the energy is at its rounding, or every step would fold"
     STOPPED = "a listener asked to stop"
 
 
@@ -47,6 +49,8 @@ class Iterate:
         Step size that led here; 0 for a start.
     details : dict
         What a stage adds, such as the eigenfunctions of a star map. Arrays are read-only.
+    safeguards : dict
+        How often each of `SAFEGUARDS` acted on the way from the iterate before to this one; None if none did.
     """
 
     stage: str
@@ -57,6 +61,7 @@ class Iterate:
     residual: float = float("nan")
     tau: float = 0.0
     details: dict[str, Any] | None = None
+    safeguards: dict[str, int] | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only views: a listener must not change the run that it watches."""
@@ -70,7 +75,7 @@ class Iterate:
     @property
     def step(self) -> Step:
         """The iterate without its positions."""
-        return Step(self.stage, self.round, self.iteration, self.energy, self.residual, self.tau)
+        return Step(self.stage, self.round, self.iteration, self.energy, self.residual, self.tau, self.safeguards)
 
 
 def _read_only(value: Any) -> Any:
@@ -90,7 +95,7 @@ class Step(NamedTuple):
 
     Attributes
     ----------
-    stage, round, iteration, energy, residual, tau
+    stage, round, iteration, energy, residual, tau, safeguards
         As of `Iterate`.
     """
 
@@ -100,6 +105,28 @@ class Step(NamedTuple):
     energy: float
     residual: float
     tau: float
+    safeguards: dict[str, int] | None = None
+
+
+#: What is added to the paper's algorithms and acts at single steps: what is said where it acted once, and more often.
+SAFEGUARDS = {
+    "refused": ("step that would fold was refused", "steps that would fold were refused"),
+    "centred": ("map on the way was centred by a Moebius map", "maps on the way were centred by Moebius maps"),
+    "bounded": ("quotient of eq. (12) was out of bounds", "quotients of eq. (12) were out of bounds"),
+    "repaired": ("fold of a star map was repaired", "folds of star maps were repaired"),
+}
+
+
+def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
+    """What is said of the safeguards that acted on the way through some steps, in the order of `SAFEGUARDS`.
+
+    >>> safeguard_notes([Step("harmonic", 0, k, 12.6, 0.1, 0.5, {"refused": 3 - k}) for k in range(3)])
+    ('6 steps that would fold were refused',)
+    """
+    total: Counter[str] = Counter()
+    for step in steps:
+        total.update(step.safeguards or {})
+    return tuple(f"{total[name]:,} {words[total[name] > 1]}" for name, words in SAFEGUARDS.items() if total[name])
 
 
 #: What stages are called where people read of them.
@@ -191,7 +218,8 @@ class Run:
         Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
         balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
         deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
-        given. "free", of landmark maps, and of p-harmonic maps with p above 2: as the minimisation left it.
+        given. "free", of landmark maps, of p-harmonic maps with p above 2, and of `Lai2014` if asked: as the
+        minimisation left it.
     stretch : float
         Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
         there is none.
@@ -242,6 +270,7 @@ class History:
             self._listener(iterate)
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
-        """The record of a run with its method, its history, and the time that it took."""
+        """The record of a run with its method, its history, what safeguards did, and the time that it took."""
         return replace(run, method=method, settings=settings or {}, history=tuple(self.steps),
-                       seconds=time.perf_counter() - self._began, timings=timings())
+                       notes=(*run.notes, *safeguard_notes(self.steps)), seconds=time.perf_counter() - self._began,
+                       timings=timings())

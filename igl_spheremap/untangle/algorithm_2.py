@@ -32,26 +32,31 @@ def remove_foldings(
     algorithm_1: Callable[[Problem, Iterate], Minimum],
     rounds: int,
     projections: int = 1,
+    *,
+    gauge: bool = True,
+    repair_star_maps: bool = True,
+    keep_best: bool = True,
     listener: Listener | None = None,
 ) -> tuple[FloatArray, Run]:
     """Alternate Algorithm 1 and up to `rounds` eigen-projections until no folding is left.
 
     A round has up to `projections` of them, each weighted by the star map of the last, until the energy settles.
     `name` is that of the first map in the record of the run; the listener sees the start of every round. The map is
-    that of the last round among those that left the fewest foldings.
+    that of the last round, or, to `keep_best`, of the last among those that left the fewest foldings.
     """
-    problem = Problem.of(mesh, energy)
+    problem = Problem.of(mesh, energy, gauge=gauge)
     done: list[Round] = []
     notes: tuple[str, ...] = ()
-    x = problem.centred(x)
-    start = Iterate(name, 0, 0, x, energy.evaluate(x)[0])
+    start = _start(problem, name, 0, x)
     for k in range(rounds + 1):
         began = time.perf_counter()
+        first = replace(start, safeguards=None)
+        first = _repaired(mesh, first) if repair_star_maps else first
         # Algorithm 2, steps 1 and 4
-        minimum = _stopped_at(start, listener) or algorithm_1(problem, _repaired(mesh, start))
+        minimum = _stopped_at(start, listener) or algorithm_1(problem, first)
         minimum = minimum.centred(problem)
         done.append(minimum.as_round(mesh, start, time.perf_counter() - began))
-        if done[-1].foldings_after <= min(record.foldings_after for record in done):
+        if not keep_best or done[-1].foldings_after <= min(record.foldings_after for record in done):
             best = minimum
         if done[-1].foldings_after == 0 or k == rounds or minimum.status is Status.STOPPED:
             break
@@ -60,27 +65,34 @@ def remove_foldings(
         except FactorisationFailed as error:  # of surfaces without normals, such as flat ones
             notes = (f"foldings were removed in {k} rounds only: there is no star map ({error})",)
             break
+    if best is not minimum:
+        notes = (*notes, f"the map is that of round {best.last.round}: later rounds left more foldings")
     status = Status.STOPPED if minimum.status is Status.STOPPED else best.status
     return best.last.x, Run(status, best.last.energy, rounds=tuple(done), notes=notes)
 
 
+def _start(problem: Problem, name: str, round: int, x: FloatArray) -> Iterate:
+    """The start of a round, in the gauge of the problem."""
+    y = problem.centred(x)
+    return Iterate(name, round, 0, y, problem.energy.evaluate(y)[0], safeguards=None if y is x else {"centred": 1})
+
+
 def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round: int, projections: int) -> Iterate:
     """The start of a round: the star map of the eigenfunctions that a map weights, and these in its details."""
-    x, energy = last.x, last.energy
     for _ in range(projections):
-        projection = project(mesh, L, x)  # Algorithm 2, step 2
-        x, before = problem.centred(projection.star_map), energy  # Algorithm 2, step 3
-        energy = problem.energy.evaluate(x)[0]
-        if abs(energy - before) < _SETTLED * before:
+        projection = project(mesh, L, last.x)  # Algorithm 2, step 2
+        before, last = last.energy, _start(problem, "star map", round, projection.star_map)  # Algorithm 2, step 3
+        if abs(last.energy - before) < _SETTLED * before:
             break
-    details = {"phi": projection.phi, "eigenvalues": projection.eigenvalues}
-    return Iterate("star map", round, 0, x, energy, details=details)
+    return replace(last, details={"phi": projection.phi, "eigenvalues": projection.eigenvalues})
 
 
 def _repaired(mesh: Mesh, start: Iterate) -> Iterate:
     """A star map, repaired where few faces are folded: Algorithm 1 keeps a map free of foldings that starts so."""
-    few = start.round > 0 and has_few_foldings(Certificate.of(start.x, mesh.f), mesh.f)
-    return replace(start, x=repair_locally(mesh, start.x)) if few else start
+    certificate = Certificate.of(start.x, mesh.f)
+    if start.round == 0 or not certificate.foldings or not has_few_foldings(certificate, mesh.f):
+        return start
+    return replace(start, x=repair_locally(mesh, start.x), safeguards={"repaired": certificate.foldings})
 
 
 def _stopped_at(start: Iterate, listener: Listener | None) -> Minimum | None:

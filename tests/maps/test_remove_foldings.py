@@ -56,7 +56,7 @@ def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights
     result = ism.remove_foldings(X * flat, F, method=ism.Lai2014(edge_weights=weights, max_iterations=50))
     assert not result.certificate.folding_free
     assert len(result.rounds) == 1
-    assert "there is no star map" in result.notes[-1]
+    assert any("there is no star map" in note for note in result.notes)
 
 
 def test_a_listener_can_stop_at_a_star_map():

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
+from ...descent.line_search import Stop
 from ...io.formats import FORMATS
-from ...maps.options import METHODS, EdgeWeights, Gauge, Method, Polish
+from ...maps.options import METHODS, EdgeWeights, Gauge, Lai2014, Method, PaperGauge, Polish
 from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
@@ -151,6 +152,8 @@ TOLERANCES = (
     argument("--angle-tolerance", "T", "largest angle defect of a flat metric, in radians (stereographic)",
              type=FROM_ZERO),
 )
+AS_PRINTED = switch("--as-printed", help="Algorithms 1 and 2 as the paper prints them, without safeguards (lai2014); "
+                    "other options count on top")
 BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
@@ -189,12 +192,17 @@ OPTIONS = (
     *TOLERANCES,
     choice("--polish", (*get_args(Polish), "none"), "lower the angle differences of a good map: where it gains enough "
            "for its cost, always, or never (auto); default: auto, of batch none"),
-    choice("--gauge", get_args(Gauge), "how limbs too deep for float64 are kept (auto): poles, the default, takes "
-           "the deepest tips to ends of the axes, where coordinates are finer; centred shortens the limbs"),
+    choice("--gauge", dict.fromkeys((*get_args(Gauge), *get_args(PaperGauge))), "how limbs too deep for float64 are "
+           "kept (auto): poles, the default, takes the deepest tips to ends of the axes, where coordinates are finer; "
+           "centred shortens the limbs; and whether the Moebius freedom is held fixed (lai2014): centred, the default, "
+           "or free"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
              "systems=20, sweeps=10, holes=5, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
+    choice("--stop", get_args(Stop), "what a minimisation converges by (lai2014): gradient, the paper's rule and the "
+           "default; wen-yin, that of the program of its reference [18]: small changes, too"),
+    AS_PRINTED,
 )
 
 
@@ -222,4 +230,9 @@ def chosen_method(args: Namespace) -> Method:
     if unknown := set(options) - set(known[args.method]):
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")
-    return METHODS[args.method](**options)
+    if args.as_printed and args.method != Lai2014.name:
+        raise UsageError(f"--as-printed goes with --method {Lai2014.name}")
+    try:
+        return Lai2014.as_printed(**options) if args.as_printed else METHODS[args.method](**options)
+    except ValueError as error:  # choices that only another method knows
+        raise UsageError(f"--method {args.method}: {error}") from error

@@ -61,6 +61,7 @@ _FLAGS = {
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
     'gauge="centred"': "--gauge centred",
+    "mollify=True": "without --as-printed",
     "soft=True": "--soft",
 }
 

@@ -99,6 +99,7 @@ COMMANDS = (
         *shared.source(nargs="?", default="sample:dino"),
         shared.method("lai2014", "default: lai2014, the paper's"),
         *shared.TOLERANCES,
+        shared.AS_PRINTED,
         argument("--max-iterations", "N", "of each round; default: the method's", type=COUNT),
         argument("--rounds", "N", "of Algorithm 2 at the most; default: the method's", type=COUNT),
         *shared.pictures(PLAYER_SIZE),

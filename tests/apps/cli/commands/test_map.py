@@ -86,6 +86,35 @@ def test_weights_reach_the_method(tmp_path, capsys):
     assert capsys.readouterr().err == "igl-spheremap: --method auto takes no --edge-weights\n"
 
 
+def test_a_run_as_printed_that_ends_with_foldings_is_written_and_named_so(tmp_path, capsys):
+    words = ["map", "sample:bird:n_vertices=880", str(tmp_path / "a.npz"), "--method", "lai2014", "--as-printed"]
+    assert main([*words, "--max-iterations", "100", "--json", str(tmp_path / "a.json")]) == 3
+    assert "not folding-free" in capsys.readouterr().out
+    figures, result = json.loads((tmp_path / "a.json").read_text()), read_map(tmp_path / "a.npz")
+    assert figures["certificate"]["flipped"]["count"] == len(result.certificate.flipped) > 0
+    assert (figures["gauge"], figures["status"]) == ("free", "MAX_ITERATIONS")
+    assert ism.Lai2014(**result.settings) == ism.Lai2014.as_printed(max_iterations=100)
+
+
+def test_what_safeguards_did_is_printed_and_kept(tmp_path, capsys):
+    words = ["map", "sample:dino:n_vertices=1500", str(tmp_path / "a.npz"), "--method", "lai2014"]
+    assert main([*words, "--max-iterations", "300"]) == 0
+    result = read_map(tmp_path / "a.npz")
+    refused = sum((step.safeguards or {}).get("refused", 0) for step in result.history)
+    assert f"{refused:,} steps that would fold were refused" in result.notes
+    assert f"{refused:,} steps that would fold were refused" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["--as-printed"], "--as-printed goes with --method lai2014"),
+    (["--method", "lai2014", "--gauge", "poles"], "unknown gauge 'poles': choose 'centred' or 'free'"),
+    (["--stop", "wen-yin"], "--method auto takes no --stop"),
+])
+def test_flags_of_the_papers_method_are_refused_elsewhere(tmp_path, capsys, words, message):
+    assert main(["map", SAMPLE, str(tmp_path / "a.obj"), *words]) == 64
+    assert message in one_line(capsys)
+
+
 def test_foldings_that_remain_are_status_3_and_still_written(tmp_path, capsys, monkeypatch):
     def mirrored(*arguments, **options):
         result = balanced_spherical_map(*arguments, **options)
@@ -315,14 +344,15 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
     assert set(found) == {"tolerance", "gradient_tolerance", "angle_tolerance", "max_iterations", "gauge", "polish",
-                          "effort", "edge_weights"}
+                          "effort", "edge_weights", "stop"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
-        hint = next(get_type_hints(method)[name] for method in METHODS.values() if name in get_type_hints(method))
+        hints = [get_type_hints(method)[name] for method in METHODS.values() if name in get_type_hints(method)]
+        hint = hints[0]
         if flag.choices is not None:
-            choices = [choice for part in (hint, *get_args(hint)) for choice in get_args(part) or [part]]
-            assert set(flag.choices) - {"none"} <= set(choices)
+            parts = [part for each in hints for part in (each, *get_args(each))]
+            assert set(flag.choices) - {"none"} <= {choice for part in parts for choice in get_args(part) or [part]}
             assert ("none" in flag.choices) == (name == "polish" and type(None) in get_args(hint))
         elif hint is not bool:
             assert type(flag.type("systems=1" if name == "effort" else "1")) is hint
