@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
-from .check import check_mesh, checked
+from .check import check_mesh, check_positions, checked
 from .explain import Remedy
 from .objects import takes_mesh
 from .surface import Surface
@@ -120,8 +120,9 @@ def repair_mesh(
     parts = work.clean(keep_largest)
     asked = Remedy(keep_largest, holes == "fill", handles == "cut")
     try:
-        if not work.sound or (work.rims and not asked.holes):
+        if not work.sound or not len(work.f) or (work.rims and not asked.holes):
             checked(work.v, work.f, None, asked)  # raises
+        check_positions(work.v)
         work.fill_holes()
         if asked.handles and (keep_largest or parts == 1):
             work.cut_handles()

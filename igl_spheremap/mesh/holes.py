@@ -38,26 +38,30 @@ def rims(start: NDArray[Any], stop: NDArray[Any]) -> list[list[int]]:
     return found[::-1]
 
 
-def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[list[int]]:
-    """Parts of a rim in each of which no vertex comes twice; `vertex` is that of each entry of the rim.
+def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[tuple[list[int], int]]:
+    """Parts of a rim in each of which no vertex comes twice, and the entry at which each is closed.
 
-    Two holes that touch at a vertex have one rim, which passes the vertex twice. Where it comes back, a part is closed:
-    the caps of both parts and what lies between them make one fan around the vertex.
+    `vertex` is that of each entry of the rim. Two holes that touch at a vertex have one rim, which passes the vertex
+    twice. Where it comes back, a part is closed: the caps of both parts and what lies between them make one fan around
+    the vertex, that of the part's first entry and of the one that closes it. Other entries stay apart: where a rim
+    passes two vertices in turn, a fan of the second would be closed by the cap of one part alone.
 
     >>> list(simple_rims([10, 11, 12, 13, 14, 15], [0, 1, 2, 0, 3, 4]))
-    [[10, 11, 12], [13, 14, 15]]
+    [([10, 11, 12], 13), ([13, 14, 15], 13)]
+    >>> list(simple_rims([10, 11, 12, 13], [0, 1, 0, 1]))
+    [([10, 11], 12), ([12, 13], 12)]
     """
     path: list[int] = []
     place: dict[int, int] = {}
     for entry, at in zip(rim, vertex, strict=True):
         if at in place:
             part = path[place[at] :]
-            yield part
+            yield part, entry
             place = {key: k for key, k in place.items() if k < place[at]}
             del path[len(path) - len(part) :]
         place[at] = len(path)
         path.append(entry)
-    yield path
+    yield path, path[0]
 
 
 def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -122,7 +122,7 @@ class Surface:
     def split_fans(self, cut: IntArray) -> None:
         """Give each fan of faces around a vertex a vertex of its own, and find the rims; open the edges of keys `cut`.
 
-        Where a rim passes a vertex twice, its fans stay together: the caps of both holes will lie between them.
+        Where a rim passes a vertex twice, its fans stay together if the caps of both holes will lie between them.
         """
         first, second = self._twins()
         start, n = self.f.ravel(), len(self.v)
@@ -142,10 +142,9 @@ class Surface:
         parts: list[list[int]] = []
         joined = np.arange(fans)
         for rim in rims(fan[onward[open_edges]], fan[open_edges]):
-            at = vertex[rim]
-            _, index, again = np.unique(at, return_index=True, return_inverse=True)
-            joined[rim] = np.array(rim)[index][again]
-            parts.extend(simple_rims(rim, at.tolist()))
+            for part, closing in simple_rims(rim, vertex[rim].tolist()):
+                joined[closing] = joined[part[0]]
+                parts.append(part)
         kept = np.unique(joined)
         owner = vertex[kept]
         extra = np.ones(len(kept), dtype=bool)
@@ -205,8 +204,6 @@ class Surface:
 
     def turn_outward(self) -> None:
         """Reverse all faces of a closed surface that is inside out."""
-        if not np.isfinite(self.v).all() or len(self.f) == 0:
-            return
         if enclosed_volume(self.v, self.f) < 0:
             self.f = np.ascontiguousarray(self.f[:, ::-1])
             self.actions.append("turned the surface outward")

@@ -176,3 +176,21 @@ def test_units_and_zero_lengths_change_no_topology():
     v, f = torus(20, 10, 0.3)
     for w in (1e-9 * v, 1e12 * v, v * [1, 1, 0], v * [1, 0, 0]):
         assert "cut 1 handle" in cut(w, f).actions[-1]
+
+
+@pytest.mark.parametrize("seed", [16, 22, 72, 80, 121, 133])  # where rims do
+def test_a_torus_of_which_many_faces_are_missing_is_repaired(seed):
+    """Where a rim passes two vertices in turn, the caps that meet there must leave no pinched vertex."""
+    rng = np.random.default_rng(seed)
+    v, f = torus(int(rng.integers(3, 14)), int(rng.integers(3, 10)), 0.4)
+    f = f[rng.random(len(f)) > rng.uniform(0.1, 0.5)]
+    mesh = ism.repair_mesh(v, f, keep_largest=True, holes="fill", handles="cut")
+    ism.check_mesh(mesh.v, mesh.f)
+
+
+def test_faces_that_are_all_degenerate_are_refused_whatever_is_asked():
+    for options in ({}, {"keep_largest": True}, {"keep_largest": True, "holes": "fill", "handles": "cut"}):
+        with pytest.raises(ism.MeshError, match="repeated index.* no faces"):
+            ism.repair_mesh(np.eye(3), [[0, 0, 1], [2, 1, 2]], **options)
+        with pytest.raises(ism.MeshError, match="not finite"):
+            ism.repair_mesh(np.diag([1, np.nan, 1]), [[0, 1, 2]], **options | {"holes": "fill"})
