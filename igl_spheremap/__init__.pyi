@@ -58,12 +58,17 @@ from .mesh.clean import repair_mesh as repair_mesh
 from .mesh.disk import Disk as Disk
 from .mesh.disk import check_disk as check_disk
 from .mesh.edges import HalfEdges as HalfEdges
+from .mesh.quality import MeshQuality as MeshQuality
+from .mesh.topology import Component as Component
+from .mesh.topology import Topology as Topology
 from .plane.disk_map import DiskMap as DiskMap
 from .plane.disk_map import disk_conformal_map as disk_conformal_map
 from .plane.flat_map import FlatMap as FlatMap
 from .plane.flat_map import flatten as flatten
 from .populations.map_many import map_many as map_many
 from .populations.table import Row as Row
+from .result.mesh_info import MeshInfo as MeshInfo
+from .result.mesh_info import info as info
 from .result.recording import Frame as Frame
 from .result.recording import Recording as Recording
 from .result.run import Iterate as Iterate

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from numbers import Integral, Real
@@ -25,7 +25,17 @@ class MeshError(ValueError):
     """The input is no closed, oriented, connected genus-0 triangle mesh.
 
     The message is one line: what is wrong, where (the first indices), and what repairs it.
+
+    Attributes
+    ----------
+    remedy : dict or None
+        Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``. None where it
+        can't, or the error is of something else.
     """
+
+    def __init__(self, message: object = "", remedy: Mapping[str, Any] | None = None) -> None:
+        super().__init__(message)
+        self.remedy = remedy
 
 
 class FileError(OSError):

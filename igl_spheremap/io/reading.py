@@ -31,7 +31,7 @@ def reading(path: Path) -> Iterator[None]:
     except FileError:
         raise
     except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
+        raise MeshError(f"{path}: {error}", error.remedy) from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
     except Exception as error:  # other packages' parsers raise anything on damaged files

@@ -130,5 +130,5 @@ def repair_mesh(
         checked(work.v, work.f, None, asked)
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
-        raise MeshError(f"repair (done: {done}) is not enough: {error}") from None
+        raise MeshError(f"repair (done: {done}) is not enough: {error}", error.remedy) from None
     return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))

@@ -20,8 +20,8 @@ from .surface import Surface, holes_text
 class Remedy:
     """Options of `repair_mesh`. The command line prints the call as the flags that stand for it.
 
-    >>> Remedy(holes=True).call
-    "repair_mesh(v, f, holes='fill')"
+    >>> Remedy(holes=True).call, Remedy(holes=True).options
+    ("repair_mesh(v, f, holes='fill')", {'holes': 'fill'})
     """
 
     keep_largest: bool = False
@@ -29,10 +29,15 @@ class Remedy:
     handles: bool = False
 
     @property
+    def options(self) -> dict[str, Any]:
+        """Those that are not the defaults."""
+        words: tuple[tuple[str, Any], ...] = (("keep_largest", True), ("holes", "fill"), ("handles", "cut"))
+        return {name: value for (name, value), on in zip(words, astuple(self), strict=True) if on}
+
+    @property
     def call(self) -> str:
         """The call with these options."""
-        words = ("keep_largest=True", "holes='fill'", "handles='cut'")
-        return f"repair_mesh({', '.join(('v', 'f', *(w for w, on in zip(words, astuple(self), strict=True) if on)))})"
+        return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in self.options.items())))})"
 
 
 class Refusal:
@@ -123,14 +128,15 @@ class Refusal:
 
     def _refuse(self, what: str, hint: str) -> NoReturn:
         """Raise the error with the hint, and the call of `repair_mesh` that follows it, if there is one."""
-        asked = self.asked
+        asked, options = self.asked, None
         if asked is not None and self._cleaned[0].sound:
             work, parts = self._cleaned
             holes = bool(work.rims)
             work.fill_holes()
             remedy = Remedy(asked.keep_largest or parts > 1, asked.holes or holes, asked.handles or work.genus > 0)
             hint += f" ({remedy.call} does)"
-        raise MeshError(f"{what}; {hint}")
+            options = remedy.options
+        raise MeshError(f"{what}; {hint}", options)
 
 
 def _edges(edges: NDArray[Any]) -> str:

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .arrays import FloatArray, IntArray, weld
-from .check import Mesh
-from .edges import edge_keys
+from .edges import next_corners, shared_edges
 from .measure import corner_angles, enclosed_volume, face_areas
+
+#: Distance of vertices that nearly coincide, in diagonals of the bounding box: files with six digits hold no less.
+_NEAR = 1e-6
 
 
 @dataclass(frozen=True)
 class MeshQuality:
-    """Figures of a closed genus-0 mesh, in the units of its file where not said otherwise.
+    """Figures of a triangle mesh, in the units of its file where not said otherwise.
 
     Attributes
     ----------
@@ -23,7 +26,7 @@ class MeshQuality:
     area : float
         Of the surface.
     volume : float
-        Enclosed; negative where the mesh is oriented inwards.
+        Enclosed; negative where the mesh is oriented inwards, NaN where it is not closed and oriented.
     shortest_edge, mean_edge, longest_edge : float
         Edge lengths.
     smallest_angle, largest_angle : float
@@ -36,6 +39,8 @@ class MeshQuality:
         Edges whose opposite angles exceed 180 degrees together: their cotangent weights are negative.
     coincident_vertices : int
         Vertices at the place of another one.
+    near_vertices : int
+        Places of vertices that are closer to another one than a millionth of the diagonal of the bounding box.
     largest_valence : int
         Most edges at one vertex.
     """
@@ -52,47 +57,44 @@ class MeshQuality:
     zero_area_faces: int
     non_delaunay_edges: int
     coincident_vertices: int
+    near_vertices: int
     largest_valence: int
 
 
-def mesh_quality(mesh: Mesh) -> MeshQuality:
-    """Measure a checked mesh.
+def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
+    """Measure any triangles whose positions are finite.
 
-    >>> from igl_spheremap import check_mesh
-    >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
-    >>> quality = mesh_quality(check_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
+    >>> v = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
+    >>> quality = mesh_quality(v, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
     >>> round(quality.volume, 9), round(quality.smallest_angle, 6), quality.non_delaunay_edges
     (2.666666667, 60.0, 0)
     """
-    p, f = mesh.vertices, mesh.f
-    i, j = f.ravel(), f[:, [1, 2, 0]].ravel()
-    length = np.linalg.norm(p[i] - p[j], axis=1)[i < j]
-    angles = corner_angles(mesh.v, f)
-    areas = face_areas(mesh.v, f)
-    # `check_mesh` scales lengths by one factor: undo it in the volume.
-    scale = float(np.ptp(p, axis=0).max() / np.ptp(mesh.v, axis=0).max())
-    extent = np.ptp(p, axis=0).tolist()
-    smallest, largest = float(angles.min()), float(angles.max())
+    n, low, high = len(v), v.min(axis=0), v.max(axis=0)
+    size = float(np.abs(v).max()) or 1.0
+    scale = float((high / size - low / size).max()) * size or 1.0
+    p = v / scale - (low / scale + high / scale) / 2
+    keys, _, first, second = shared_edges(f, n)
+    start, ends = f.ravel(), np.concatenate((keys // n, keys % n))
+    length = np.linalg.norm(p[keys // n] - p[keys % n], axis=1) * scale
+    angles, areas = corner_angles(p, f), face_areas(p, f)
+    opposite = angles.ravel()[next_corners(first)[1]] + angles.ravel()[next_corners(second)[1]]
+    closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
+    places = weld(p)[0]
+    nearest = cKDTree(places).query(places, k=2)[0][:, 1] if len(places) > 1 else np.ones(1)
+    x, y, z = ((high / scale - low / scale) * scale).tolist()
     return MeshQuality(
-        extent=(extent[0], extent[1], extent[2]),
+        extent=(x, y, z),
         area=float(areas.sum()) * scale**2,
-        volume=enclosed_volume(mesh.v, f) * scale**3,
+        volume=enclosed_volume(p, f) * scale**3 if closed else np.nan,
         shortest_edge=float(length.min()),
         mean_edge=float(length.mean()),
         longest_edge=float(length.max()),
-        smallest_angle=float(np.degrees(smallest)),
-        largest_angle=float(np.degrees(largest)),
+        smallest_angle=float(np.degrees(angles.min())),
+        largest_angle=float(np.degrees(angles.max())),
         slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
         zero_area_faces=int((areas <= 4 * np.finfo(float).eps * areas.mean()).sum()),
-        non_delaunay_edges=_non_delaunay(f, angles, len(p)),
-        coincident_vertices=len(p) - len(weld(p)[0]),
-        largest_valence=int(np.bincount(i).max()),
+        non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),  # the sum is pi in rectangles, to rounding
+        coincident_vertices=n - len(places),
+        near_vertices=int((nearest < _NEAR * np.linalg.norm(np.ptp(p, axis=0))).sum()),
+        largest_valence=int(np.bincount(ends).max()),
     )
-
-
-def _non_delaunay(f: IntArray, angles: FloatArray, n: int) -> int:
-    """Edges whose opposite angles sum to more than pi."""
-    start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()  # the edge opposite each corner
-    order = np.argsort(edge_keys(start, stop, n), kind="stable")
-    opposite = angles.ravel()[order]
-    return int((opposite[0::2] + opposite[1::2] > np.pi + 1e-9).sum())  # the sum is pi in rectangles, to rounding

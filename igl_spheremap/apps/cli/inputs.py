@@ -110,9 +110,20 @@ def read_source(
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
         repaired = repair_mesh(mesh, **repair)
     except MeshError as error:
-        raise MeshError(f"{name}: {error}") from None
+        raise MeshError(f"{name}: {error}", error.remedy) from None
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
     return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, repaired.caps)
+
+
+def load_any(args: Namespace) -> InputMesh:
+    """The mesh that the command line names, closed or not; polygons are triangulated, and that is a repair."""
+    if args.repair:
+        return load_source(args)
+    repair_options(args)
+    args.progress.stage(f"reading {args.source}")
+    mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=True))
+    cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
+    return InputMesh("stdin" if args.source == STREAM else args.source, mesh.v, mesh.f, mesh.metadata, cut)
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:

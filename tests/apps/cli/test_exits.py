@@ -51,7 +51,7 @@ def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, c
         ism.check_mesh(*ism.read_mesh(path))
     assert call in str(caught.value)
     assert "--" not in str(caught.value)
-    assert main(["info", str(path)]) == 2
+    assert main(["map", str(path), str(tmp_path / "sphere.obj")]) == 2
     line = capsys.readouterr().err
     assert f"({' '.join(flags)} does)" in line
     assert "(v, f" not in line

@@ -6,6 +6,7 @@ import json
 
 from shell import SAMPLE
 
+import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 
 
@@ -13,4 +14,34 @@ def test_info_counts(capsys):
     assert main(["info", SAMPLE, "--json", "-"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert figures["vertices"] - figures["edges"] + figures["faces"] == 2
-    assert figures["weights"] == "cotangent"
+    assert (figures["weights"], figures["error"], figures["repair"]) == ("cotangent", None, None)
+
+
+def test_what_cannot_be_mapped_is_measured_too(tmp_path, capsys):
+    v, f = ism.samples.sphere(162)
+    path = str(tmp_path / "open.obj")
+    ism.write_mesh(path, v, f[1:])
+    assert main(["info", path, "--json", str(tmp_path / "a.json")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "--repair --fill-holes would do this:" in out
+    assert "repair_mesh" not in out
+    assert main(["info", path, "--json", "-", "--repair", "--fill-holes"]) == 0
+    repaired = json.loads(capsys.readouterr().out)
+    assert repaired["maps_to"] == "sphere"
+    figures = json.loads((tmp_path / "a.json").read_text())
+    assert tuple(repaired["repairs"]) == tuple(figures["actions"]) == ism.info(v, f[1:]).actions
+    assert figures["components"][0]["boundary_loops"]
+
+
+def test_polygons_are_triangulated(tmp_path, capsys):
+    (tmp_path / "quads.off").write_text("OFF 4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
+    assert main(["info", str(tmp_path / "quads.off")]) == 0
+    out = capsys.readouterr().out
+    assert "triangulated 1 polygon" in out
+    assert "a disk" in out
+
+
+def test_a_mesh_without_faces_is_refused(tmp_path, capsys):
+    (tmp_path / "points.off").write_text("OFF 4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n")
+    assert main(["info", str(tmp_path / "points.off")]) == 2
+    assert "no faces" in capsys.readouterr().err

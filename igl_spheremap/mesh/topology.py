@@ -1,0 +1,125 @@
+"""The components of any triangles, their boundary loops and handles, and what keeps them from being a surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import BoolArray, IntArray
+from .edges import components, direction_components, next_corners, shared_edges
+
+
+@dataclass(frozen=True)
+class Component:
+    """A connected part of a mesh, cut where more than two faces meet in an edge, or sheets touch at a vertex.
+
+    Attributes
+    ----------
+    vertices, faces : int
+        Their numbers.
+    boundary_loops : tuple of int
+        The edges of each, the longest first; none where it is closed.
+    handles : int or None
+        0 for a sphere and a disk; None where it is not orientable.
+    """
+
+    vertices: int
+    faces: int
+    boundary_loops: tuple[int, ...]
+    handles: int | None
+
+
+@dataclass(frozen=True)
+class Topology:
+    """What triangles are before they are a surface.
+
+    Attributes
+    ----------
+    edges : int
+        Of faces with three different vertices.
+    components : tuple of Component
+        The one with the most faces first.
+    nonmanifold_edges : int
+        Edges of more than two faces.
+    nonmanifold_vertices : int
+        Vertices around which faces form several fans.
+    reversed_edges : int
+        Edges along which both faces run in the same direction.
+    out_of_range : int
+        Faces that name a vertex which is not there.
+    repeated_indices : int
+        Faces that name a vertex twice.
+    copies : int
+        Faces with the corners of an earlier one.
+    unreferenced : int
+        Vertices in no face.
+    """
+
+    edges: int
+    components: tuple[Component, ...]
+    nonmanifold_edges: int
+    nonmanifold_vertices: int
+    reversed_edges: int
+    out_of_range: int
+    repeated_indices: int
+    copies: int
+    unreferenced: int
+
+
+def usable_faces(f: IntArray, n: int) -> tuple[BoolArray, BoolArray]:
+    """Of each face whether its indices are in range of n vertices, and whether it has three different ones, too."""
+    inside = np.asarray(((f >= 0) & (f < n)).all(axis=1))
+    a, b, c = f.T
+    usable: BoolArray = inside & (a != b) & (b != c) & (c != a)
+    return inside, usable
+
+
+def topology_of(f: IntArray, n: int) -> Topology:
+    """Look at any faces over n vertices.
+
+    >>> topology_of(np.array([[0, 1, 2], [0, 2, 3]]), 4).components
+    (Component(vertices=4, faces=2, boundary_loops=(4,), handles=0),)
+    """
+    inside, usable = usable_faces(f, n)
+    f = f[usable]
+    keys, edge, first, second = shared_edges(f, n)
+    start = f.ravel()
+    number, label = components(first // 3, second // 3, len(f))
+    clash = start[first] == start[second]
+    forward, backward = direction_components(first // 3, second // 3, clash, len(f))
+    orientable = np.ones(number, dtype=bool)
+    orientable[label[forward == backward]] = False
+    # A fan is a class of corners at one vertex, joined across the edges that two faces share.
+    after, other = next_corners(first)[0], next_corners(second)[0]
+    fans, fan = components(np.r_[first, after], np.r_[np.where(clash, second, other), np.where(clash, other, second)],
+                           f.size)
+    one = np.unique(fan, return_index=True)[1]  # a corner of each fan
+    rim = np.ones(f.size, dtype=bool)
+    rim[first] = rim[second] = False
+    half = np.flatnonzero(rim)
+    corner = fan.astype(np.int64)
+    loop = components(corner[half], corner[next_corners(half)[0]], fans)[1][corner[half]]
+    loops, where, length = np.unique(loop, return_index=True, return_counts=True)
+    owner = label[half[where] // 3] if len(loops) else loops
+    vertices, faces = np.bincount(label[one // 3], minlength=number), np.bincount(label, minlength=number)
+    edges = np.bincount(label[first // 3], minlength=number) + np.bincount(label[half // 3], minlength=number)
+    around = np.bincount(owner, minlength=number)
+    handles = (2 - (vertices - edges + faces) - around) // 2
+    lengths: list[list[int]] = [[] for _ in range(number)]
+    for k in np.argsort(-length, kind="stable").tolist():
+        lengths[owner[k]].append(int(length[k]))
+    return Topology(
+        edges=len(keys),
+        components=tuple(
+            Component(int(vertices[k]), int(faces[k]), tuple(lengths[k]), int(handles[k]) if orientable[k] else None)
+            for k in np.argsort(-faces, kind="stable").tolist()
+        ),
+        nonmanifold_edges=int((np.bincount(edge) > 2).sum()),
+        nonmanifold_vertices=int((np.bincount(start[one]) > 1).sum()),
+        reversed_edges=int(clash.sum()),
+        out_of_range=int((~inside).sum()),
+        repeated_indices=int((inside & ~usable).sum()),
+        copies=len(f) - len(np.unique(np.sort(f, axis=1), axis=0)),
+        unreferenced=n - len(np.unique(start)),
+    )
