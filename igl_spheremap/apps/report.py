@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import os
 import platform
 import sys
 import tempfile
 from collections.abc import Callable, Iterable
+from datetime import datetime, timezone
 from html import escape
 from importlib import metadata
 from pathlib import Path
@@ -14,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from ..draw.markup import MOST_FACES, View, page, picture, scene, table
-from ..draw.palette import FOLDED, diverging, round_up, sizes
+from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, table
+from ..draw.palette import FOLDED, areas, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
@@ -35,7 +37,8 @@ from .viewer.result_view import count_foldings
 from .viewer.show import picture_of
 
 _SIZE = (900, 470)
-_TURN = "Drag to turn, double-click to reset."
+_TURN = "Drag to turn, double-click to reset; click, then scroll to magnify what is in front."
+_MARKS = "A dot marks folded faces that are too small to be seen, a ring those that lie behind."
 _TOO_LARGE = "<p>A mesh of {:,} faces is too large to be turned in a page.</p>"
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
@@ -47,9 +50,10 @@ _CAPTIONS = {
 
 
 def write_report(
-    folder: Path, result: SphereMap, recording: Recording, *, source: str, command: str = "", up: str = "auto"
-) -> Path:
-    """Write `report.html` into a folder, made if it is missing, and return its path.
+    place: str | os.PathLike[str], result: SphereMap, recording: Recording, *, source: str, command: str = "",
+    up: str = "auto",
+) -> Path:  # fmt: skip
+    """Write a page, a file that ends in .html or `report.html` in a folder, made if it is missing; return its path.
 
     `source` names the surface, `command` is the command line that made the map, `up` says which way is up in
     the pictures. Needs matplotlib; without OpenGL the page says why it has no pictures.
@@ -60,11 +64,11 @@ def write_report(
     >>> recording = Recording(f)
     >>> result = ism.spherical_conformal_map(v, f, listener=recording)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_report(Path(folder), result, recording, source="spheroid").name
+    ...     write_report(folder, result, recording, source="spheroid").name
     'report.html'
     """
     mesh = result.mesh
-    return _write_page(folder, f"{source} on the sphere", result.certificate, command, [
+    return _write_page(place, f"{source} on the sphere", result.certificate, command, [
         table(result_rows(result)[1:]),
         "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
         "<h2>Before and after</h2>",
@@ -76,10 +80,12 @@ def write_report(
     ])
 
 
-def write_plane_report(folder: Path, result: PlaneMap, *, source: str, command: str = "", up: str = "auto") -> Path:
+def write_plane_report(
+    place: str | os.PathLike[str], result: PlaneMap, *, source: str, command: str = "", up: str = "auto"
+) -> Path:
     """`write_report` of a map to the plane."""
     disk = result.mesh
-    return _write_page(folder, f"{source} in the plane", result.certificate, command, [
+    return _write_page(place, f"{source} in the plane", result.certificate, command, [
         table(plane_rows(result)[1:]),
         "<h2>Before and after</h2>",
         _plane_scene(result, up),
@@ -91,18 +97,20 @@ def write_plane_report(folder: Path, result: PlaneMap, *, source: str, command: 
     ])
 
 
-def _write_page(folder: Path, title: str, certificate: Certificate, command: str, parts: list[str]) -> Path:
+def _write_page(
+    place: str | os.PathLike[str], title: str, certificate: Certificate, command: str, parts: list[str]
+) -> Path:
     verdict = "free" if certificate.folding_free else "folded"
     body = [
         f"<h1>{escape(title)}</h1>",
+        made_by(command, datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")),
         f'<p class="verdict {verdict}">{escape(str(certificate))}</p>',
         *parts,
-        "<h2>How it was made</h2>",
-        f"<pre>{escape(command)}</pre>" if command else "",
+        "<h2>Versions</h2>",
         table(_versions()),
     ]
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "report.html"
+    path = page_file(place, "report.html")
+    path.parent.mkdir(parents=True, exist_ok=True)
     html = page(title, "\n".join(filter(None, body)))
     with replacing(path, force=True) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")
@@ -111,19 +119,22 @@ def _write_page(folder: Path, title: str, certificate: Certificate, command: str
 
 def _plane_scene(result: PlaneMap, up: str) -> str:
     """Surface and image coloured by area ratios, and the image by angle differences, to be turned."""
-    disk, f = result.mesh, result.faces
+    disk, f, certificate = result.mesh, result.faces, result.certificate
     if len(f) > MOST_FACES:
         return _TOO_LARGE.format(len(f))
     ratios, differences = result.area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
-    reach = round_up(float(np.abs(ratios).mean()))
-    most = round_up(float(np.percentile(differences, 95)))
-    areas, angles = diverging("", reach).colours(ratios), sizes("", most).colours(differences)
+    sizes_of = sizes("angle difference in degrees", round_up(float(np.percentile(differences, 95))))
+    folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
     image = fit(result.image, np.eye(3))
-    views = [View("Surface: areas", fit(disk.v, pose(disk.v, up)), areas), View("Image: areas", image, areas),
-             View("Image: angles", image, angles)]
-    text = (f"Areas: {_CAPTIONS['area distortion'].rstrip('.')}, green where it grows, up to {reach:g}. Angles: "
-            f"{_CAPTIONS['angle differences'].rstrip('.')}, dark blue from {most:g} degrees on. {_TURN}")
-    return f"{scene(f, views)}<p>{text}</p>"
+    views = [
+        View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
+        for caption, x, ramp, values in (
+            ("Surface: areas", fit(disk.v, pose(disk.v, up)), areas(ratios), ratios),
+            ("Image: areas", image, areas(ratios), ratios),
+            ("Image: angles", image, sizes_of, differences),
+        )
+    ]
+    return f"{scene(f, views)}<p>{_TURN}</p>"
 
 
 def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
@@ -131,16 +142,13 @@ def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
     if len(mesh.f) > MOST_FACES:
         return _TOO_LARGE.format(len(mesh.f))
     turn = pose(mesh.v, up)
-    gauss = vertex_normals(mesh.v, mesh.f)
-    views = []
-    for name, x in (("Gauss map", gauss), ("Result", sphere)):
-        colours = colouring(mesh, x, SUBJECTS[0])
-        painted = colours.colours.copy()
-        painted[colours.folded] = FOLDED
-        views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, painted, sphere=True))
-    surface = View("Surface", fit(mesh.v, turn), views[0].colours)
-    hint = "Scroll on a sphere to magnify what is in front."
-    return f"{scene(mesh.f, [surface, *views])}<p>{_CAPTIONS[SUBJECTS[0]]} {_TURN} {hint}</p>"
+    gauss, result = (colouring(mesh, x, SUBJECTS[0]) for x in (vertex_normals(mesh.v, mesh.f), sphere))
+    views = [View("Surface", fit(mesh.v, turn), gauss.colours, gauss.folded,
+                  ("folded by the Gauss map; same colour: same place", FOLDED))]
+    for name, x, colours in (("Gauss map", vertex_normals(mesh.v, mesh.f), gauss), ("Result", sphere, result)):
+        views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, colours.colours, colours.folded,
+                          sphere=True, image=True))
+    return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
 
 
 def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:

@@ -16,6 +16,10 @@ from ..sphere.rows import row_crosses, row_dots
 SEEN = 3.0
 #: Folded faces that cover this share of a surface are seen as they are: marks, or they in front, would hide the rest.
 MANY = 0.1
+#: Folded faces of an image are drawn so much nearer to the viewer, in radii, that no face of the sphere hides them.
+NEARER = 0.1
+#: The same where they are only not to be mixed with the faces, which lie at the same place.
+ABOVE = 0.004
 
 
 @dataclass(frozen=True, eq=False)

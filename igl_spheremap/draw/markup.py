@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._version import __version__
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.measure import face_areas
+from .folds import ABOVE, MANY, NEARER, SEEN, Marks
+from .palette import FOLDED, Colour, Ramp
 
 
 def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
@@ -48,6 +54,42 @@ def page(title: str, body: str) -> str:
     )
 
 
+def page_file(place: str | os.PathLike[str], name: str) -> Path:
+    """The file of a page: `place` if it ends in .html, else `name` in that folder. A ValueError names other endings.
+
+    >>> page_file("a/bunny.html", "report.html").name, page_file("a", "report.html").name
+    ('bunny.html', 'report.html')
+    """
+    path = Path(place)
+    if path.suffix == ".html" and not path.is_dir():
+        return path
+    folder = path.is_dir() or str(place).endswith(("/", os.sep)) or not path.suffix
+    if not folder or path.is_file():
+        raise ValueError(f"{place}: give a file that ends in .html, or a folder, whose name has no ending or ends in /")
+    return path / name
+
+
+def made_by(command: str, began: str) -> str:
+    """The line below a page's title: when it was made, by which version and by which command."""
+    code = f"<br><code>{escape(command)}</code>" if command else ""
+    return f'<p class="made">{escape(began)}, igl_spheremap {__version__}{code}</p>'
+
+
+def legend(shown: Ramp | tuple[str, Colour]) -> str:
+    """A colour bar between the names of its ends, with its label; or one colour with its meaning."""
+    if not isinstance(shown, Ramp):
+        label, colour = shown
+        return f'<p class="legend"><span class="swatch" style="background: {_css(colour)}"></span> {escape(label)}</p>'
+    (low, high), stops = map(escape, shown.ends), ", ".join(_css(colour) for colour in shown.stops.tolist())
+    label = escape(shown.label)
+    return (f'<p class="legend" title="{label}">{low} <span class="bar" style="background: linear-gradient(to right, '
+            f'{stops})"></span> {high}<br>{label}</p>')
+
+
+def _css(colour: Iterable[float]) -> str:
+    return "rgb({:.0f} {:.0f} {:.0f})".format(*(255 * channel for channel in colour))
+
+
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
 
@@ -56,31 +98,46 @@ MOST_FACES = 150_000
 class View:
     """A surface inside the unit ball, (n, 3), its face colours (m, 3) between 0 and 1, and a caption.
 
-    A sphere can be magnified by a Moebius map.
+    Its folded faces, by their indices, are seen however small they are; on an `image` they are drawn in front. A sphere
+    can be magnified by a Moebius map.
     """
 
     caption: str
     x: FloatArray
     colours: FloatArray
+    folded: IntArray
+    shown: Ramp | tuple[str, Colour] | None = None
     sphere: bool = False
+    image: bool = False
 
 
 def scene(f: IntArray, views: Sequence[View]) -> str:
     """HTML with views of the same faces side by side."""
-    content = {
-        "faces": _base64(f.astype("<u4")),
-        "views": [
-            {
-                "caption": view.caption,
-                "sphere": view.sphere,
-                "positions": _base64(view.x.astype("<f4")),
-                "colours": _base64(np.rint(255 * view.colours).astype(np.uint8)),
-            }
-            for view in views
-        ],
-    }
+    content = {"faces": _base64(f.astype("<u4")), "seen": SEEN, "colour": _css(FOLDED),
+               "views": [_content(f, view) for view in views]}
     code = files(__package__).joinpath("scene.js").read_text(encoding="utf-8")
     return f'<div class="scene" data-scene="{escape(json.dumps(content))}"></div><script>{code}</script>'
+
+
+def _content(f: IntArray, view: View) -> dict[str, object]:
+    """What scene.js draws: the surface, and the marks of folded faces unless these cover much of it."""
+    painted = view.colours.copy()
+    painted[view.folded] = FOLDED
+    sizes = face_areas(view.x, f)
+    few = sizes[view.folded].sum() < MANY * sizes.sum()
+    marks = Marks.of(view.x, f, view.folded if few else view.folded[:0], view.sphere)
+    return {
+        "caption": view.caption,
+        "legend": legend(view.shown) if view.shown else "",
+        "sphere": view.sphere,
+        "nearer": NEARER if few and view.image else ABOVE,
+        "positions": _base64(view.x.astype("<f4")),
+        "colours": _base64(np.rint(255 * painted).astype(np.uint8)),
+        "folded": _base64(view.folded.astype("<u4")),
+        "starts": _base64(marks.clusters.starts.astype("<u4")),
+        "middles": _base64(marks.middles.astype("<f4")),
+        "outward": _base64(marks.outward.astype("<f4")),
+    }
 
 
 def _base64(array: NDArray[np.generic]) -> str:

@@ -18,8 +18,9 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
-from igl_spheremap.draw.markup import page, table
+from igl_spheremap.draw.markup import View, page, scene, table
 from igl_spheremap.verify.distortion import angle_figures
+from igl_spheremap.verify.signs import folded_faces
 
 pytest.importorskip("matplotlib", reason="matplotlib is not installed")
 
@@ -90,8 +91,8 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     done = command("map", "sample:dino:n_vertices=1200", tmp_path / "out.obj", "--method", "lai2014",
                    "--report", tmp_path / "report", "--json", tmp_path / "figures.json")  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert [path.name for path in (tmp_path / "report").iterdir()] == ["report.html"]
     text = (tmp_path / "report" / "report.html").read_text("utf-8")
+    assert [path.name for path in (tmp_path / "report").iterdir()] == ["report.html"]
     tags = Balance(text).seen
     links = [value for _, attributes in tags for name, value in attributes.items() if name in ("src", "href", "srcset")]
     assert all(link.startswith(("data:", "#")) for link in links)
@@ -102,7 +103,9 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
         assert base64.b64decode(picture.partition(",")[2]).startswith(b"\x89PNG")
     assert sum(tag == "svg" for tag, _ in tags) == 1
     assert "folding-free: every face is positively oriented" in text
-    assert f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014" in text
+    header = text.partition('<p class="made">')[2].partition("</p>")[0]
+    assert re.match(rf"\d{{4}}-\d\d-\d\d \d\d:\d\d UTC, igl_spheremap {ism.__version__}<br>", header)
+    assert f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014" in header
     assert len(text) < 1_500_000
 
 
@@ -111,9 +114,9 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
 def test_the_report_of_a_plane_map_has_its_figures_and_a_scene(tmp_path, name):
     v, f, _ = half(*icosphere(3))
     ism.write_mesh(tmp_path / "<face>.ply", v, f)
-    done = command(name, tmp_path / "<face>.ply", tmp_path / "out.obj", "--report", tmp_path / "report")
+    done = command(name, tmp_path / "<face>.ply", tmp_path / "out.obj", "--report", tmp_path / "page.html")
     assert done.returncode == 0, done.stderr
-    text = (tmp_path / "report" / "report.html").read_text("utf-8")
+    text = (tmp_path / "page.html").read_text("utf-8")
     tags = Balance(text).seen
     assert [tag for tag, _ in tags].count("svg") == 1
     assert [attributes["src"][:21] for tag, attributes in tags if tag == "img"] == ["data:image/png;base64"]
@@ -121,10 +124,42 @@ def test_the_report_of_a_plane_map_has_its_figures_and_a_scene(tmp_path, name):
     assert [view["caption"] for view in views] == ["Surface: areas", "Image: areas", "Image: angles"]
     colours = [np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3) for view in views]
     assert all(len(each) == len(f) for each in colours)
+    areas, _, angles = (re.findall(r"[\w./ ]+(?= <span)|(?<=</span>)[\w./ ]+", view["legend"]) for view in views)
+    assert float(areas[0].partition("/")[2]) == float(areas[1]) > 1
+    assert angles[0].strip() == "0"
     assert np.array_equal(*colours[:2])
     assert "folding-free: every face is positively oriented and the boundary crosses itself nowhere" in text
-    assert "&lt;face&gt;.ply in the plane</h1>" in text
+    assert "<h1>&lt;face&gt;.ply in the plane</h1>" in text
     assert f"igl-spheremap {name} " in text
+
+
+def test_a_scene_has_every_folded_face_and_its_marks():
+    """Those of a cluster side by side; none where folded faces cover much of the sphere."""
+    v, f = icosphere(3)
+    flipped = v.copy()
+    pairs = f[[0, 1000], :2]
+    flipped[pairs] = v[pairs[:, ::-1]]
+    for x, few in ((flipped, True), (-v, False)):
+        folded = np.flatnonzero(folded_faces(x, f))
+        text = scene(f, [View("a sphere", x, np.ones((len(f), 3)), folded, sphere=True, image=True)])
+        (view,) = json.loads(dict(Balance(text).seen[0][1])["data-scene"])["views"]
+        kept, starts = (np.frombuffer(base64.b64decode(view[key]), "<u4") for key in ("folded", "starts"))
+        colours = np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3)
+        assert np.array_equal(kept, folded)
+        assert np.array_equal(np.flatnonzero((colours != 255).any(axis=1)), folded)
+        assert len(starts) == (2 if few else 0)
+        outward = np.frombuffer(base64.b64decode(view["outward"]), "<f4").reshape(-1, 3)
+        assert len(outward) == (len(folded) if few else 0)
+
+
+@pytest.mark.parametrize("name", ["page.pdf", "out.obj", "there"])
+def test_a_report_is_a_page_or_a_folder(tmp_path, name, capsys):
+    """Said before the work starts."""
+    (tmp_path / "there").write_text("a file")
+    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--report", str(tmp_path / name)]
+    assert main(words) == 64
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
 def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypatch):

@@ -159,7 +159,7 @@ BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1,
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
 UP = choice("--up", UPS, "which way is up in pictures; default: by the file's format, or auto: the way in which the "
             "surface stands")
-REPORT = (argument("--report", "DIR", "write DIR/report.html: figures, pictures and curves on one page"), UP)
+REPORT = (argument("--report", "PAGE", "write x.html, or report.html in a folder: figures and pictures"), UP)
 #: What all commands take that map a mesh and write the map.
 MAPPING = (
     *source(),

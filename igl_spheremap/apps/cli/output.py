@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ...draw.markup import page_file
 from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
@@ -62,6 +63,21 @@ def check_plots(args: Namespace) -> None:
     for flag in ("--plot", "--report"):
         if getattr(args, flag.lstrip("-")) is not None:
             import_optional("matplotlib", flag, "plot")
+    check_report(args)
+
+
+def check_report(args: Namespace) -> None:
+    """Raise an error before the work starts if --report names neither a page nor a folder, or an input or output."""
+    if args.report is None:
+        return
+    try:
+        path = page_file(args.report, "")
+    except ValueError as error:
+        raise UsageError(f"--report {error}") from None
+    if path.suffix == ".html":
+        check_writable(path, force=True)
+        if os.path.realpath(path) in {os.path.realpath(other) for other in (*_inputs(args), *_paths(args, _OUTPUTS))}:
+            raise UsageError(f"--report {path} is an input or another output, which would be lost; write another file")
 
 
 def write_plot(path: str, figure: Any) -> None:

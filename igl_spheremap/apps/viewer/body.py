@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...draw import palette
-from ...draw.folds import MANY, Clusters, Marks
+from ...draw.folds import ABOVE, MANY, NEARER, Clusters, Marks
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...samples import sphere
@@ -20,10 +20,6 @@ Legend = palette.Ramp | tuple[str, palette.Colour]
 _NONE = np.empty(0, dtype=np.int64)
 _TINIEST = np.finfo(float).tiny
 
-#: Folded faces of an image are drawn so much nearer to the viewer, in radii, that no face of the sphere hides them.
-_NEARER = 0.1
-#: The same where they are only not to be mixed with the faces, which lie at the same place.
-_ABOVE = 0.004
 #: Dots are drawn by this factor farther out than the surface.
 _OUT = 1.012
 #: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
@@ -104,7 +100,7 @@ class Body:
         self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
         self.points: dict[str, Any] = {}
         self._folded: Any = None
-        self._nearer = _ABOVE
+        self._nearer = ABOVE
         self._marks: Marks | None = None
         self._colours: FloatArray | None = None
         self.paint(np.tile(palette.SURFACE, (len(f), 1)))
@@ -144,7 +140,7 @@ class Body:
             self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
         few = len(folded) > 0 and self._share(folded) < MANY
         self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.lift) if few else None
-        self._nearer = _NEARER if few and self.lift else _ABOVE
+        self._nearer = NEARER if few and self.lift else ABOVE
         self._bring_to_front(folded if self.lift or checks is not None else _NONE)
         self.version += 1
 

@@ -5,7 +5,6 @@ import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -152,7 +151,7 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
         up = args.up or guess_up(source.name)
-        write_report(Path(args.report), result, recording, source=os.path.basename(source.name), command=command, up=up)
+        write_report(args.report, result, recording, source=os.path.basename(source.name), command=command, up=up)
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:

@@ -5,7 +5,6 @@ import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -84,7 +83,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
         write_plot(args.plot, result.plot(os.path.basename(source.name)))
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
-        write_plane_report(Path(args.report), result, source=os.path.basename(source.name),
+        write_plane_report(args.report, result, source=os.path.basename(source.name),
                            command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
