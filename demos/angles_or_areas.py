@@ -1,28 +1,34 @@
 """Angles or areas? The same checkerboard through maps of balance 0, 1/2 and 1, on a body and on its sphere.
 
-    python demos/angles_or_areas.py              # a window
-    python demos/angles_or_areas.py picture.png  # a picture; needs no display
+    python demos/angles_or_areas.py                           # a window
+    python demos/angles_or_areas.py bunny.obj                 # your surface; or sample:bunny
+    python demos/angles_or_areas.py sample:bunny picture.png  # a picture; needs no display
 
 At balance 0 squares stay squares, and a limb lies within one of them. At 1 all have the same area, and are sheared.
 """
 
-import sys
-
 import numpy as np
 
 import igl_spheremap as ism
+from igl_spheremap.apps.demo import run_demo
 from igl_spheremap.apps.viewer.colouring import checkerboard
 from igl_spheremap.apps.viewer.compare import Part, show_parts
 from igl_spheremap.draw.plot import fit, pose
 
-v, f = ism.samples.make("octopus", n_vertices=8000)
-mesh, turn, poles = ism.check_mesh(v, f), pose(v, "z"), np.array([[0, 0, 1.0], [0, 0, -1.0]])
-bodies, spheres = [], []
-for balance in (0, 0.5, 1):
-    result = ism.balanced_spherical_map(v, f, balance)
-    checks = checkerboard(mesh, result.sphere, poles).checks
-    angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.area_ratios()).mean())
-    bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=checks))
-    caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-    spheres.append(Part(caption, result.sphere @ turn.T, f, checks=checks))
-show_parts([bodies, spheres], *sys.argv[1:2], size=(1000, 720))
+
+def angles_or_areas(v, f, up, target, progress):
+    mesh, turn, poles = ism.check_mesh(v, f), pose(v, up), np.array([[0, 0, 1.0], [0, 0, -1.0]])
+    bodies, spheres = [], []
+    for balance in (0, 0.5, 1):
+        result = ism.balanced_spherical_map(v, f, balance, listener=progress.listener(f))
+        checks = checkerboard(mesh, result.sphere, poles).checks
+        angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.area_ratios()).mean())
+        bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=checks))
+        caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
+        spheres.append(Part(caption, result.sphere @ turn.T, f, checks=checks))
+    progress.close()
+    show_parts([bodies, spheres], target, size=(1000, 720))
+
+
+if __name__ == "__main__":
+    run_demo(angles_or_areas, "sample:octopus:n_vertices=8000")

@@ -1,21 +1,25 @@
 """A checkerboard of the sphere, carried back to the surface: squares stay squares, for the map is conformal.
 
-    python demos/checkerboard.py                        # a window
-    python demos/checkerboard.py bunny.obj              # your surface
-    python demos/checkerboard.py bunny.obj picture.png  # a picture; needs no display
+    python demos/checkerboard.py                           # a window
+    python demos/checkerboard.py bunny.obj                 # your surface; or sample:bunny
+    python demos/checkerboard.py sample:bunny picture.png  # a picture; needs no display
 
 In the window, "Moebius map" shows a handle: what is under it grows, and every square stays a square. Click a vertex to
 see its image. "balance" gives up squares for equal areas.
 """
 
-import sys
-
 import igl_spheremap as ism
+from igl_spheremap.apps.demo import run_demo
 
-source, target = [*sys.argv[1:], None, None][:2]
-v, f = ism.read_mesh(source) if source else ism.samples.make("dino")
-result = ism.spherical_conformal_map(v, f)
-if target:
-    ism.screenshot(result, target, subject="checkerboard")
-else:
-    ism.show(result, subject="checkerboard")
+
+def checkerboard(v, f, up, target, progress):
+    result = ism.spherical_conformal_map(v, f, listener=progress.listener(f))
+    progress.close()
+    if target:
+        ism.screenshot(result, target, up=up, subject="checkerboard")
+    else:
+        ism.show(result, up=up, subject="checkerboard")
+
+
+if __name__ == "__main__":  # "balance" computes in a process of its own, which imports this file
+    run_demo(checkerboard, "sample:dino")

@@ -1,19 +1,29 @@
 """One surface by the Gauss map and by every method: foldings in red, angle differences in colours and as histograms.
 
-    python demos/compare_methods.py                        # a window, where the colours can show other things
-    python demos/compare_methods.py bunny.obj              # your surface
-    python demos/compare_methods.py bunny.obj picture.png  # a picture; needs no display
+    python demos/compare_methods.py                           # a window, where the colours can show other things
+    python demos/compare_methods.py bunny.obj                 # your surface; or sample:bunny
+    python demos/compare_methods.py sample:bunny picture.png  # a picture; needs no display
+
+Gradient descent with fixed steps ("gu-yau") takes minutes on large meshes, and is left out there.
 """
 
-import sys
-
 import igl_spheremap as ism
+from igl_spheremap.apps.demo import run_demo
 from igl_spheremap.apps.viewer.compare import compare
 
-source, target = [*sys.argv[1:], None, None][:2]
-v, f = ism.read_mesh(source) if source else ism.samples.make("dino")
-mesh = ism.check_mesh(v, f)
-maps = {"Gauss map": ism.gauss_map(v, f)}
-for method in ("gu-yau", "stereographic", "lai2014", "auto"):
-    maps[method] = ism.spherical_conformal_map(v, f, method).sphere
-compare(mesh, maps, target)
+
+def compare_methods(v, f, up, target, progress):
+    methods = ["gu-yau", "stereographic", "lai2014", "auto"]
+    if len(v) > 20_000:
+        progress.write(f"gu-yau is left out: on {len(v):,} vertices it takes minutes")
+        methods.remove("gu-yau")
+    maps = {"Gauss map": ism.gauss_map(v, f)}
+    for method in methods:
+        progress.stage(method)
+        maps[method] = ism.spherical_conformal_map(v, f, method, listener=progress.listener(f)).sphere
+    progress.close()
+    compare(ism.check_mesh(v, f), maps, target, up=up)
+
+
+if __name__ == "__main__":
+    run_demo(compare_methods, "sample:dino")

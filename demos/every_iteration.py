@@ -1,43 +1,46 @@
-"""The foldings before and after each iteration, with a listener and a slider in a polyscope program of your own.
+"""The foldings before and after each iteration: a listener keeps the iterates, and a slider goes through them.
 
-    python demos/every_iteration.py              # a window
-    python demos/every_iteration.py picture.png  # a picture; needs no display
+    python demos/every_iteration.py                           # a window
+    python demos/every_iteration.py bunny.obj                 # your surface; or sample:bunny
+    python demos/every_iteration.py sample:bunny picture.png  # a picture of the last fold; needs no display
+
+Folded faces are red. Both spheres are seen through a lens, a Moebius map that magnifies the largest cluster of them.
 """
 
-import sys
-
-import numpy as np
-import polyscope as ps
-import polyscope.imgui as psim
-
 import igl_spheremap as ism
-
-v, f = ism.samples.make("dino", n_vertices=2000)
-run = ism.Recording(f)  # a listener that keeps every iterate
-ism.spherical_conformal_map(v, f, "lai2014", listener=run)
-k = 20
-
-
-def show():
-    for side, frame in enumerate(run.frames[k : k + 2]):  # folded faces in red, before on the left, after on the right
-        name, x = ("before", "after")[side], np.add(frame.iterate.x, [2.2 * side, 0, 0])
-        colours = np.where(np.isin(np.arange(len(f)), frame.folded)[:, None], [0.8, 0.05, 0], [0.8, 0.85, 0.9])
-        ps.register_surface_mesh(name, x, f).add_color_quantity("foldings", colours, defined_on="faces", enabled=True)
+from igl_spheremap.apps.demo import run_demo
+from igl_spheremap.apps.viewer.body import follow
+from igl_spheremap.apps.viewer.colouring import FOLDED_MARKS
+from igl_spheremap.apps.viewer.compare import Part, show_parts
+from igl_spheremap.draw.plot import fit, pose
+from igl_spheremap.result.run import title_of
 
 
-def panel():
-    global k
-    changed, k = psim.SliderInt("iteration", k, 0, len(run.frames) - 2)
-    psim.TextUnformatted(f"{run.frames[k].foldings} folded faces before, {run.frames[k + 1].foldings} after")
-    if changed:
-        show()
+def every_iteration(v, f, up, target, progress):
+    run, turn = ism.Recording(f), pose(v, up)
+    show_progress = progress.listener(f)
+
+    def listener(iterate):  # is called with every iterate; the recording keeps them
+        run(iterate)
+        show_progress(iterate)
+
+    ism.spherical_conformal_map(v, f, "lai2014", listener=listener)
+    progress.close()
+
+    def step(k):  # the surface, and the sphere before and after a step, through a lens
+        before, after = run.frames[k : k + 2]
+        folded = before.folded if before.foldings else after.folded
+        parts = [Part(f"{len(v):,} vertices", fit(v, turn), f, folded=folded, legend=FOLDED_MARKS)]
+        for word, frame in (("before", before), ("after", after)):
+            x = frame.iterate.x @ turn.T
+            caption = f"{word}: {frame.foldings:,} folded faces\n{title_of(frame.iterate)}"
+            parts.append(Part(caption, x, f, folded=frame.folded, lens=follow(x, f, folded), edges=0.5))
+        return [parts]
+
+    steps = len(run.frames) - 1
+    last_fold = max((k for k in range(steps) if run.frames[k].foldings), default=0)
+    show_parts(step, target, steps=steps, first=last_fold if target else 0, size=(1200, 560))
 
 
-ps.set_verbosity(0)  # without a display it tries one before it draws by EGL, and says so
-ps.set_allow_headless_backends(True)
-ps.init()
-ps.set_ground_plane_mode("none")
-show()
-ps.look_at((0.75, 0.5, 5.2), (0.75, 0, 0))  # right of polyscope's own panel
-ps.set_user_callback(panel)
-ps.screenshot(sys.argv[1], include_UI=True) if sys.argv[1:] else ps.show()
+if __name__ == "__main__":
+    run_demo(every_iteration, "sample:dino:n_vertices=2000")

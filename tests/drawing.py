@@ -62,7 +62,7 @@ def use(code):
     return json.loads(figures)
 
 
-def run(command, **environment):
+def run(command, cwd=None, **environment):
     """Run a command that finds the package."""
     path = os.pathsep.join((str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")))
     return subprocess.run(
@@ -70,5 +70,6 @@ def run(command, **environment):
         capture_output=True,
         text=True,
         timeout=300,
+        cwd=cwd,
         env={**os.environ, "PYTHONPATH": path, **environment},
     )

@@ -1,4 +1,4 @@
-"""Each demo is a short script that uses the library alone, and draws one picture."""
+"""Each demo is a short script that uses the library alone; it takes a surface, a picture, both or none."""
 
 import ast
 import struct
@@ -6,11 +6,16 @@ import sys
 
 import pytest
 from corpus import ROOT
-from drawing import needs_drawing, run
+from drawing import drive, needs_drawing, run, use
+
+import igl_spheremap as ism
+from igl_spheremap.apps import demo
 
 DEMOS = sorted((ROOT / "demos").glob("*.py"))
-#: Demos that take a surface take it first.
-ON_A_SURFACE = ("folding_removal", "checkerboard", "compare_methods")
+#: The player's are used in apps/viewer/test_windows.py; the other two have none.
+WITH_WIDGETS = ("checkerboard", "compare_methods", "every_iteration")
+SMALL = "sample:dumbbell:n_vertices=300"
+NO_DISPLAY = {"DISPLAY": "", "WAYLAND_DISPLAY": ""}
 
 
 def png_size(path):
@@ -23,34 +28,108 @@ def test_there_are_six():
     assert len(DEMOS) == 6
 
 
-@pytest.mark.parametrize("demo", DEMOS, ids=lambda path: path.stem)
-def test_a_demo_is_a_screen_that_uses_the_library_alone(demo):
-    text = demo.read_text("utf-8")
+@pytest.mark.parametrize("script", DEMOS, ids=lambda path: path.stem)
+def test_a_demo_is_a_screen_that_uses_the_library_alone(script):
+    text = script.read_text("utf-8")
     tree = ast.parse(text)
     code = [line for line in text.splitlines()[tree.body[0].end_lineno :] if line.strip()]
-    assert len(code) <= 30
+    assert len(code) <= 40
     imported = {name.partition(".")[0] for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)
                 for name in ([alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module])}
-    assert imported <= {"sys", "numpy", "igl", "polyscope", "igl_spheremap"}
+    assert imported <= {"numpy", "igl_spheremap"}
+
+
+@pytest.mark.parametrize("words", [[], ["a.ply"], ["a.png"], ["a.png", "a.ply"], ["a.ply", "a.png"]])
+def test_a_demo_takes_a_surface_and_a_picture_in_any_order_either_or_both(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    v, f = ism.samples.make("spheroid", n_vertices=200)
+    ism.write_mesh("a.ply", v, f)
+    monkeypatch.setattr(demo.window, "_backend", lambda offscreen: "none")
+    monkeypatch.setattr(sys, "argv", ["script.py", *words])
+    given = []
+    demo.run_demo(lambda v, f, up, target, progress: given.append((len(v), target)), "sample:sphere:n_vertices=42")
+    assert given == [(len(v) if "a.ply" in words else 42, "a.png" if "a.png" in words else None)]
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("words", "sentence"), [
+    (["b.ply", "a.png"], "b.ply: No such file"),
+    (["sample:cow", "a.png"], "no sample is called 'cow'"),
+    (["a.ply", "b.ply"], "give at most one surface and one picture"),
+    (["nowhere/a.png"], "nowhere/a.png"),
+    ([], "no display"),
+])  # fmt: skip
+def test_a_demo_ends_on_errors_with_one_sentence(words, sentence, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["script.py", *words])
+    for name in NO_DISPLAY:
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(SystemExit, match="1"):
+        demo.run_demo(lambda *given: None, "sample:sphere:n_vertices=42")
+    out, err = capsys.readouterr()
+    assert not out
+    assert len(err.splitlines()) == 1
+    assert sentence in err
 
 
 @needs_drawing
-@pytest.mark.parametrize("demo", DEMOS, ids=lambda path: path.stem)
-def test_a_demo_draws_its_picture_without_a_display(demo, tmp_path):
-    picture = tmp_path / "picture.png"
-    source = [""] if demo.stem in ON_A_SURFACE else []
-    done = run([sys.executable, str(demo), *source, str(picture)], DISPLAY="", WAYLAND_DISPLAY="")
+@pytest.mark.parametrize("script", DEMOS, ids=lambda path: path.stem)
+def test_a_demo_draws_its_picture_without_a_display(script, tmp_path):
+    done = run([sys.executable, str(script), SMALL, "picture.png"], **NO_DISPLAY, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert min(png_size(picture)) > 400
-    assert picture.stat().st_size > 50_000
+    assert [path.name for path in tmp_path.iterdir()] == ["picture.png"]
+    assert min(png_size(tmp_path / "picture.png")) > 400
+    assert (tmp_path / "picture.png").stat().st_size > 30_000
 
 
 @needs_drawing
-def test_the_demo_of_foldings_takes_a_surface_and_writes_a_video(tmp_path):
-    import igl_spheremap as ism
+def test_every_widget_of_the_demos_windows_can_be_used_and_no_file_is_left(tmp_path):
+    figures = use(f"""
+import os, runpy
+os.chdir({str(tmp_path)!r})
+scripts, figures = {[str(script) for script in DEMOS if script.stem in WITH_WIDGETS]!r}, {{}}
 
-    ism.write_mesh(tmp_path / "body.obj", *ism.samples.make("bird", n_vertices=900))
-    words = [sys.executable, str(ROOT / "demos" / "folding_removal.py"), str(tmp_path / "body.obj")]
-    done = run([*words, str(tmp_path / "run")])
-    assert done.returncode == 0, done.stderr
-    assert len(list((tmp_path / "run").glob("*.png"))) > 20
+def script(hand):
+    for size in ((1400, 900), (800, 600)):
+        hand.resize(*size)
+    used = hand.everything(leave=('picture', 'video', 'map'))
+    hand.drag((600, 250), (650, 300))
+    hand.wheel(600, 250, 2)
+    figures[name] = sorted(used)
+
+for name in scripts:
+    sys.argv = [name, {SMALL!r}]
+    Hand().run(lambda: runpy.run_path(name, run_name='__main__'), script)
+figures['files'] = os.listdir()
+""")
+    assert figures.pop("files") == []
+    used = {name.split("/")[-1]: set(labels) for name, labels in figures.items()}
+    assert used["every_iteration.py"] == {"<", ">", "##step"}
+    assert "colours" in used["compare_methods.py"]
+    assert {"balance", "colours", "squares", "lens", "Moebius map"} <= used["checkerboard.py"]
+
+
+@needs_drawing
+def test_every_iteration_shows_red_before_and_after_where_there_are_foldings():
+    figures = drive(f"""
+import runpy
+apps = []
+app.run_app = lambda shown, args: apps.append(shown)
+sys.argv = ['every_iteration', 'sample:dino:n_vertices=1200', 'unused.png']
+runpy.run_path({str(ROOT / "demos" / "every_iteration.py")!r}, run_name='__main__')
+view, seen = apps[0], []
+ps.set_user_callback(lambda: app.draw_app(view))
+for frame in np.linspace(0, view.frames() - 1, 12).astype(int):
+    view.go_to(int(frame))
+    image = window.grab()
+    captions = [body.caption for body in view.stage.bodies.values()]
+    seen.append([captions[1:], [vermilion(image[:, 400 * k : 400 * k + 400]) for k in range(3)]])
+figures = dict(seen=seen)
+""")
+    folded = 0
+    for captions, (_, *red) in figures["seen"]:
+        for word, caption, share in zip(("before", "after"), captions, red, strict=True):
+            assert caption.startswith(f"{word}: ")
+            assert (share > 1e-5) == (not caption.startswith(f"{word}: 0 "))
+            folded += share > 1e-5
+    assert 0 < folded < 2 * len(figures["seen"])

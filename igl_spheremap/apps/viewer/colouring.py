@@ -25,7 +25,8 @@ from .choices import SUBJECTS
 SQUARES = 24
 #: Cosine of the least angle between two poles that are chosen.
 _APART = 0.5
-FOLDED_LEGEND = ("folded face (dot: small, ring: behind); same colour: same place", palette.FOLDED)
+FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
+FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
 _DARKEST = 0.72
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
@@ -117,7 +118,7 @@ def checkerboard(
     corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x) if poles is None else poles)
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
-    legend = ("folded face", palette.FOLDED) if len(folded) else None
+    legend = FOLDED_MARKS if len(folded) else None
     return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, legend, corners)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,11 +24,11 @@ from ...verify.certificate import Certificate
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import App, ColouredApp, present, subject_combo
-from .body import Body, Legend
+from .body import Body, Legend, Lens
 from .choices import COMPARISON_SIZE
-from .colouring import SQUARES, colouring, relief
+from .colouring import FOLDED_MARKS, SQUARES, Colouring, colouring, relief
 from .result_view import count_foldings, edge_width
-from .stage import Stage, draw_legend
+from .stage import Inset, Stage, draw_legend
 from .window import imgui, implot, is_offscreen, ps
 
 #: In standard deviations: the ends of the colours of a feature.
@@ -34,6 +36,8 @@ _REACH = 2.0
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
 _HEAD, _FOOT = 54, 150
+#: Pixels of a slider over the width of a window.
+_BAR = 40
 #: Points of the line from a landmark to its target.
 _STEPS = 40
 
@@ -43,7 +47,8 @@ class Part:
     """A surface inside the unit ball, and what is shown on it.
 
     Its face colours (m, 3), or a checkerboard by the coordinates (3 m, 2) of the corners of faces; its folded faces;
-    points by a label, with their colour and their radius; whether edges are drawn; and what stands below it.
+    for a sphere, the lens through which it is seen, with a small sphere beside it that shows where; points by a label,
+    with their colour and their radius; whether edges are drawn; and what stands below it.
     """
 
     caption: str
@@ -55,29 +60,84 @@ class Part:
     dots: Mapping[str, tuple[FloatArray, Colour, float]] = field(default_factory=dict)
     edges: float = 0.0
     legend: Legend | None = None
+    lens: Lens | None = None
+
+
+Rows = Sequence[Sequence[Part]]
 
 
 class PartsView(App):
-    """Parts in rows, which turn together."""
+    """Parts in rows, which turn together; with a function of a step, those of one of so many `steps`, and a slider."""
 
-    def __init__(self, rows: Sequence[Sequence[Part]]) -> None:
-        self.stage = Stage(len(rows), max(map(len, rows)), panel=0)
+    def __init__(self, rows: Rows | Callable[[int], Rows], steps: int = 1, first: int = 0) -> None:
+        self._rows = rows if callable(rows) else lambda step: rows
+        self._steps, self.step = steps, first
+        shown = self._rows(first)
+        bar = steps > 1 and not is_offscreen()
+        self.stage = Stage(len(shown), max(map(len, shown)), panel=0, foot=_BAR if bar else 0)
+        self._place(shown)
+
+    def frames(self) -> int:
+        return self._steps
+
+    def last_frame(self) -> int:
+        return self.step
+
+    def go_to(self, frame: int) -> None:
+        if frame != self.step:
+            self.step = frame
+            self._place(self._rows(frame))
+
+    def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
+        if self._steps == 1:
+            return super().film(length)
+        steps = np.unique(np.linspace(0, self._steps - 1, length).astype(int)).tolist()
+        return [(partial(self.go_to, step), step == steps[-1]) for step in steps]
+
+    def panel(self) -> None:
+        for inset in self._insets:
+            inset.annotate()
+        if not self.stage.foot:
+            return
+        width, height = ps.get_window_size()
+        with _bare_window("steps", (0, height - _BAR), (width, _BAR)):
+            step, last = self.step, self._steps - 1
+            for label, move in (("<", -1), (">", 1)):
+                if imgui.Button(label):
+                    step = min(max(step + move, 0), last)
+                imgui.SameLine()
+            imgui.PushItemWidth(-1)
+            moved, slid = imgui.SliderInt("##step", step, 0, last, f"%d of {last:,}")
+            imgui.PopItemWidth()
+        self.go_to(min(max(slid, 0), last) if moved else step)
+
+    def _place(self, rows: Rows) -> None:
+        """Put the parts of a step on the stage, in place of those of another."""
+        self.stage.clear()
+        self._insets = []
         for i, row in enumerate(rows):
             for k, part in enumerate(row):
-                body = self.stage.place(i, k, Body(f"part {i} {k}", part.x, part.f, lift=part.folded is not None))
+                x = part.x if part.lens is None else part.lens(part.x)
+                body = self.stage.place(i, k, Body(f"part {i} {k}", x, part.f, lift=part.folded is not None))
+                body.magnified = part.lens is not None and part.lens.power > 1
                 colours = np.tile(SURFACE, (len(part.f), 1)) if part.colours is None else part.colours
                 body.paint(colours, part.folded, part.checks)
                 body.show_edges(part.edges)
                 for label, dots in part.dots.items():
                     body.dots(label, *dots)
                 body.caption, body.legend = part.caption, part.legend
+                if part.lens is not None:
+                    self._insets.append(Inset(self.stage, i, k, part.f, part.x))
+                    folded = np.empty(0, dtype=np.int64) if part.folded is None else part.folded
+                    self._insets[-1].show(part.x, part.lens, Colouring(colours, folded, None))
 
 
 def show_parts(
-    rows: Sequence[Sequence[Part]], target: str | os.PathLike[str] | None = None, *, size: tuple[int, int]
-) -> None:
-    """Open a window with parts in rows, or write a picture of them or a video in which they turn."""
-    present(lambda: PartsView(rows), target, size=size)
+    rows: Rows | Callable[[int], Rows], target: str | os.PathLike[str] | None = None, *, size: tuple[int, int],
+    steps: int = 1, first: int = 0,
+) -> None:  # fmt: skip
+    """Open a window with parts in rows, or write a picture of them or a video in which they turn or go by steps."""
+    present(lambda: PartsView(rows, steps, first), target, size=size)
 
 
 def registration_view(
@@ -141,11 +201,13 @@ class Comparison(ColouredApp):
         self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
         self.differences = {name: angle_differences(mesh.v, mesh.f, x)[mesh.surface] for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
+        self._folds = False
         turn = pose(mesh.v, up)
         for k, (name, x) in enumerate(maps.items()):
             surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.v, turn), mesh.f))
             image = self.stage.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
             folded = int(folded_faces(x, mesh.f).sum())
+            self._folds |= folded > 0
             surface.caption = f"{name}\n{count_foldings(folded)}"
             image.caption = f"angles differ by\n{np.abs(self.differences[name]).mean():.3g} degrees"
         self.show_subject("angle differences")
@@ -166,41 +228,51 @@ class Comparison(ColouredApp):
         canvas = imgui.GetBackgroundDrawList()
         if self._legend is not None:
             draw_legend(canvas, 0.5 * width, 8, 300, self._legend)
+        if self._folds:
+            draw_legend(canvas, 0.82 * width, 8, 0.34 * width, FOLDED_MARKS)
         if is_offscreen():
             return
-        imgui.SetNextWindowPos((8, 4))
-        imgui.SetNextWindowSize((290, 44))
-        imgui.Begin("show", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoBackground)
-        imgui.PushItemWidth(180)
-        subject = subject_combo(self.subject)
-        imgui.PopItemWidth()
-        imgui.End()
+        with _bare_window("show", (8, 4), (290, 44)):
+            imgui.PushItemWidth(180)
+            subject = subject_combo(self.subject)
+            imgui.PopItemWidth()
         if subject != self.subject:
             self.show_subject(subject)
 
     def _draw_histograms(self) -> None:
         """Angle differences of each map under its column, on the same axes; bars at the ends are cut off."""
         top = max(float(share[1:-1].max()) for _, share in self._histograms.values())
-        implot.StyleColorsLight()
-        imgui.StyleColorsLight()
-        window_flags = (
-            imgui.ImGuiWindowFlags_NoDecoration
-            | imgui.ImGuiWindowFlags_NoBackground
-            | imgui.ImGuiWindowFlags_NoSavedSettings
-        )
-        flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+        flags = implot.ImPlotFlags_CanvasOnly | implot.ImPlotFlags_NoInputs
+        ticks = np.linspace(-_DEGREES, _DEGREES, 5)
         for k, (name, (edges, share)) in enumerate(self._histograms.items()):
             left, upper, width, height = self.stage.cell(1, k)
-            imgui.SetNextWindowPos((left, upper + height))
-            imgui.SetNextWindowSize((width, _FOOT))
-            imgui.Begin(f"##histogram {k}", window_flags)
-            if implot.BeginPlot(f"##{k}", (-1, -1), flags):
-                implot.SetupAxes("degrees, image minus source", "", 0, implot.ImPlotAxisFlags_NoDecorations)
-                implot.SetupAxesLimits(-1.2 * _DEGREES, 1.2 * _DEGREES, 0, 1.05 * top, implot.ImPlotCond_Always)
-                implot.SetNextFillStyle((*LINES[0], 1.0))
-                implot.PlotShaded(name, (edges[1:] + edges[:-1]) / 2, np.minimum(share, top))
-                implot.EndPlot()
-            imgui.End()
+            with _bare_window(f"##histogram {k}", (left, upper + height), (width, _FOOT)):
+                if implot.BeginPlot(f"##{k}", (-1, -1), flags):
+                    implot.SetupAxes("degrees, image minus source", "", 0, implot.ImPlotAxisFlags_NoDecorations)
+                    implot.SetupAxesLimits(-1.2 * _DEGREES, 1.2 * _DEGREES, 0, 1.05 * top, implot.ImPlotCond_Always)
+                    implot.SetupAxisTicks(implot.ImAxis_X1, ticks, [f"{tick:g}" for tick in ticks])
+                    implot.SetNextFillStyle((*LINES[0], 1.0))
+                    implot.PlotShaded(name, (edges[1:] + edges[:-1]) / 2, np.minimum(share, top))
+                    implot.EndPlot()
+
+
+@contextmanager
+def _bare_window(title: str, place: tuple[float, float], size: tuple[float, float]) -> Iterator[None]:
+    """Widgets at a place, without a frame and without a ground."""
+    imgui.StyleColorsLight()  # polyscope gives every context its own colours
+    implot.StyleColorsLight()
+    imgui.SetNextWindowPos(place)
+    imgui.SetNextWindowSize(size)
+    imgui.Begin(
+        title,
+        imgui.ImGuiWindowFlags_NoDecoration
+        | imgui.ImGuiWindowFlags_NoBackground
+        | imgui.ImGuiWindowFlags_NoSavedSettings,
+    )
+    try:
+        yield
+    finally:
+        imgui.End()
 
 
 def compare(

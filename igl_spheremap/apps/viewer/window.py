@@ -183,6 +183,16 @@ def check_picture(path: str | os.PathLike[str]) -> None:
     check_writable(path, force=True)
 
 
+def check_drawing(target: str | os.PathLike[str] | None) -> None:
+    """Raise before the work starts if a window can't be opened, or the picture or video `target` not be written."""
+    if target is None:
+        _backend(offscreen=False)
+    elif Path(target).suffix.lower() in PICTURES:
+        check_picture(target)
+    else:
+        check_video(Path(target))
+
+
 def save(path: str | os.PathLike[str]) -> None:
     """Write the window as a picture."""
     check_picture(path)
