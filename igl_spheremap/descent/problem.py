@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.check import Mesh
+from ..mesh.check import Mesh, normalised_weights
 from ..mesh.measure import vertex_areas
 from ..operators.factor.factorize import Factor, factorize
 from ..sphere.cayley import cayley_step
@@ -129,8 +129,12 @@ class Problem:
 
     @classmethod
     def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
-        """An energy over the maps of a mesh, in the L2 metric unless another is given."""
-        return cls(energy, Diagonal(mesh.areas) if metric is None else metric, mesh.A, mesh.areas, mesh.f, gauge)
+        """An energy over the maps of a mesh, in the L2 metric by libigl's mass matrix unless another is given."""
+        if metric is not None:
+            return cls(energy, metric, mesh.A, mesh.areas, mesh.f, gauge)
+        shares = vertex_areas(mesh.v, mesh.f)
+        areas = normalised_weights(shares, float(shares.sum()))
+        return cls(energy, Diagonal(areas), mesh.A, areas, mesh.f, gauge)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Energy and `gradient`."""

@@ -15,12 +15,12 @@ from ..descent.algorithm_1 import CayleyBB, ProjectedDescent, step_metric
 from ..descent.energies import HarmonicEnergy
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
-from ..descent.problem import Problem, harmonic_problem
+from ..descent.problem import Problem
 from ..errors import MapError
 from ..mesh.arrays import ComplexArray, FloatArray, check_directions
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..operators.laplacian import Operators, build_operators, laplacian, laplacian_and_notes, usable_laplacian
+from ..operators.laplacian import Operators, build_operators, laplacian, laplacian_and_notes
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import center, fix_gauge
@@ -95,13 +95,14 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
     """The baseline that the paper compares with: Gu and Yau's descent, from the Gauss map over the Tutte map."""
-    harmonic = harmonic_problem(mesh)
+    energy = HarmonicEnergy.of(mesh)
+    harmonic = Problem.of(mesh, energy)
     rounds: list[Round] = []
 
     def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
         began = time.perf_counter()
-        start = Iterate(name, len(rounds), 0, x, harmonic.energy.evaluate(x)[0])
-        problem = Problem.of(mesh, HarmonicEnergy(L), step_metric(L))
+        start = Iterate(name, len(rounds), 0, x, energy.evaluate(x)[0])
+        problem = replace(harmonic, energy=HarmonicEnergy(L), metric=step_metric(L))
         minimum = minimize(
             ProjectedDescent(options.step, stage).iterates(problem, x),
             tolerance=options.gradient_tolerance,
@@ -118,7 +119,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
         minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
         name, x = "tutte map", minimum.last.x
     if not options.tutte or minimum.status is not Status.STOPPED:
-        minimum = descend(name, x, "harmonic", usable_laplacian(mesh), options.plateau)
+        minimum = descend(name, x, "harmonic", energy.L, options.plateau)
     return in_gauge(mesh, minimum.last.x, Run(minimum.status, minimum.last.energy, rounds=tuple(rounds)))
 
 

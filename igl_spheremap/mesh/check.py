@@ -45,7 +45,7 @@ class Mesh:
         no area. They are what the Moebius gauge balances, unless `SphereMapper.map` is given other weights. Caps have
         no share in them.
     areas : (n,) float64 array
-        The same with the areas of caps included: the weights of the L2 metric.
+        The same with the areas of caps included.
     caps : (m,) bool array or None
         Faces that only close holes and cuts; None if there are none.
     """
@@ -279,8 +279,12 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
 
 def area_weights(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
     """Areas of `n` vertices with sum 1, none below a billionth of their mean, from those of faces."""
-    area = float(areas.sum())
+    return normalised_weights(vertex_shares(areas, f, n), float(areas.sum()))
+
+
+def normalised_weights(shares: FloatArray, area: float) -> FloatArray:
+    """Shares of an area with sum 1, none below a billionth of their mean; all equal where there is none."""
     if not area > _FLAT:
-        return np.full(n, 1 / n)
-    A = np.maximum(vertex_shares(areas, f, n), _LEAST_AREA * area / n)
+        return np.full(len(shares), 1 / len(shares))
+    A = np.maximum(shares, _LEAST_AREA * area / len(shares))
     return np.asarray(A / A.sum())

@@ -148,12 +148,18 @@ def surface_area(v: FloatArray, f: IntArray) -> float:
 
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Area that belongs to each vertex, A_i of eq. (13): a third of the faces around it."""
-    return vertex_shares(face_areas(v, f), f, len(v))
+    """Area that belongs to each vertex, A_i of eq. (13): libigl's barycentric mass matrix, which is diagonal."""
+    areas = np.asarray(igl.massmatrix(v, f, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal())  # eq. (13)
+    if (areas < _SHORT**2).any():
+        return vertex_shares(face_areas(v, f), f, len(v))
+    return areas
 
 
 def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
     """Logarithms of `vertex_areas`, finite even where one is below the least float."""
+    areas = vertex_areas(v, f)
+    if (areas >= _SHORT**2).all():
+        return np.log(areas)
     corners, logs, largest = f.ravel(), np.repeat(log_face_areas(v, f), 3), np.full(len(v), -np.inf)
     np.maximum.at(largest, corners, logs)
     known = np.where(np.isfinite(largest), largest, 0.0)
@@ -162,8 +168,8 @@ def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """Areas of `n` vertices, of which each face gives a third to each of its corners."""
-    return np.asarray(np.bincount(f.ravel(), np.repeat(areas / 3, 3), n))  # eq. (13)
+    """Areas of `n` vertices, of which each face gives a third to each of its corners, as in `vertex_areas`."""
+    return np.asarray(np.bincount(f.ravel(), np.repeat(areas / 3, 3), n))
 
 
 def enclosed_volume(v: FloatArray, f: IntArray) -> float:

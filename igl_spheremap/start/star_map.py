@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
@@ -13,7 +14,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from ..errors import FactorisationFailed, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.measure import enclosed_volume, face_areas, fill_directions, vertex_areas, vertex_normals
+from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals
 from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
@@ -140,19 +141,12 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     >>> float(round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9))
     1.0
     """
-    n, area = len(mesh.v), face_areas(mesh.v, mesh.f)
-    w = weight[mesh.f]
-    total = w.sum(axis=1)
-    rows, columns, values = [], [], []
-    for i in range(3):
-        for j in range(3):
-            # int e_i e_j e_k = area / 60 times 6 (all equal), 2 (two equal), 1 (all different).
-            share = 2 * total + 4 * w[:, i] if i == j else total + w[:, i] + w[:, j]
-            rows.append(mesh.f[:, i])
-            columns.append(mesh.f[:, j])
-            values.append(area * share / 60)  # eq. (26)
-    index = (np.concatenate(rows), np.concatenate(columns))
-    return sp.csr_matrix((np.concatenate(values), index), shape=(n, n))
+    # The integral of e_i e_j e_k is area / 60 times 6 (all equal), 2 (two equal), 1 (all different), that of e_i e_j is
+    # M_ij: B_ij is a fifth of (w_i + w_j) M_ij plus M_ij of faces that are larger by the sum of their weights.
+    M, W = igl.massmatrix(mesh.v, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)  # eq. (23)
+    sides = igl.edge_lengths(mesh.v, mesh.f) * np.sqrt(weight[mesh.f].sum(axis=1))[:, None]
+    grown = igl.massmatrix_intrinsic(sides, mesh.f, igl.MASSMATRIX_TYPE_FULL)
+    return sp.csr_matrix((grown + (W @ M + M @ W)) / 5)  # eq. (26)
 
 
 def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | None = None) -> EigenProjection:
