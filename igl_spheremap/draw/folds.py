@@ -18,7 +18,7 @@ SEEN = 3.0
 MANY = 0.1
 #: Folded faces of an image are drawn so much nearer to the viewer, in radii, that no face of the sphere hides them.
 NEARER = 0.1
-#: The same where they are only not to be mixed with the faces, which lie at the same place.
+#: The same where they are only not to be mixed with faces of other colours, which lie at the same place.
 ABOVE = 0.004
 
 

@@ -100,7 +100,7 @@ class Body:
         self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
         self.points: dict[str, Any] = {}
         self._folded: Any = None
-        self._nearer = ABOVE
+        self._nearer = 0.0
         self._marks: Marks | None = None
         self._colours: FloatArray | None = None
         self.paint(np.tile(palette.SURFACE, (len(f), 1)))
@@ -140,7 +140,7 @@ class Body:
             self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
         few = len(folded) > 0 and self._share(folded) < MANY
         self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.lift) if few else None
-        self._nearer = NEARER if few and self.lift else ABOVE
+        self._nearer = NEARER if few and self.lift else ABOVE if checks is not None else 0.0
         self._bring_to_front(folded if self.lift or checks is not None else _NONE)
         self.version += 1
 
