@@ -20,6 +20,8 @@ from .run import History, Iterate, Step
 
 #: Bytes of positions that a recording holds by default.
 BUDGET = 400_000_000
+#: Iterates on each side of the beginning of a stage that are never dropped: the step that leads there and the next one.
+_AROUND = 2
 #: Stages that minimise another energy than the one before them.
 _OWN_ENERGY = ("opening", "balance")
 #: Energies that end nearer to 4 pi than this are plotted less 4 pi: the harmonic energy, with or without landmarks.
@@ -63,16 +65,17 @@ class Frame:
 class Recording(History):
     """Listener that keeps the numbers of every iterate, and as many positions as its budget holds.
 
-    Where the positions outgrow the budget every second one is dropped, and from then on only every second
-    (fourth, ...) one kept: the run stays evenly covered. The first and the last iterate of each stage are
-    never dropped. It may be read from another thread while the run goes on.
+    Where the positions outgrow the budget, neighbours are kept in pairs, so that steps can still be seen before and
+    after: every second (fourth, ...) pair, and all where the number of foldings changes, until these alone outgrow the
+    budget. The first and the last two iterates of each stage are never dropped. It may be read from another thread
+    while the run goes on.
 
     Parameters
     ----------
     f : (m, 3) int64 array
         Faces, to count foldings.
     budget : int
-        Bytes of positions to hold at the most, the ends of stages not counted.
+        Bytes of positions to hold; the ends of stages are kept even beyond it.
 
     Examples
     --------
@@ -88,7 +91,8 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = budget
-        self._stride = 1
+        #: Of so many iterates two are kept, where the number of foldings stays, and where it changes.
+        self._strides = [2, 2]
         self._lock = threading.Lock()
         self._frames: list[Frame] = []
         self._foldings: list[int] = []
@@ -97,29 +101,34 @@ class Recording(History):
         """Keep the iterate."""
         folded = folded_faces(iterate.x, self._f)
         with self._lock:
-            frame = Frame(len(self.steps), iterate, int(folded.sum()), np.packbits(folded))
+            self._frames.append(Frame(len(self.steps), iterate, int(folded.sum()), np.packbits(folded)))
             super().__call__(iterate)
-            self._foldings.append(frame.foldings)
-            if len(self._frames) > 1 and not self._stays(len(self._frames) - 1, frame):
-                self._frames.pop()  # it was kept only while it was the latest
-            self._frames.append(frame)
-            while self._stride < len(self.steps) and len(self._frames) * iterate.x.nbytes > self._budget:
-                self._thin()
-
-    def skip(self, step: Step) -> None:
-        """Count an iterate whose positions are not at hand; its foldings are taken to be those before it.
-
-        Parameters
-        ----------
-        step : Step
-            Its numbers.
-        """
-        with self._lock:
-            self.steps.append(step)
-            self._foldings.append(self._foldings[-1] if self._foldings else 0)
+            self._foldings.append(self._frames[-1].foldings)
+            if len(self._frames) > _AROUND and not self._stays(self._frames[-1 - _AROUND]):
+                del self._frames[-1 - _AROUND]  # it was kept only while it was among the latest
+            self._thin()
 
     def __repr__(self) -> str:
         return f"Recording({len(self._frames)} of {len(self.steps)} iterates)"
+
+    def describe(self) -> str:
+        """What is kept and what it takes, in words.
+
+        Returns
+        -------
+        str
+            A sentence.
+        """
+        with self._lock:
+            size = self._nbytes()
+            said = f"{size / 1e6:.{int(size < 1e7)}f} of {self._budget / 1e6:,.0f} MB"
+            if len(self._frames) == len(self.steps):
+                return f"{said}: every iteration is kept"
+            others, changes = (f"2 of {stride}" if stride > 2 else "all" for stride in self._strides)
+            return (
+                f"{said}: {len(self._frames):,} of {len(self.steps):,} iterations are kept, the starts and ends of all "
+                f"stages, {changes} at which the number of foldings changes, and {others} others"
+            )
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -139,26 +148,27 @@ class Recording(History):
         with self._lock:
             return np.array(self._foldings, dtype=np.int64)
 
+    def _nbytes(self) -> int:
+        return sum(frame.iterate.x.nbytes for frame in self._frames[:1]) * len(self._frames)
+
     def _thin(self) -> None:
-        """Drop every second frame that is neither the first nor the last of its stage."""
-        self._stride *= 2
-        following = [*self._frames[1:], None]
-        self._frames = [
-            frame
-            for k, (frame, after) in enumerate(zip(self._frames, following, strict=True))
-            if after is None or self._stays(k, after)
-        ]
+        """Drop pairs until the budget holds the others: the last are those at which the number of foldings changes."""
+        while self._nbytes() > self._budget and min(self._strides) < len(self.steps):
+            changing = self._strides[0] >= len(self.steps)  # no others are left
+            self._strides[changing] *= 2
+            self._frames = [frame for frame in self._frames if self._stays(frame)]
 
-    def _stays(self, k: int, after: Frame) -> bool:
-        """True if the k-th frame is on the stride, or begins or ends its stage."""
-        frame = self._frames[k]
-        ends = _stage(after) != _stage(frame)
-        begins = k == 0 or _stage(self._frames[k - 1]) != _stage(frame)
-        return frame.index % self._stride == 0 or begins or ends
+    def _stays(self, frame: Frame) -> bool:
+        """True if it is one of a pair that is kept, or beside the beginning or the end of a stage."""
+        k, last = frame.index, len(self.steps) - 1
+        if k < _AROUND or k > last - _AROUND or _stage(self.steps[k - _AROUND]) != _stage(self.steps[k + _AROUND]):
+            return True
+        changes = not self._foldings[k - 1] == self._foldings[k] == self._foldings[k + 1]
+        return k % self._strides[changes] < 2
 
 
-def _stage(frame: Frame) -> tuple[str, int]:
-    return frame.iterate.stage, frame.iterate.round
+def _stage(step: Step) -> tuple[str, int]:
+    return step.stage, step.round
 
 
 def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, ratios: FloatArray, *,

@@ -139,16 +139,20 @@ def title_of(step: Step | Iterate) -> str:
     >>> title_of(Step("harmonic", 1, 20, 12.6, 0.1, 0.5))
     'Algorithm 1, round 1, iteration 20'
     """
+    if step.stage in ("star map", "repair"):
+        return stage_title(step)
+    return f"{stage_title(step)}, iteration {step.iteration}"
+
+
+def stage_title(step: Step | Iterate) -> str:
+    """What the stage of an iterate is, in words."""
     name = _NAMES.get(step.stage, step.stage)
     name = name[0].upper() + name[1:]
     if step.stage == "repair" and not step.round:
         return "Harmonic map"
     if step.stage in ("star map", "repair"):
         return f"{name} {step.round}"
-    if step.stage == "gauss map":
-        return name
-    where = f", round {step.round}" if step.round else ""
-    return f"{name}{where}, iteration {step.iteration}"
+    return f"{name}, round {step.round}" if step.round else name
 
 
 @dataclass(frozen=True)

@@ -25,19 +25,45 @@ def test_it_is_the_history_and_the_certificates():
 
 
 @pytest.mark.parametrize("lengths", [(1,), (1000,), (1, 1, 700), (317, 5, 900, 1)])
-@pytest.mark.parametrize("room", [4, 37])
-def test_it_thins_evenly_and_keeps_both_ends_of_each_stage(lengths, room):
+@pytest.mark.parametrize("room", [20, 57])
+def test_it_thins_evenly_in_pairs_and_keeps_both_ends_of_each_stage(lengths, room):
     x, f = np.eye(3), np.array([[0, 1, 2]])
     recording = Recording(f, budget=room * x.nbytes)
     feed(recording, x, lengths)
     kept = [frame.index for frame in recording.frames]
     ends = np.cumsum(lengths)
     assert len(recording.history) == len(recording.foldings) == ends[-1]
-    assert set(kept) >= {0, *(ends - 1), *ends[:-1]}
+    around = {k + shift for k in (0, *ends) for shift in (-2, -1, 0, 1)}
+    assert set(kept) >= around & set(range(ends[-1]))
     assert kept == sorted(set(kept))
-    assert len(kept) <= room + 2 * len(lengths) + 1
+    assert len(kept) <= room
     steps = np.diff(kept)
-    assert steps.max(initial=1) <= max(1, 4 * ends[-1] / room)
+    assert steps.max(initial=1) <= max(1, 4 * ends[-1] / (room - len(around)))
+    assert (np.minimum(steps[1:], steps[:-1]) == 1).all()
+
+
+@pytest.mark.parametrize("room", [40, 100])
+def test_all_changes_of_the_number_of_foldings_are_kept_before_any_other_step(room):
+    x, f = np.eye(3), np.array([[0, 1, 2]])
+    changes = np.random.default_rng(0).choice(np.arange(3, 997), 15, replace=False)
+    recording = Recording(f, budget=room * x.nbytes)
+    for k in range(1000):
+        recording(Iterate("stage", 0, k, x if (k > changes).sum() % 2 else -x, 0.0))
+    kept = {frame.index for frame in recording.frames}
+    assert len(kept) <= room
+    assert kept >= {*changes.tolist(), *(changes + 1).tolist()}
+    assert f"{len(kept)} of 1,000 iterations are kept" in recording.describe()
+    assert "all at which the number of foldings changes" in recording.describe()
+
+
+def test_where_every_step_changes_the_number_of_foldings_these_are_thinned():
+    x, f = np.eye(3), np.array([[0, 1, 2]])
+    recording = Recording(f, budget=30 * x.nbytes)
+    for k in range(1000):
+        recording(Iterate("stage", 0, k, x if k % 2 else -x, 0.0))
+    kept = np.array([frame.index for frame in recording.frames])
+    assert 10 < len(kept) <= 30
+    assert (np.diff(kept) == 1).sum() >= len(kept) // 2
 
 
 def test_the_latest_iterate_is_always_there():

@@ -20,7 +20,7 @@ from ...correspondence import STAGES
 from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
-from ..viewer.choices import CARRIED, CARRIED_SIZE, PLAYER_SIZE, SHOWN
+from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
 from .exits import HELP, UsageError
@@ -102,6 +102,8 @@ COMMANDS = (
         shared.AS_PRINTED,
         argument("--max-iterations", "N", "of each round; default: the method's", type=COUNT),
         argument("--rounds", "N", "of Algorithm 2 at the most; default: the method's", type=COUNT),
+        argument("--keep", "MB", f"megabytes of iterations to keep (default {KEEP:g}); of a run that takes more, "
+                 "starts, ends and changes of foldings stay", type=POSITIVE, default=KEEP),
         *shared.pictures(PLAYER_SIZE),
         *shared.OUTPUT,
     )),

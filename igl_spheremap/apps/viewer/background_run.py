@@ -16,15 +16,15 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
 from ...result.recording import BUDGET, Frame, Recording
-from ...result.run import Iterate, Listener, Step, title_of
+from ...result.run import Iterate, Listener, Step, stage_title
 from ...result.sphere_map import SphereMap
 
 Source = tuple[FloatArray, IntArray]
 
-#: Iterates on their way between the processes.
-_IN_TRANSIT = 32
-#: Bytes of positions that a live run sends in a second: what is drawn grows with the mesh as they do.
-_BYTES_PER_SECOND = 5_000_000
+#: Messages on their way between the processes: more than a run sends while a window draws a picture.
+_IN_TRANSIT = 64
+#: Seconds between messages: iterates of small meshes come faster than messages are worth.
+_GATHER = 0.01
 #: A stage may begin with the last map of the one before, up to rounding; it is shown once.
 _SAME = 1e-9
 
@@ -43,26 +43,25 @@ class BackgroundRun:
     >>> run = BackgroundRun(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
     >>> run.wait()
     >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
-    (True, 'Gauss map', 'Result: certified folding-free')
+    (True, 'Gauss map, iteration 0', 'Result: certified folding-free')
     """
 
-    def __init__(
-        self, load: Callable[[], Source], solve: Solve, *, live: bool = False, budget: int = BUDGET
-    ) -> None:
-        """`load` and `solve` are sent to the process: they must be picklable.
-
-        A live run does not wait until its iterates are taken over: it leaves out those that come too fast.
-        """
+    def __init__(self, load: Callable[[], Source], solve: Solve, *, budget: int = BUDGET) -> None:
+        """`load` and `solve` are sent to the process: they must be picklable."""
         self.mesh: Mesh | None = None
         self.result: SphereMap | None = None
         self.error: Exception | None = None
         self.frames: tuple[Frame, ...] = ()
+        #: Places of the frames that the next iteration follows, their iterations, and those that change the foldings.
+        self.steps = self.iterations = self.changes = np.empty(0, dtype=np.int64)
+        self.foldings = np.empty(0, dtype=np.int64)
+        self.seconds = 0.0
         self._recording: Recording | None = None
         self._budget = budget
         spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
         self._stopped = spawn.Event()
         self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, solve, live, self._messages, self._stopped)
+        work = (load, solve, self._messages, self._stopped)
         self._process = spawn.Process(target=_work, args=work, daemon=True)
         self._process.start()
 
@@ -73,8 +72,13 @@ class BackgroundRun:
 
     @property
     def history(self) -> tuple[Step, ...]:
-        """The numbers of every iterate so far, those included that were not sent."""
+        """The numbers of every iterate so far, those included that are not kept."""
         return () if self._recording is None else self._recording.history
+
+    @property
+    def memory(self) -> str:
+        """Which iterates are kept, and what they take."""
+        return "" if self._recording is None else self._recording.describe()
 
     def stop(self) -> None:
         """End at the next iterate, with what there is then."""
@@ -103,18 +107,22 @@ class BackgroundRun:
                     self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
                 break
             getattr(self, f"_take_{kind}")(content)
-        if self._recording is not None:
-            self.frames = self._recording.frames
+        if self._recording is not None and len(self._recording.steps) > len(self.foldings):
+            self.frames, self.foldings = self._recording.frames, self._recording.foldings
+            places = np.array([frame.index for frame in self.frames])
+            self.steps = np.flatnonzero(np.diff(places) == 1)
+            self.iterations = places[self.steps]
+            self.changes = self.iterations[np.diff(self.foldings)[self.iterations] != 0]
 
     def title(self, frame: Frame) -> str:
         """What a frame shows, in words."""
         if self.result is None or frame is not self.frames[-1]:
-            return title_of(frame.iterate)
+            return f"{stage_title(frame.iterate)}, iteration {frame.index:,}"
         return f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
 
     def stops(self) -> list[tuple[str, int]]:
-        """Names and indices of the start, of the frames at star maps and repairs, and of the end."""
-        marks = [(self.title(self.frames[0]), 0)]
+        """Names and places of the start, of the frames at star maps and repairs, and of the end."""
+        marks = [("Gauss map", 0)]
         for k, frame in enumerate(self.frames[:-1]):
             stage, number = stage_of(frame.iterate)
             again = f" {number}" if number > 1 else ""
@@ -128,20 +136,17 @@ class BackgroundRun:
         self.mesh = check_mesh(*source)
         self._recording = Recording(self.mesh.f, self._budget)
 
-    def _take_iterates(self, content: tuple[list[Step], Iterate]) -> None:
-        steps, last = content
+    def _take_iterates(self, content: tuple[float, list[Iterate]]) -> None:
+        self.seconds, iterates = content
         assert self.mesh is not None
         assert self._recording is not None
-        if not self._recording.steps and last.stage != "gauss map":
+        if not self._recording.steps and iterates[0].stage != "gauss map":
             # The start of the paper's algorithms is shown first in every run, for comparison.
             self._recording(Iterate("gauss map", 0, 0, vertex_normals(self.mesh.v, self.mesh.f), float("nan")))
-        for step in steps[:-1]:
-            self._recording.skip(step)
-        before = self._recording.frames[-1:]
-        if before and last.iteration == 0 and np.abs(before[0].iterate.x - last.x).max() < _SAME:
-            self._recording.skip(last.step)
-        else:
-            self._recording(last)
+        for iterate in iterates:
+            begins = iterate.iteration == 0 and len(self._recording.steps) > 0
+            if not begins or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= _SAME:
+                self._recording(iterate)
 
     def _take_result(self, result: SphereMap) -> None:
         assert self._recording is not None
@@ -160,55 +165,39 @@ def stage_of(iterate: Iterate) -> tuple[str, int]:
 
 
 class _Sender:
-    """Listener that sends iterates; of a live run the ends of each stage always, those between while there is time."""
+    """Listener that sends every iterate, and waits while too many are on their way."""
 
-    def __init__(self, live: bool, messages: multiprocessing.Queue[Any], stopped: Event) -> None:
-        self._live, self._messages, self._stopped = live, messages, stopped
-        self._steps: list[Step] = []
-        self._unsent: Iterate | None = None
-        self._stage: tuple[str, int] | None = None
-        self._next = 0.0
+    def __init__(self, messages: multiprocessing.Queue[Any], stopped: Event) -> None:
+        self._messages, self._stopped = messages, stopped
+        self._unsent: list[Iterate] = []
+        self._began = self._sent = time.monotonic()
 
     def __call__(self, iterate: Iterate) -> None:
-        begins = self._stage != stage_of(iterate)
-        if begins:
+        self._unsent.append(replace(iterate, details=None))
+        if time.monotonic() > self._sent + _GATHER:
             self.flush()
-        self._stage = stage_of(iterate)
-        self._steps.append(iterate.step)
-        self._unsent = iterate
-        if begins or not self._live:
-            self._send(block=True)
-        elif time.monotonic() > self._next:
-            self._send(block=False)
         if self._stopped.is_set():
             raise StopIteration
 
     def flush(self) -> None:
-        """Send the last iterate if it is held back."""
-        if self._unsent is not None:
-            self._send(block=True)
-
-    def _send(self, block: bool) -> None:
-        assert self._unsent is not None
-        try:
-            self._messages.put(("iterates", (self._steps, replace(self._unsent, details=None))), block=block)
-        except queue.Full:
-            return
-        self._next = time.monotonic() + self._unsent.x.nbytes / _BYTES_PER_SECOND
-        self._steps, self._unsent = [], None
+        """Send what is held back."""
+        self._sent = time.monotonic()
+        if self._unsent:
+            self._messages.put(("iterates", (self._sent - self._began, self._unsent)))
+        self._unsent = []
 
 
-def _work(
-    load: Callable[[], Source], solve: Solve, live: bool, messages: Any, stopped: Event
-) -> None:
+def _work(load: Callable[[], Source], solve: Solve, messages: Any, stopped: Event) -> None:
     """The process: whatever happens, its last message is the result or the error."""
     try:
         v, f = load()
         check_mesh(v, f)
         messages.put(("mesh", (v, f)))
-        sender = _Sender(live, messages, stopped)
-        result = solve(v, f, listener=sender)
-        sender.flush()
+        sender = _Sender(messages, stopped)
+        try:
+            result = solve(v, f, listener=sender)
+        finally:
+            sender.flush()
         messages.put(("result", result))
     except Exception as error:  # shown in the window
         messages.put(("error", error))

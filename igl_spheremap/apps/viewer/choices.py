@@ -13,6 +13,8 @@ CARRIED_SIZE = (1500, 560)
 LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.
 RATE = 20
+#: Megabytes of positions that a player keeps.
+KEEP = 400.0
 #: Directions that may be up.
 UPS = ("auto", "x", "-x", "y", "-y", "z", "-z")
 _Y_UP = (".glb", ".gltf")

@@ -13,11 +13,12 @@ from ...draw.plot import fit, pose
 from ...maps.options import Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.check import Mesh
+from ...result.recording import BUDGET, Frame
 from ...result.run import Listener
 from .app import App
 from .background_run import BackgroundRun, Source
 from .body import Body, Lens, follow
-from .choices import PLAYER_SIZE, SUBJECTS
+from .choices import SUBJECTS
 from .colouring import colouring
 from .result_view import count_foldings, edge_width
 from .stage import Inset, Stage
@@ -26,11 +27,14 @@ from .stage import Inset, Stage
 _POLL = 0.02
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
+#: Widths of the surface and of both spheres, in a window and in pictures, which have no panel.
+_IN_WINDOWS, _IN_PICTURES = (0.3, 0.35, 0.35), (0.5, 0.25, 0.25)
 
 
 class Player(App):
-    """A run, and the step of it that is shown: a frame and the one before it, or any earlier one.
+    """A run, and the step of it that is shown: an iterate and the next one.
 
+    A step is called by the iteration that it starts from, counted from the Gauss map on, as in the curves.
     `load` takes a name to vertices and faces, in another process: it must be picklable.
     """
 
@@ -44,23 +48,24 @@ class Player(App):
         method: Method,
         *,
         up: str = "auto",
-        size: tuple[int, int] = PLAYER_SIZE,
         panel: int = 0,
-        live: bool = False,
+        foot: int = 0,
+        budget: int = BUDGET,
     ) -> None:
-        self._load, self._up, self._live = load, up, live
-        left = size[0] / 2 - panel
-        self.stage = Stage(1, 3, panel=panel, shares=(max(left, 0.25 * size[0]), size[0] / 4, size[0] / 4))
+        self._load, self._up, self._budget = load, up, budget
+        self.stage = Stage(1, 3, panel=panel, foot=foot, shares=_IN_WINDOWS if panel else _IN_PICTURES)
         self.subject, self.zoom = SUBJECTS[0], 1.0
         self.start(name, method)
 
     def start(self, name: str, method: Method) -> None:
         """Begin a run, and the picture anew."""
         self.name, self.mesh = name, None
-        self.before = self.after = 0
+        self.stage.clear()
+        self.before: Frame | None = None
+        self.after: Frame | None = None
         self._shown: object = None
         solve = partial(spherical_conformal_map, method=method)
-        self.run = BackgroundRun(partial(self._load, name), solve, live=self._live)
+        self.run = BackgroundRun(partial(self._load, name), solve, budget=self._budget)
 
     def prepare(self, listener: Listener | None = None) -> None:
         def notify(run: BackgroundRun) -> None:
@@ -73,36 +78,44 @@ class Player(App):
         self._update()
 
     def frames(self) -> int:
-        return max(1, len(self.run.frames) - 1)
+        return max(1, self.run.frames[-1].index) if self.run.frames else 1
 
     def last_frame(self) -> int:
         """Before: the last stop with foldings. After: the end."""
         return self.frames()
 
     def go_to(self, frame: int) -> None:
+        """Show the step from an iteration, or the last one before it that was kept; or what `last_frame` says."""
+        frames = self.run.frames
         if frame == self.frames():
-            folded = [k for _, k in self.run.stops()[:-1] if self.run.frames[k].foldings]
-            self.show(folded[-1] if folded else 0, len(self.run.frames) - 1)
+            folded = [k for _, k in self.run.stops()[:-1] if frames[k].foldings]
+            self.show(frames[folded[-1] if folded else 0], frames[-1])
+        elif len(frames) == 1:
+            self.show(frames[0], None)
         else:
-            self.show(frame, min(frame + 1, len(self.run.frames) - 1))
+            k = int(self.run.steps[max(int(np.searchsorted(self.run.iterations, frame, "right")) - 1, 0)])
+            self.show(frames[k], frames[k + 1])
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         """Frames through the run, half of them evenly, half where foldings change; those at stops are held."""
-        held = sorted({max(k - 1, 0) for _, k in self.run.stops()})
-        foldings = np.log1p([frame.foldings for frame in self.run.frames[: self.frames()]])
+        kept = self.run.iterations
+        held = sorted({max(self.run.frames[k].index - 1, 0) for _, k in self.run.stops()})
+        foldings = np.log1p(self.run.foldings[kept])
         change = np.abs(np.diff(foldings, prepend=foldings[0]))
         place = np.cumsum(change / (change.sum() or 1) + 1 / len(change))
-        chosen = np.searchsorted(place, np.linspace(0, place[-1], length)).clip(0, len(place) - 1)
+        chosen = kept[np.searchsorted(place, np.linspace(0, place[-1], length)).clip(0, len(place) - 1)]
         return [(partial(self.go_to, k), k in held) for k in np.union1d(chosen, np.array(held, dtype=int)).tolist()]
 
     def facts(self) -> dict[str, Any]:
+        assert self.before is not None
+        assert self.after is not None
         return {**self._facts(self.after), "before": self._facts(self.before)}
 
-    def _facts(self, k: int) -> dict[str, Any]:
+    def _facts(self, frame: Frame) -> dict[str, Any]:
         """What a picture of a frame shows, for JSON."""
-        frame = self.run.frames[k]
-        step = {name: getattr(frame.iterate, name) for name in ("stage", "round", "iteration")}
-        return {"title": self.run.title(frame), **step, "foldings": frame.foldings}
+        step = frame.iterate.step
+        return {"title": self.run.title(frame), "stage": step.stage, "round": step.round, "iteration": frame.index,
+                "foldings": frame.foldings}
 
     def tick(self) -> None:
         self._update()
@@ -111,19 +124,24 @@ class Player(App):
         self.run.close()
 
     def panel(self) -> None:
-        if self.mesh is not None:
+        if self.before is not None:
             self.inset.annotate()
 
-    def show(self, before: int, after: int) -> None:
-        """Show two frames of the run through the same lens."""
+    def show(self, before: Frame, after: Frame | None) -> None:
+        """Show two frames of the run through the same lens; where there is no second one yet, the first."""
         self.before, self.after = before, after
-        frames = self.run.frames
-        state = frames[before], frames[after], self.subject, self.zoom
+        state = before, after, self.run.result, self.subject, self.zoom
         if self.mesh is None or state == self._shown:
             return
         self._shown = state
-        aim = next((frame for frame in state[:2] if frame.foldings), state[0])
-        for frame, body, word in zip(state[:2], self.images, ("Before", "After"), strict=True):
+        if not self.images:
+            self._set_images()
+        aim = after if after is not None and after.foldings and not before.foldings else before
+        for frame, body, word in zip((before, after), self.images, ("Before", "After"), strict=True):
+            body.visible = frame is not None
+            if frame is None:
+                body.caption = f"{word}\nbeing computed"
+                continue
             x = frame.iterate.x @ self.turn.T
             lens = follow(x, self.mesh.f, aim.folded)
             lens = Lens(lens.place, lens.power * self.zoom)
@@ -145,12 +163,16 @@ class Player(App):
 
     def _set_mesh(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.stage.clear()
         self.turn = pose(mesh.v, self._up)
-        v = fit(mesh.v, self.turn)
-        self.source = self.stage.place(0, 0, Body("source", v, mesh.f))
+        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
         self.source.caption = f"{Path(self.name).name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
+        self.images: list[Body] = []  # until there is a map to show
+
+    def _set_images(self) -> None:
+        assert self.mesh is not None
+        assert self.before is not None
+        x = self.before.iterate.x
         self.images = [
-            self.stage.place(0, k, Body(name, v, mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
+            self.stage.place(0, k, Body(name, x, self.mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
         ]
-        self.inset = Inset(self.stage, 0, 1, mesh.f, v)
+        self.inset = Inset(self.stage, 0, 1, self.mesh.f, x)

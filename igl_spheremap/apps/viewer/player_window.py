@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
 from typing import Any
@@ -13,49 +13,56 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import samples
-from ...draw import palette
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.objects import takes_mesh
-from ...result.recording import linear_below, objective
-from ...result.run import Step
 from .app import SaveWidgets, menu, panel, paragraph, present, subject_combo, zoom_slider
 from .background_run import Source
-from .choices import PLAYER_SIZE
+from .choices import KEEP, PLAYER_SIZE
+from .curves import energy_plot, folding_plot
 from .player import Player
-from .stage import PANEL
-from .window import imgui, implot
+from .stage import PANEL, text_width
+from .window import imgui, ps
 
-#: Points of a curve that are drawn at the most.
-_POINTS = 500
+#: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
+_PLOTS = 180
 #: The name of a surface that is given as arrays.
 _GIVEN = "your mesh"
-SPEEDS = (1, 2, 5, 10, 25)
-#: Beside a computation, drawing rests for so many times as long as the last picture took.
+#: Iterations that a picture goes on by.
+SPEEDS = (1, 2, 5, 10, 25, 100)
+#: Beside a computation, drawing rests for this many times as long as the last picture took.
 _REST = 4
+#: Weight of the last picture in the speed that is shown.
+_LATEST = 0.3
+
+_HINT = (
+    "The space bar plays, the arrow keys left and right step, up and down go to changes of foldings. Press on a curve "
+    "to go there. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to reset."
+)
 
 
-def parameters(method: Method) -> dict[str, int | float]:
-    """The numbers of a method.
+def parameters(method: Method) -> dict[str, bool | int | float]:
+    """The numbers and switches of a method.
 
     >>> parameters(METHODS["lai2014"]())["max_iterations"]
     5000
     """
     values = {field.name: getattr(method, field.name) for field in fields(method)}
-    return {name: value for name, value in values.items() if type(value) in (int, float)}
+    return {name: value for name, value in values.items() if type(value) in (bool, int, float)}
 
 
 class PlayerWindow(Player):
-    """A player with a panel; the run is live."""
+    """A player with a panel, and curves below the spheres, while the run goes on."""
 
     def __init__(self, load: Callable[[str], Source], name: str, method: Method, **layout: Any) -> None:
         self.method = method
-        self.playing, self.speed = True, 0
+        self.playing, self.speed = True, SPEEDS[0]
         self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
+        self._played, self._rate = time.monotonic(), 0.0
         self._save = SaveWidgets(self, "run", lambda: self.run.result)
-        super().__init__(load, name, method, panel=PANEL, live=True, **layout)
+        super().__init__(load, name, method, panel=PANEL, foot=_PLOTS, **layout)
 
     def tick(self) -> None:
         """Move on while playing, beside a computation now and then."""
@@ -64,11 +71,17 @@ class PlayerWindow(Player):
         if self._moved:
             self._rest_until = now + _REST * (cpu - self._cpu)
         self._cpu, self._moved = cpu, False
-        if not self.playing or not self.run.frames or (self.run.running and now < self._rest_until):
+        if not self.run.frames:
             return
-        before = self.after
-        self._step_to(before + SPEEDS[self.speed] - 1)
-        self._moved = self.after != before
+        if self.before is None or self.after is None:
+            self.go_to(0)
+        elif self.playing and not (self.run.running and now < self._rest_until):
+            before = self.before.index
+            self._step(self.speed)
+            self._moved = self.before.index != before
+            self.playing = self._moved or self.run.running
+            rate = (self.before.index - before) / max(now - self._played, 1e-3)
+            self._rate, self._played = self._rate + _LATEST * (rate - self._rate), now
 
     def panel(self) -> None:
         super().panel()
@@ -76,140 +89,165 @@ class PlayerWindow(Player):
             return
         with panel("Player", self.stage.panel):
             self._run_widgets()
-            if self.run.frames:
-                for widgets in (self._play_widgets, self._stop_combo, self._view_widgets, self._save):
+            if self.before is not None:
+                for widgets in (self._play_widgets, self._view_widgets, self._save):
+                    imgui.Separator()
                     widgets()
-                self._plots()
+            imgui.Separator()
+            paragraph(_HINT)
+        if self.before is not None:
+            self._plots(self.before.index)
+        self._keys()
 
-    def _plots(self) -> None:
-        at = self.run.frames[self.after].index
-        room = max(90.0, (imgui.GetContentRegionAvail()[1] - 6) / 2)
-        frames = self.run.frames
-        steps = np.array([frame.index for frame in frames])
-        _energy_plot(self.run.history, at, room)
-        _folding_plot(steps, np.array([frame.foldings for frame in frames]), at, room)
+    def _plots(self, shown: int) -> None:
+        """The curves, side by side below the spheres; pressing on one goes there."""
+        width, height = ps.get_window_size()
+        imgui.SetNextWindowPos((self.stage.panel, height - self.stage.foot))
+        imgui.SetNextWindowSize((width - self.stage.panel, self.stage.foot))
+        imgui.Begin("curves", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings)
+        wide, high = imgui.GetContentRegionAvail()
+        size = (wide - 8) / 2, high
+        goal = energy_plot(self.run.history, shown, size)
+        imgui.SameLine()
+        other = folding_plot(self.run.foldings, shown, size)
+        imgui.End()
+        for place in (goal, other):
+            if place is not None:
+                self._leave_for(round(place))
 
     def _run_widgets(self) -> None:
-        _, self.name = imgui.InputText("##mesh", self.name)
-        imgui.SameLine()
-        self.name = menu("mesh", "", (f"sample:{name}" for name in samples.names())) or self.name
+        run = self.run
+        _, self.name = imgui.InputText("mesh", self.name)
+        names = [f"sample:{name}" for name in samples.names()]
+        self.name = menu("samples", self.name if self.name in names else "", names) or self.name
         if chosen := menu("method", self.method.name, METHODS):
             self.method = METHODS[chosen]()
         if imgui.TreeNode("parameters"):
-            for name, value in parameters(self.method).items():
-                enter = imgui.InputInt if isinstance(value, int) else _enter_number
-                changed, value = enter(name.replace("_", " "), value)
-                if changed:
-                    self.method = replace(self.method, **{name: max(value, 0)})
+            self._parameter_widgets()
             imgui.TreePop()
-        run = self.run
-        if run.running:
-            if imgui.Button("stop"):
-                run.stop()
-            imgui.SameLine()
-            imgui.TextUnformatted(f"computing: {len(run.history):,} iterates")
-        elif imgui.Button("run"):
+        if imgui.Button("run"):
             run.close()
             self.start(self.name, self.method)
             self.playing = True
+        if run.running:
+            imgui.SameLine()
+            if imgui.Button("stop"):
+                run.stop()
+        for line in self._state():
+            paragraph(line)
+
+    def _parameter_widgets(self) -> None:
+        values = parameters(self.method)
+        widest = max(text_width(name) for name in values)
+        for name, value in values.items():
+            imgui.SetNextItemWidth(imgui.GetContentRegionAvail()[0] - widest - 8)
+            label = name.replace("_", " ")
+            if isinstance(value, bool):
+                changed, value = imgui.Checkbox(label, value)
+            elif isinstance(value, int):
+                changed, value = imgui.InputInt(label, value)
+            else:
+                changed, value = imgui.InputDouble(label, value, format="%.1e")
+            if changed:
+                self.method = replace(self.method, **{name: max(value, type(value)(0))})
+
+    def _state(self) -> list[str]:
+        """How far the run is, what it takes, and what there is to say of it."""
+        run = self.run
         if run.error is not None:
-            paragraph(f"{type(run.error).__name__}: {run.error}")
+            return [f"{type(run.error).__name__}: {run.error}"]
+        if not run.frames:
+            return [f"reading {self.name}" if run.mesh is None else "making the first map"]
+        count = len(run.foldings) - 1
+        if run.result is None:
+            return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
+        notes = (f"note: {note}" for note in run.result.notes)
+        return [f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
 
     def _play_widgets(self) -> None:
-        at, last = self.after - 1, self.frames() - 1
+        assert self.before is not None
+        at, last = self.before.index, self.frames() - 1
         if imgui.Button("pause" if self.playing else "play "):
-            if not self.playing and at >= last:
-                self._step_to(0)
-            self.playing = not self.playing
-        for label, step in (("<", -1), (">", 1)):
+            self._toggle()
+        for label, way in (("<", -1), (">", 1)):
             imgui.SameLine()
             if imgui.Button(label):
-                self._leave_for(at + step)
+                self._leave_by(way)
         imgui.SameLine()
-        imgui.PushItemWidth(70)
-        speeds = [f"x{speed}" for speed in SPEEDS]
-        if chosen := menu("speed", speeds[self.speed], speeds):
-            self.speed = speeds.index(chosen)
-        imgui.PopItemWidth()
-        moved, frame = imgui.SliderInt("step", max(at, 0), 0, last)
+        imgui.SetNextItemWidth(70)
+        speeds = {f"x{speed}": speed for speed in SPEEDS}
+        if chosen := menu("speed", f"x{self.speed}", speeds):
+            self.speed = speeds[chosen]
+        imgui.SetNextItemWidth(-1)
+        moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iteration %d")
         if moved:
-            self._leave_for(frame)
+            self._leave_for(iteration)
+        if self.playing:
+            paragraph(f"plays {self._rate:,.0f} iterations a second")
+        imgui.AlignTextToFramePadding()
+        imgui.TextUnformatted("change of foldings:")
+        for label, way in (("previous", -1), ("next", 1)):
+            change = self._change(way)
+            imgui.SameLine()
+            imgui.BeginDisabled(change is None)
+            if imgui.Button(label):
+                self._leave_for_change(way)
+            imgui.EndDisabled()
+        marks = dict(self.run.stops())
+        here = [name for name, k in marks.items() if self.run.frames[k] is self.after]
+        if chosen := menu("stops", here[-1] if here else "", marks):
+            self._leave_for(self.run.frames[marks[chosen]].index - 1)
 
-    def _stop_combo(self) -> None:
-        marks = self.run.stops()
-        here = [name for name, k in marks if k == self.after or k == 0 == self.before]
-        if chosen := menu("stops", here[-1] if here else "", dict(marks)):
-            self._leave_for(dict(marks)[chosen] - 1)
+    def _keys(self) -> None:
+        if imgui.GetIO().WantTextInput or self.before is None:
+            return
+        if imgui.IsKeyPressed(imgui.ImGuiKey_Space, False):
+            self._toggle()
+        for key, act, way in (
+            (imgui.ImGuiKey_LeftArrow, self._leave_by, -1), (imgui.ImGuiKey_RightArrow, self._leave_by, 1),
+            (imgui.ImGuiKey_UpArrow, self._leave_for_change, -1), (imgui.ImGuiKey_DownArrow, self._leave_for_change, 1),
+        ):  # fmt: skip
+            if imgui.IsKeyPressed(key):
+                act(way)
 
-    def _leave_for(self, frame: int) -> None:
+    def _toggle(self) -> None:
+        """Play or pause; at the end, play from the beginning."""
+        assert self.before is not None
+        if not self.playing and self.before.index >= self.run.iterations[-1]:
+            self.go_to(0)
+        self.playing = not self.playing
+
+    def _change(self, way: int) -> int | None:
+        """The next iteration, or the one before, at which the number of foldings changes."""
+        assert self.before is not None
+        changes = self.run.changes
+        k = int(np.searchsorted(changes, self.before.index, "left" if way < 0 else "right")) - (way < 0)
+        return int(changes[k]) if 0 <= k < len(changes) else None
+
+    def _leave_for_change(self, way: int) -> None:
+        if (change := self._change(way)) is not None:
+            self._leave_for(change)
+
+    def _leave_for(self, iteration: int) -> None:
         self.playing = False
-        self._step_to(frame)
+        self.go_to(min(max(iteration, 0), self.frames() - 1))
 
-    def _step_to(self, frame: int) -> None:
-        self.go_to(min(max(frame, 0), self.frames() - 1))
+    def _leave_by(self, way: int) -> None:
+        self.playing = False
+        self._step(way)
+
+    def _step(self, way: int) -> None:
+        """Go on by this many iterations, to the next step that was kept, or to the end."""
+        assert self.before is not None
+        kept = self.run.iterations
+        k = int(np.searchsorted(kept, self.before.index + way, "left" if way > 0 else "right")) - (way < 0)
+        if len(kept):
+            self.go_to(int(kept[min(max(k, 0), len(kept) - 1)]))
 
     def _view_widgets(self) -> None:
         self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
+        assert self.before is not None
         self.show(self.before, self.after)
-
-
-def _enter_number(label: str, value: float) -> tuple[bool, float]:
-    changed, value = imgui.InputDouble(label, value, format="%.1e")
-    return bool(changed), float(value)
-
-
-def _energy_plot(history: Sequence[Step], shown: int, height: float) -> None:
-    """Plot what is minimised over the iterates, with its sign."""
-    at, values, name = objective(history)
-    linear = linear_below(values)
-    if linear == 0:
-        values = np.where(values > 0, values, np.nan)
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Log10, palette.LINES[0])
-    elif np.isfinite(linear):
-        powers = 10.0 ** np.arange(0, 9, 3)
-        ticks = np.concatenate((-powers[::-1], [0.0], powers))
-        _curve(name, at, values / linear, shown, height, implot.ImPlotScale_SymLog, palette.LINES[0], ticks, linear)
-    else:
-        _curve(name, at, values, shown, height, implot.ImPlotScale_Linear, palette.LINES[0])
-
-
-def _folding_plot(at: IntArray, foldings: IntArray, shown: int, height: float) -> None:
-    """Plot the number of folded faces over the iterates `at`."""
-    scale = implot.ImPlotScale_SymLog if foldings.any() else implot.ImPlotScale_Linear
-    ticks = np.array([0.0, 10.0, 1e3, 1e5]) if foldings.any() else np.zeros(1)
-    _curve("folded faces", at, foldings.astype(np.float64), shown, height, scale, palette.FOLDED, ticks)
-
-
-def _curve(
-    title: str,
-    x: IntArray,
-    y: FloatArray,
-    shown: int,
-    height: float,
-    scale: int,
-    colour: palette.Colour,
-    ticks: FloatArray | None = None,
-    unit: float = 1.0,
-) -> None:
-    """A curve with a line at the iterate that is shown; `ticks` count in the unit of the axis."""
-    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
-    fit = implot.ImPlotAxisFlags_AutoFit | implot.ImPlotAxisFlags_NoLabel
-    if not implot.BeginPlot(title.replace("π", "pi"), (-1, height), flags):
-        return
-    implot.SetupAxes("iterate", title, fit, fit)
-    implot.SetupAxisScale(implot.ImAxis_Y1, scale)
-    if ticks is not None:
-        implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:.3g}" for tick in ticks])
-    if len(y):
-        chosen = np.unique(np.linspace(0, len(y) - 1, _POINTS).astype(np.int64))
-        implot.SetNextLineStyle((*colour, 1.0), 1.5)
-        implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
-        if ticks is not None:  # so that 0 is always in sight
-            implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
-            implot.PlotLine("none", np.array([x[0], x[-1]], dtype=np.float64), np.zeros(2))
-        implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
-        implot.PlotInfLines("shown", np.array([float(shown)]))
-    implot.EndPlot()
 
 
 @takes_mesh
@@ -221,6 +259,7 @@ def play(
     *,
     up: str = "auto",
     size: tuple[int, int] = PLAYER_SIZE,
+    keep: float = KEEP,
 ) -> list[dict[str, Any]]:
     """Show a map coming about: before and after each iteration, with its folded faces in red.
 
@@ -243,6 +282,9 @@ def play(
         Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
     size : (int, int)
         Width and height in pixels; 1400 by 640 by default.
+    keep : float
+        Megabytes of positions to keep, 400 by default. Where those of all iterations take more, the window says which
+        it keeps: those at starts, ends, star maps and changes of the number of foldings first.
 
     Returns
     -------
@@ -269,7 +311,8 @@ def play(
     method = method if isinstance(method, Method) else METHODS[method]()
     kind = PlayerWindow if target is None else Player
     load = partial(_load, mesh.vertices, mesh.f)
-    return present(lambda: kind(load, _GIVEN, method, up=up, size=size), target, size=size)
+    budget = round(1e6 * keep)
+    return present(lambda: kind(load, _GIVEN, method, up=up, budget=budget), target, size=size)
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

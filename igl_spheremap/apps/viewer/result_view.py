@@ -146,7 +146,7 @@ class ResultView(ColouredApp):
         self.close()
         self._balance = balance
         load, solve = partial(_given, self.mesh.vertices, self.mesh.f), partial(_rebalanced, self.result, balance)
-        self._run = BackgroundRun(load, solve, live=True)
+        self._run = BackgroundRun(load, solve)
 
     def prepare(self, listener: Listener | None = None) -> None:
         if self._run is not None:

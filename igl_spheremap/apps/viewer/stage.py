@@ -72,11 +72,12 @@ class Stage:
 
     @contextmanager
     def bare(self) -> Iterator[None]:
-        """Leave no room for the panel, which then is not drawn: for pictures that a window writes."""
-        width, self.panel = self.panel, 0
+        """Leave no room for the panel and the foot, which then are not drawn: for pictures that a window writes."""
+        room = self.panel, self.foot
+        self.panel = self.foot = 0
         self._laid_out = None
         yield
-        self.panel = width
+        self.panel, self.foot = room
         self._laid_out = None
 
     def clear(self) -> None:
@@ -265,8 +266,9 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
     if not isinstance(legend, palette.Ramp):
         label, colour = legend
         lines = wrapped(label, width - 24)
+        first = min(12 - _LINE * (len(lines) - 1) / 2, _LEGEND - 4 - _LINE * len(lines))
         for k, line in enumerate(lines):
-            text(canvas, x + 10, y + 12 + _LINE * (k - (len(lines) - 1) / 2), line)
+            text(canvas, x + 10, y + first + _LINE * k, line)
         left = x - 10 - max(map(text_width, lines)) / 2
         canvas.AddRectFilled((left, y + 14), (left + 14, y + 28), packed(colour))
         return
@@ -282,7 +284,7 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
 
 
 def wrapped(paragraphs: str, width: float) -> list[str]:
-    """Lines of text that are no wider than `width` pixels, unless a word is."""
+    """Lines of text that are no wider than `width` pixels; words that are wider are broken."""
     lines: list[str] = []
     for paragraph in paragraphs.splitlines():
         lines.append("")
@@ -290,8 +292,12 @@ def wrapped(paragraphs: str, width: float) -> list[str]:
             longer = f"{lines[-1]} {word}".lstrip()
             if text_width(longer) <= width:
                 lines[-1] = longer
-            else:
-                lines.append(word)
+                continue
+            lines.append("")
+            for letter in word:
+                if text_width(lines[-1] + letter) > width:
+                    lines.append("")
+                lines[-1] += letter
     return [line for line in lines if line]
 
 

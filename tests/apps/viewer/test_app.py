@@ -60,7 +60,7 @@ os.chdir({str(tmp_path)!r})
 app.LENGTH = 5
 if __name__ == '__main__':
     app.open_for(Namespace(screenshot='unused.png', video=None, size=(1100, 400)), 'test')
-    shown = PlayerWindow(from_spec, 'spheroid:n_vertices=400', METHODS['lai2014'](), size=(1100, 400))
+    shown = PlayerWindow(from_spec, 'spheroid:n_vertices=400', METHODS['lai2014']())
     shown.prepare()
     shown.go_to(shown.last_frame())
     said = [press(shown, 'video', 'run'), press(shown, 'map', 'run')]

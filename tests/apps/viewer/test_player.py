@@ -28,7 +28,7 @@ def red(image):
 
 def player(name, method, kind=Player, **options):
     app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 360)), 'test')
-    shown = kind(from_spec, name, METHODS[method](**options), size=(900, 360))
+    shown = kind(from_spec, name, METHODS[method](**options))
     ps.set_user_callback(lambda: app.draw_app(shown))
     return shown
 """
@@ -50,13 +50,21 @@ def test_a_run_in_another_process_is_the_run_here(dino_run):
     recording = Recording(f)
     here = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
     assert (dino_run.result.sphere == here.sphere).all()
+    # all iterates but those that repeat the map before, at the start of a minimisation
+    same = "harmonic", 0
+    different = [frame for frame in recording.frames if (frame.iterate.stage, frame.iterate.iteration) != same]
     frames = dino_run.frames[:-1]
-    for shown in frames[:: len(frames) // 9]:
-        frame = recording.frames[shown.index]
+    assert [frame.index for frame in frames] == list(range(len(different)))
+    for shown, frame in zip(frames, different, strict=True):
         assert (shown.iterate.x == frame.iterate.x).all()
         assert shown.foldings == frame.foldings == len(shown.folded)
-    # all iterates but those that repeat the map before, at the start of a minimisation
-    assert len(frames) == len(here.history) - sum(s.stage == "harmonic" and s.iteration == 0 for s in here.history)
+
+
+def test_a_run_knows_each_iteration_at_which_the_number_of_foldings_changes(dino_run):
+    counts = [ism.certify(frame.iterate.x, dino_run.mesh.f).foldings for frame in dino_run.frames]
+    changes = [k for k in range(len(counts) - 1) if counts[k] != counts[k + 1]]
+    assert dino_run.changes.tolist() == changes
+    assert len(changes) > 100
 
 
 def test_the_mask_of_a_frame_is_its_certificate(dino_run):
@@ -70,17 +78,22 @@ def test_stops_are_before_and_after_each_star_map_and_at_both_ends(dino_run):
     frames = dino_run.frames
     marks = dict(dino_run.stops())
     assert marks["Gauss map"] == 0
+    assert dino_run.title(frames[0]) == "Gauss map, iteration 0"
     assert marks["end"] == len(frames) - 1
     assert marks["after the star map"] == marks["before the star map"] + 1
     assert frames[marks["after the star map"]].iterate.stage == "star map"
     assert frames[marks["before the star map"]].foldings > 0 == frames[-1].foldings
 
 
-def test_a_bounded_run_forgets_frames_but_not_its_stops(dino_run):
+def test_a_bounded_run_forgets_frames_but_not_its_stops_and_says_so(dino_run):
     load = partial(ism.samples.make, "dino", n_vertices=1500)
     bounded = BackgroundRun(load, LAI2014, budget=40 * dino_run.frames[0].iterate.x.nbytes)
     bounded.wait()
-    assert len(bounded.frames) <= 45
+    assert len(bounded.frames) <= 40
+    assert f"{len(bounded.frames)} of {len(dino_run.frames)} iterations are kept" in bounded.memory
+    assert "every iteration is kept" in dino_run.memory
+    assert (bounded.foldings == dino_run.foldings).all()
+    assert set(bounded.changes) <= set(dino_run.changes)
     assert [name for name, _ in bounded.stops()] == [name for name, _ in dino_run.stops()]
     assert [(bounded.frames[k].index, bounded.frames[k].foldings) for _, k in bounded.stops()] == [
         (dino_run.frames[k].index, dino_run.frames[k].foldings) for _, k in dino_run.stops()

@@ -13,16 +13,19 @@ app.LENGTH = 3
 
 def script(hand):
     def done():
-        hand.wait(lambda: hand.has('run') and hand.has('step'))
-    hand.wait(lambda: hand.has('stop'))
-    hand.click('stop')
+        hand.wait(lambda: hand.has('##iteration') and not hand.has('stop'))
     done()
     figures['used'] = sorted(hand.everything(leave=('run',), typed={{'max iterations': '100000', '##name': 'saved'}}))
     for size in ((1400, 900), (500, 300), (800, 500)):
         hand.resize(*size)
-    hand.type('##mesh', 'sample:spheroid:n_vertices=200')
+    hand.type('mesh', 'sample:spheroid:n_vertices=200')
     hand.choose('method', 'lai2014')
     hand.click('run')
+    done()
+    hand.type('mesh', 'sample:dumbbell:n_vertices=3000')
+    hand.click('run')
+    hand.wait(lambda: hand.has('stop'))
+    hand.click('stop')
     done()
     figures['methods'] = hand.open('method')
     hand.click('lai2014')
@@ -38,7 +41,8 @@ Hand().run(lambda: ism.play(v, f, size=(800, 500)), script)
 figures['methods_there'] = list(METHODS)
 figures['files'] = sorted(os.listdir())
 """)
-    assert {"method", "mesh", "parameters", "max iterations", "lens", "step", "picture", "map"} <= set(figures["used"])
+    assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "next", "stops",
+            "lens", "picture", "map", "folded faces"} <= set(figures["used"])
     assert figures["methods"] == figures["methods_there"]
     assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]
 

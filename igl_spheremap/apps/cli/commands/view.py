@@ -87,7 +87,7 @@ def run_play(args: Namespace) -> None:
     up = args.up or guess_up(source.name)
     pictures = bool(args.screenshot or args.video)
     kind = Player if pictures else PlayerWindow
-    frames = run_app(kind(load, source.name, method, up=up, size=tuple(args.size)), args)
+    frames = run_app(kind(load, source.name, method, up=up, budget=round(1e6 * args.keep)), args)
     if pictures:
         found = Findings(source=source.name, method=args.method, frames=frames)
         for k, frame in enumerate(frames):
