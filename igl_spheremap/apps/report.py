@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, table
+from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, small_png, table
 from ..draw.palette import FOLDED, areas, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
@@ -103,7 +103,7 @@ def _write_page(
     verdict = "free" if certificate.folding_free else "folded"
     body = [
         f"<h1>{escape(title)}</h1>",
-        made_by(command, datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")),
+        made_by(command, datetime.now(timezone.utc)),
         f'<p class="verdict {verdict}">{escape(str(certificate))}</p>',
         *parts,
         "<h2>Versions</h2>",
@@ -176,19 +176,10 @@ def _drawn(draws: Iterable[Callable[[Path], object]], captions: Iterable[str]) -
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / "picture.png"
                 draw(path)
-                found.append(picture(_smaller(path), caption))
+                found.append(picture(small_png(path), caption))
     except DisplayError as error:
         return [f"<p>No pictures: {escape(str(error))}</p>"]
     return found
-
-
-def _smaller(path: Path) -> bytes:
-    """A picture in a palette of 256 colours, a fifth as large; Pillow comes with matplotlib."""
-    images = import_optional("PIL.Image", "a report", "plot")
-    stream = io.BytesIO()
-    with images.open(path) as image:
-        image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(stream, "PNG", optimize=True)
-    return stream.getvalue()
 
 
 def _svg(figure: Any) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._version import __version__
+from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import ABOVE, MANY, NEARER, SEEN, Marks
@@ -39,9 +43,31 @@ def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
 
 def picture(png: bytes, caption: str) -> str:
     """A PNG as part of the page, with a caption."""
-    data = base64.b64encode(png).decode("ascii")
     text = escape(caption)
-    return f'<figure><img alt="{text}" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>'
+    return f'<figure><img alt="{text}" src="{data_address(png)}"><figcaption>{text}</figcaption></figure>'
+
+
+def data_address(png: bytes) -> str:
+    """The address of a PNG that is part of the page."""
+    return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+
+
+def small_png(path: Path) -> bytes:
+    """A picture in a palette of 256 colours, a fifth as large; needs Pillow."""
+    images = import_optional("PIL.Image", "a report", "io")
+    stream = io.BytesIO()
+    with images.open(path) as image:
+        image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def wrapping(name: str) -> str:
+    """A name, escaped, that may wrap after its separators.
+
+    >>> wrapping("sub-1/lh")
+    'sub-<wbr>1/<wbr>lh'
+    """
+    return "<wbr>".join(escape(part) for part in re.split(r"(?<=[/_.-])(?=[^/_.-])", name))
 
 
 def page(title: str, body: str) -> str:
@@ -69,10 +95,10 @@ def page_file(place: str | os.PathLike[str], name: str) -> Path:
     return path / name
 
 
-def made_by(command: str, began: str) -> str:
+def made_by(command: str, began: datetime) -> str:
     """The line below a page's title: when it was made, by which version and by which command."""
     code = f"<br><code>{escape(command)}</code>" if command else ""
-    return f'<p class="made">{escape(began)}, igl_spheremap {__version__}{code}</p>'
+    return f'<p class="made">{began:%Y-%m-%d %H:%M} UTC, igl_spheremap {__version__}{code}</p>'
 
 
 def legend(shown: Ramp | tuple[str, Colour]) -> str:

@@ -1,52 +1,117 @@
-// Cards of a population: sorted, filtered and rated. Ratings stay in this browser until they are saved as a file.
+// Cards of a population: sorted, filtered by words and bars, rated; each opens as a page of its own, by the address's
+// hash. Ratings stay in this browser until they are saved as a file.
 const sheet = document.querySelector(".sheet"), form = document.querySelector(".toolbar");
+const dialog = document.querySelector("dialog"), title = document.title;
 const key = "igl_spheremap ratings " + location.pathname;
-let ratings = {};
+let ratings = {}, bar = null;
 try { ratings = JSON.parse(localStorage.getItem(key)) || {}; } catch { /* a browser that keeps nothing */ }
-const cards = [...sheet.children].map(element => ({element, row: JSON.parse(element.dataset.row)}));
+const cards = [...sheet.children].map(element => ({element, ...JSON.parse(element.dataset.map)}));
 const rated = row => ratings[row.source] ||= {rating: "", comment: ""};
+const add = (parent, tag, properties = {}) => parent.appendChild(Object.assign(document.createElement(tag), properties));
 
 function keep() {
   try { localStorage.setItem(key, JSON.stringify(ratings)); } catch { /* as above */ }
   show();
 }
 
-for (const {element, row} of cards) {
-  const bar = element.appendChild(document.createElement("div"));
-  bar.className = "rating";
-  for (const rating of ["pass", "fail"]) {
-    const button = bar.appendChild(document.createElement("button"));
-    button.type = "button";
-    button.textContent = rating;
-    button.onclick = () => { rated(row).rating = rated(row).rating === rating ? "" : rating; keep(); };
-  }
-  const comment = bar.appendChild(document.createElement("input"));
-  comment.placeholder = "comment";
-  comment.value = rated(row).comment;
-  comment.oninput = () => { rated(row).comment = comment.value; keep(); };
+function addRating(parent, row) {
+  const box = add(parent, "div", {className: "rating"});
+  for (const rating of ["pass", "fail"])
+    add(box, "button", {type: "button", textContent: rating,
+      onclick: () => { rated(row).rating = rated(row).rating === rating ? "" : rating; keep(); }});
+  add(box, "input", {placeholder: "comment", ariaLabel: "comment", oninput: event => { rated(row).comment = event.target.value; keep(); }});
 }
+
+function showRating(parent, row) {
+  const {rating, comment} = rated(row), box = parent.querySelector(".rating");
+  for (const button of box.querySelectorAll("button")) button.ariaPressed = button.textContent === rating;
+  const input = box.querySelector("input");
+  if (input.value !== comment) input.value = comment;
+}
+
+for (const {element, row} of cards) addRating(element, row);
+
+const shown = () => cards.filter(({element}) => !element.hidden);
+const inBar = row => !bar || (row[bar.figure] !== null && (bar.high === "" ? row[bar.figure] > +bar.low
+  : row[bar.figure] >= +bar.low && row[bar.figure] < +bar.high));
 
 function show() {
   const status = form.status.value, text = form.text.value.toLowerCase();
   const asked = {"passed": "pass", "failed by you": "fail", "not rated": ""}[status];
-  let count = 0;
-  for (const {element, row} of cards) {
+  for (const {element, row, reasons} of cards) {
     const {rating} = rated(row);
-    for (const button of element.querySelectorAll("button")) button.ariaPressed = button.textContent === rating;
-    element.hidden = !(row.source.toLowerCase().includes(text)
-      && (status === "all" || (asked === undefined ? row.status === status : rating === asked)));
-    count += !element.hidden;
+    const chosen = status === "all" || (status === "outliers" ? reasons.length > 0
+      : asked === undefined ? row.status === status : rating === asked);
+    showRating(element, row);
+    element.hidden = !(chosen && row.source.toLowerCase().includes(text) && inBar(row));
   }
-  form.querySelector("output").value = `${count} of ${cards.length}`;
+  form.querySelector("output").value = `${shown().length} of ${cards.length}`;
+  form.bars.hidden = !bar;
+  form.bars.textContent = bar ? `${bar.said} \u00d7` : "";
+  for (const one of document.querySelectorAll(".bar[data-figure]")) one.classList.toggle("chosen", one.dataset === bar);
+  const open = opened();
+  if (open) showRating(dialog, open.row);
 }
 
 function sort() {
   const name = form.sort.value, up = name === "rank" || name === "source" ? 1 : -1;
-  const value = ({row}) => row[name] ?? -Infinity;
+  const value = card => (name === "rank" ? card.rank : card.row[name]) ?? -Infinity;
   cards.sort((a, b) => up * (value(a) > value(b) ? 1 : value(a) < value(b) ? -1 : 0));
   sheet.append(...cards.map(card => card.element));
 }
 
+// The page of one map; the others are those that the sheet shows, in its order.
+const opened = () => cards.find(({element}) => element.id === location.hash.slice(1));
+function step(by) {
+  const list = shown(), next = list[list.indexOf(opened()) + by];
+  if (next) location.replace("#" + next.element.id);
+}
+function open() {
+  const card = opened();
+  if (!card) { if (dialog.open) dialog.close(); document.title = title; return; }
+  const {row, reasons, sides, command, element} = card, list = shown(), place = list.indexOf(card);
+  dialog.textContent = "";
+  const bar = add(dialog, "div", {className: "steps"});
+  add(bar, "button", {type: "button", textContent: "\u2190 previous", disabled: place < 1, onclick: () => step(-1)});
+  add(bar, "button", {type: "button", textContent: "next \u2192", disabled: place < 0 || place > list.length - 2, onclick: () => step(1)});
+  add(bar, "span", {textContent: place < 0 ? "" : `${place + 1} of ${list.length}`});
+  add(bar, "button", {type: "button", textContent: "all maps", onclick: () => dialog.close()});
+  add(dialog, "h1", {textContent: row.source});
+  addRating(dialog, row);
+  const image = element.querySelector("img");
+  if (image) {
+    add(dialog, "p").append(Object.assign(document.createElement("img"), {src: image.src, alt: row.source}));
+    add(dialog, "p", {textContent: `Surface and sphere ${sides}.`});
+    dialog.append(document.querySelector(".legends").cloneNode(true));
+  }
+  for (const reason of reasons) add(dialog, "span", {className: "badge", textContent: reason});
+  const table = add(dialog, "table");
+  for (const [name, value] of Object.entries(row)) {
+    const line = add(table, "tr");
+    add(line, "th", {scope: "row", textContent: name.replaceAll("_", " ")});
+    add(line, "td", {textContent: value === null ? "none" : typeof value === "number" ? +value.toPrecision(6) : String(value)});
+  }
+  add(dialog, "pre", {textContent: command});
+  document.title = row.source;
+  showRating(dialog, row);
+  if (!dialog.open) dialog.showModal();
+  dialog.scrollTop = 0;
+}
+dialog.onclose = () => {
+  const card = opened();
+  history.replaceState(null, "", location.pathname + location.search);
+  document.title = title;
+  if (card) card.element.scrollIntoView({block: "center"});
+};
+onkeydown = event => {
+  if (dialog.open && event.target.tagName !== "INPUT" && (event.key === "ArrowLeft" || event.key === "ArrowRight"))
+    step(event.key === "ArrowLeft" ? -1 : 1);
+};
+onhashchange = open;
+
+for (const one of document.querySelectorAll(".bar[data-figure]"))
+  one.onclick = () => { bar = bar === one.dataset ? null : one.dataset; show(); };
+form.bars.onclick = () => { bar = null; show(); };
 form.onsubmit = event => event.preventDefault();
 form.oninput = show;
 form.sort.onchange = sort;
@@ -59,3 +124,4 @@ form.querySelector("[name=export]").onclick = () => {
   link.click();
 };
 show();
+open();

@@ -171,6 +171,13 @@ class Manifest:
         self._file.close()
 
 
+def began(path: str | os.PathLike[str]) -> str:
+    """When the last run of a manifest began, by ISO 8601."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        runs = [entry["igl_spheremap run"] for entry in json_lines(file) if "igl_spheremap run" in entry]
+    return str(runs[-1]["began"])
+
+
 def _lock(file: IO[bytes]) -> bool:
     """Lock a file until it is closed, as it is when the process ends; False if another run has it.
 

@@ -86,7 +86,8 @@ def map_many(
     retries : int
         How often a job is run again whose worker died; once by default.
     report : path-like, optional
-        A folder for `index.html`, with distributions and pictures of the maps, the worst first. Needs Pillow.
+        A page with distributions and pictures of the maps, the worst first: a file that ends in .html, or a folder
+        for `index.html`. Needs Pillow.
     listener : callable, optional
         Called with each `Row`, those of earlier runs first; may raise StopIteration to end with what is in flight.
 
@@ -138,7 +139,8 @@ def map_many(
 
     if report is not None:
         check_page(report)
-    with (Manifest(manifest or manifest_of(out), _run(options)) as log,
+    run = _run(options)
+    with (Manifest(manifest or manifest_of(out), run) as log,
           workers_of(executor, processes, timeout, memory) as workers):
         jobs = [Job(source, target, key_of(os.path.relpath(os.path.realpath(target), log.path.parent), options))
                 for source, target in zip(names, targets, strict=True)]
@@ -151,7 +153,7 @@ def map_many(
             take(result.row)
     done = [rows[target] for target in targets if target in rows]
     if report is not None:
-        write_page(report, done, options, processes)
+        write_page(report, done, options, processes, began=run["began"])
     return done
 
 

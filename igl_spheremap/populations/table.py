@@ -205,15 +205,32 @@ def excess(rows: Sequence[Row]) -> FloatArray:
     >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
     [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]
     """
-    columns = np.array([[getattr(row, name) for row in rows] for name in FIGURES], dtype=np.float64)
     beyond = np.zeros((len(rows), len(FIGURES)))
-    for k, column in enumerate(columns):
-        finite = column[np.isfinite(column)]
-        if len(finite):
-            low, high = np.percentile(finite, [25, 75])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                beyond[:, k] = np.nan_to_num((column - high) / (high - low), posinf=np.inf, neginf=-np.inf)
+    for k, (column, low, high) in enumerate(_quartiles(rows)):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            beyond[:, k] = np.nan_to_num((column - high) / (high - low), posinf=np.inf, neginf=-np.inf)
     return beyond
+
+
+def fences(rows: Sequence[Row]) -> dict[str, float]:
+    """The value of each figure above which it is an outlier."""
+    return {name: high + OUTLIER * (high - low)
+            for name, (_, low, high) in zip(FIGURES, _quartiles(rows), strict=True)}
+
+
+def outlying(row: Row, limits: Mapping[str, float]) -> list[str]:
+    """Names of the figures of a row that are outliers, the farthest above its limit first."""
+    found = [name for name in FIGURES if getattr(row, name) > limits[name]]
+    return sorted(found, key=lambda name: -getattr(row, name) / max(limits[name], sys.float_info.min))
+
+
+def _quartiles(rows: Sequence[Row]) -> Iterator[tuple[FloatArray, float, float]]:
+    """The values of each figure, and the first and third quartile of what is finite."""
+    for name in FIGURES:
+        column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
+        finite = column[np.isfinite(column)]
+        low, high = np.percentile(finite, [25, 75]).tolist() if len(finite) else (math.nan, math.nan)
+        yield column, low, high
 
 
 def worst_first(rows: Sequence[Row]) -> list[int]:

@@ -1,13 +1,16 @@
 """The page of a population shows every map, the worst first, and folded faces in vermilion."""
 
+import json
 import os
 import re
 from concurrent.futures import ThreadPoolExecutor
+from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from igl_spheremap import __version__
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.draw.palette import diverging
@@ -17,8 +20,8 @@ from igl_spheremap.io.textured import read_picture
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.job import Job, Options, map_one
 from igl_spheremap.populations.map_many import map_many
-from igl_spheremap.populations.page import draw_row, scale
-from igl_spheremap.populations.table import Row, worst_first
+from igl_spheremap.populations.page import draw_row, scale, write_page
+from igl_spheremap.populations.table import Row, plain, worst_first
 
 pytest.importorskip("PIL")
 
@@ -28,14 +31,14 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
     with ThreadPoolExecutor(1) as executor:
         rows = map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)
         html = Path("page/index.html").read_text("utf-8")
-        pages = re.findall(r'href="(subjects/\w+\.html)"', html)
+        maps = cards(html)
         pictures = re.findall(r'<img loading="lazy" alt="" src="(subjects/[\w.-]+\.png)"', html)
-        assert (len(pages), len(pictures)) == (3, 2)
+        assert (len(maps), len(pictures)) == (3, 2)
         assert "2 of 3 maps are certified" in html
-        assert re.findall(r"<div>(\w+\.ply)</div>", html)[0] == "open.ply"
-        assert "open surface" in Path("page", pages[0]).read_text("utf-8")
-        assert all(f"<h1>{name}</h1>" in Path("page", page).read_text("utf-8") for name, page in zip(
-            re.findall(r"<div>(\w+\.ply)</div>", html), pages, strict=True))
+        assert maps[0]["row"]["source"] == "open.ply"
+        assert "open surface" in maps[0]["row"]["notes"]
+        assert maps[1]["row"] == plain(next(row for row in rows if row.source == maps[1]["row"]["source"]))
+        assert set(re.findall(r'id="(\w+)"', html)) == set(re.findall(r'href="#(\w+)"', html))
         image = read_picture(Path("page", pictures[0]))
         assert image.shape[1] == 4 * image.shape[0]
         assert vermilion(image) == 0
@@ -44,6 +47,11 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
         assert map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)[0].resumed
         assert times == [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
     assert rows[0].status == "certified"
+
+
+def cards(html):
+    """What the page knows of each map."""
+    return [json.loads(unescape(text)) for text in re.findall(r'data-map="([^"]*)"', html)]
 
 
 def vermilion(image):
@@ -90,10 +98,10 @@ def test_names_are_text_and_not_markup(desk):
     assert "<b>&" not in Path("page/index.html").read_text("utf-8")
 
 
-def test_colours_reach_as_far_as_half_of_the_maps_do():
+def test_colours_reach_as_far_as_most_of_the_maps_do():
     """So that a population of small ratios is not white throughout."""
     for size in (0.15, 3.0):
-        rows = [Row("", "", p99_area=size * factor) for factor in (0.9, 1.0, 50.0, np.nan)]
+        rows = [Row("", "", mean_area=size * factor) for factor in (0.9, 1.0, 1.0, 1.0, 50.0, np.nan)]
         assert size <= scale(rows).high <= 2.5 * size
     assert scale([]).high > 0
 
@@ -119,6 +127,45 @@ def test_equal_figures_are_said_in_a_sentence(desk):
     """In place of a distribution from half below to half above."""
     map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
     assert "stretch: 1 in all" in Path("page/index.html").read_text("utf-8")
+
+
+def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
+    """The date is that of the run in the manifest: the same rows and run make the same page."""
+    words = "batch 100.ply 400.ply --out {stem}.obj --report page --jobs 1 --quiet"
+    assert main(words.split()) == Exit.OK
+    html = Path("page/index.html").read_text("utf-8")
+    began = re.findall(r'"began": "([\dT:+-]+)"', Path("stem.obj.manifest.jsonl").read_text("utf-8"))[-1]
+    made = html.partition('<p class="made">')[2].partition("</p>")[0]
+    assert made.startswith(f"{began[:10]} {began[11:16]} UTC, igl_spheremap {__version__}<br>")
+    assert f"igl-spheremap {words}" in unescape(made).replace("'", "")
+    rows, options = [Row("a", "b", notes="no map")], Options(Auto(), 0.0, None, False, os.getcwd())
+    pages = [write_page(name, rows, options, 1, began=began).read_bytes() for name in ("a.html", "b.html")]
+    assert pages[0] == pages[1]
+
+
+def test_a_page_that_ends_in_html_is_one_file(desk):
+    map_many(["100.ply"], "{stem}.obj", processes=1, report="maps.html")
+    assert 'src="data:image/png;base64,' in Path("maps.html").read_text("utf-8")
+    assert not Path("subjects").exists()
+    with pytest.raises(ValueError, match=r"maps.pdf: give a file that ends in .html, or a folder"):
+        map_many(["100.ply"], "{stem}.obj", processes=1, report="maps.pdf")
+
+
+def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):
+    """And the bars hold every map once."""
+    angles = [*np.linspace(1, 2, 12), 20.0]
+    rows = [Row(f"here/sub-{k}_x.ply", f"{k}.obj", "failed", mean_angle=angle) for k, angle in enumerate(angles)]
+    options = Options(Auto(), 0.0, None, False, os.getcwd())
+    html = write_page("a.html", rows, options, 1, began="2026-01-01T00:00:00+00:00").read_text("utf-8")
+    bars = re.findall(r'data-figure="mean_angle" data-low="([\d.]+)" data-high="([\d.]*)"', html)
+    held = [[row.source for row in rows if float(low) <= row.mean_angle < float(high or np.inf)] for low, high in bars]
+    assert sorted(source for bar in held for source in bar) == sorted(row.source for row in rows)
+    assert held[-1] == ["here/sub-12_x.ply"]
+    reasons = {one["row"]["source"]: one["reasons"] for one in cards(html)}
+    assert reasons.pop("here/sub-12_x.ply") == [f"mean angle 20 > {float(bars[-1][0]):.3g}"]
+    assert set(map(len, reasons.values())) == {0}
+    assert "in here/ that end in .ply" in html
+    assert "<div>sub-<wbr>12_<wbr>x</div>" in html
 
 
 def test_hints_on_the_page_of_the_shell_are_flags(desk):

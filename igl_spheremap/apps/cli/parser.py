@@ -233,7 +233,7 @@ COMMANDS = (
         argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
         argument("--retries", "N", "run a job again whose process died; default: once", type=COUNT, default=1),
         argument("--summary", "FILE", "one line for each file: .tsv, .csv or .jsonl"),
-        argument("--report", "DIR", "write DIR/index.html: distributions and pictures, worst first"),
+        argument("--report", "PAGE", "write x.html, or index.html in a folder: all maps, the worst first"),
         switch("-f", "--force", help="replace any other file at a target"),
         shared.SILENT,
         *shared.REPAIR,

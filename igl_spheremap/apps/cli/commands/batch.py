@@ -1,6 +1,7 @@
 """`batch`, `summarise` and `reproduce`: maps of many files and of the paper's surfaces, and which of them stand out."""
 
 import os
+import shlex
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ from ....io.replacing import check_writable
 from ....maps.options import Auto
 from ....populations.executors import connect
 from ....populations.job import Options
+from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.page import check_page, write_page
 from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
@@ -18,7 +20,7 @@ from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
 from ..inputs import expand, subjects
-from ..output import LISTED, aligned, paragraph
+from ..output import LISTED, aligned, check_report, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
@@ -42,6 +44,7 @@ def run_batch(args: Namespace) -> Exit:
     if args.manifest is None and args.subjects_dir is not None and not os.path.dirname(manifest):
         manifest = os.path.join(args.subjects_dir, manifest)  # so that a run from any folder continues it
     _check_summary(args.summary, [*sources, *targets, manifest])
+    check_report(args)
     if args.report is not None:
         check_page(args.report)
     executor = connect(args.scheduler) if args.scheduler is not None else None
@@ -66,7 +69,8 @@ def run_batch(args: Namespace) -> Exit:
     rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
     if args.report is not None:
         options = Options(method, args.balance, repair_options(args), args.force, os.getcwd())
-        write_page(args.report, rows, options, args.jobs)
+        write_page(args.report, rows, options, args.jobs, began=began(manifest),
+                   command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
