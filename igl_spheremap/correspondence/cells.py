@@ -8,7 +8,6 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .walk import Segments, Triangulation
 
@@ -127,17 +126,17 @@ def merge_close(faces: IntArray, least: FloatArray, x: FloatArray, on_a: FloatAr
         rows = touched[~flat]
 
 
-def nudge(p: FloatArray, faces: IntArray, result: SphereMap, owners: IntArray, fixed: IntArray) -> None:
+def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
     """Move nodes on a surface by some rounding errors, in place, so that faces are positive that rounding made flat.
 
-    `owners` are the surface's faces that they are parts of. Each one that is not positive asks for the least moves of
-    its corners that give it a height above rounding; where several move a node, their moves are averaged. Faces as
-    small as what `merge_close` takes for one point stay as they are.
+    `surface` are the corners (m, 3, 3) of the surface's faces, `owners` those that faces are parts of. Each one that
+    is not positive asks for the least moves of its corners that give it a height above rounding; where several move a
+    node, their moves are averaged. Faces as small as what `merge_close` takes for one point stay as they are.
     """
     height = _ROUNDING / 4 * np.abs(p).max()
     movable = np.ones(len(p), dtype=bool)
     movable[fixed] = False
-    a, b, c = (result.vertices[result.faces[:, k]] for k in range(3))
+    a, b, c = surface.transpose(1, 0, 2)
     normals = row_crosses(b - a, c - a)
     length = np.sqrt(row_dots(normals, normals))
     normals[length <= height * np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))] = 0

@@ -15,7 +15,7 @@ from ..mesh.check import check_mesh
 from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
-from ..sphere.rows import row_crosses, row_dots, unit_rows
+from ..sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ..untangle.local_repair import unfolded
 from .surface_map import checked_location, nearest
 
@@ -109,8 +109,7 @@ def _at_the_same_length(first: Location, second: Location, a: SphereMap, b: Sphe
     shares, ends = [], []
     for points, result, name in ((first, a, "A"), (second, b, "B")):
         p = interpolate(result.vertices, result.faces, points)
-        steps = np.diff(p, axis=0)
-        length = np.append(0.0, np.cumsum(np.sqrt(row_dots(steps, steps))))
+        length = np.append(0.0, np.cumsum(row_lengths(np.diff(p, axis=0))))
         if length[-1] == 0:
             raise MeshError(f"curve {number} of {name} has no length; give two points or more")
         shares.append(length / length[-1])

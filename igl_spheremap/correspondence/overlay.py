@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import own_errstate
-from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 from ..mesh.measure import face_areas
 from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, take_points
@@ -98,7 +98,8 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     location_a = joined(at_vertices(A.f), take_points(of_b.location, alone), crossed[0])
     location_b = joined(of_a.location, take_points(at_vertices(B.f), alone), crossed[1])
     x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, take_points(location_a, slice(first, None))))))
-    on_a, on_b = interpolate(a.vertices, A.f, location_a), interpolate(b.vertices, B.f, location_b)
+    (own_a, unit_a), (own_b, unit_b) = own_unit(a.vertices), own_unit(b.vertices)
+    on_a, on_b = interpolate(own_a, A.f, location_a), interpolate(own_b, B.f, location_b)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
     faces, cell = sides.triangles(x)
     least = HALF_DIGITS * np.minimum(face_areas(A.x, A.f)[cell // len(B.f)], face_areas(B.x, B.f)[cell % len(B.f)])
@@ -107,11 +108,13 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
         faces, cell = sides.merged(node).triangles(x)
         location_b.face[node[other]], location_b.weights[node[other]] = at_vertices(B.f)
     owners = cell // len(B.f), cell % len(B.f)
-    for result, positions, owner, vertices in ((a, on_a, owners[0], own), (b, on_b, owners[1], node[other])):
-        nudge(positions, faces, result, owner, vertices)
+    for surface, positions, owner, vertices in ((own_a[A.f], on_a, owners[0], own),
+                                                (own_b[B.f], on_b, owners[1], node[other])):
+        nudge(positions, faces, surface, owner, vertices)
     used, corners = np.unique(faces, return_inverse=True)
-    return Overlay(corners.reshape(-1, 3), on_a[used], on_b[used], take_points(location_a, used),
-                   take_points(location_b, used), *owners, np.searchsorted(used, node[other]))
+    on_a, on_b = np.ldexp(on_a[used], unit_a), np.ldexp(on_b[used], unit_b)
+    return Overlay(corners.reshape(-1, 3), on_a, on_b, take_points(location_a, used), take_points(location_b, used),
+                   *owners, np.searchsorted(used, node[other]))
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, own_unit
 from ..mesh.measure import face_areas, weighted_quantile
 from ..sphere.rows import row_dots
 
@@ -47,6 +47,7 @@ class Distortion:
     @classmethod
     def of(cls, on_a: FloatArray, on_b: FloatArray, f: IntArray, caps: BoolArray | None = None) -> Distortion:
         """Of a mesh with positions on both surfaces, of which caps do not count."""
+        on_a, on_b = own_unit(on_a)[0], own_unit(on_b)[0]
         whole = face_areas(on_a, f), face_areas(on_b, f)
         areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit
 from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, SphereLocator
 from ..shapes.rotation import RotationCandidate
@@ -22,6 +22,8 @@ from .stretch import Distortion
 
 #: Places in a face of this share of the size have some four digits.
 _SPECK = 1e-12
+#: Points may be so many sizes of a surface away from it that libigl's squares of distances don't overflow.
+_FAR = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ class SurfaceMap:
     def landmark_errors(self) -> FloatArray:
         """Distances (k,) of the landmarks' images from the points that they were to meet, in the units of B."""
         goals = interpolate(self.target.vertices, self.target.faces, self.goals)
-        return np.asarray(np.linalg.norm(self.positions[self.landmarks] - goals, axis=1))
+        return row_lengths(self.positions[self.landmarks] - goals)
 
     @property
     def unresolved(self) -> tuple[int, int]:
@@ -225,9 +227,11 @@ def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         raise MeshError(f"points of {name} are not finite, e.g. row {bad[0]}; give positions")
-    _, face, on = igl.point_mesh_squared_distance(points, result.vertices, result.faces)[:3]
+    v, unit = own_unit(result.vertices)
+    points = np.clip(np.ldexp(points, -unit), -_FAR, _FAR)
+    _, face, on = igl.point_mesh_squared_distance(points, v, result.faces)[:3]
     face = np.asarray(face, dtype=np.int64).reshape(-1)
-    corners = (np.ascontiguousarray(result.vertices[result.faces[face, k]]) for k in range(3))
+    corners = (np.ascontiguousarray(v[result.faces[face, k]]) for k in range(3))
     weights = np.nan_to_num(np.asarray(igl.barycentric_coordinates(np.asarray(on).reshape(-1, 3), *corners)))
     weights = np.maximum(weights, 0.0)
     total = weights.sum(axis=1, keepdims=True)

@@ -147,16 +147,29 @@ def listed_words(items: Sequence[object], most: int = 5) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
+def own_unit(v: FloatArray) -> tuple[FloatArray, int]:
+    """Positions in the mesh's own unit, largest coordinate .5 to 1, and the power of 2 that it is: nothing is rounded.
+
+    No product of lengths over- or underflows there, and libraries may take the positions for float32.
+
+    >>> own_unit(np.array([[3e300, 0, 0]]))[0].round(3), own_unit(np.array([[3.0, 0, 0]]))[1]
+    (array([[0.56, 0.  , 0.  ]]), 2)
+    """
+    power = int(np.frexp(np.abs(v).max(initial=0.0, where=np.isfinite(v)))[1])
+    return np.ldexp(v, -power), power
+
+
 def place(points: FloatArray, v: FloatArray) -> str:
     """The mean of points, to a thousandth of the size of the mesh of vertices `v`.
 
     >>> place(np.array([[2, 4, 1], [2, 4.001, 3]]), 100 * np.eye(3))
     '(2, 4, 2)'
     """
-    size = float(np.ptp(v, axis=0).max())
+    own, unit = own_unit(v)
+    size = float(np.ldexp(np.ptp(own, axis=0).max(), unit))
     digits = 3 - math.floor(math.log10(size)) if 0 < size < math.inf else 3
-    mean = np.round(points.mean(axis=0), digits) + 0.0  # no negative zeros
-    return "(" + ", ".join(f"{x:.12g}" for x in mean) + ")"
+    mean = np.ldexp(np.ldexp(points, -unit).mean(axis=0), unit)
+    return "(" + ", ".join(f"{round(x, digits) + 0.0:.12g}" for x in mean.tolist()) + ")"  # no negative zeros
 
 
 def examples(indices: NDArray[Any]) -> str:

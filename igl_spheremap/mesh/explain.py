@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from .arrays import FloatArray, IntArray, count, examples, listed, place
+from .arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
 from .edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
 from .surface import Surface, holes_text
@@ -97,7 +97,7 @@ class Refusal:
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2
         where = f"Euler characteristic {2 - 2 * genus}"
         if self.v is not None:
-            loop = short_loop(self.v, self.f)
+            loop = short_loop(own_unit(self.v)[0], self.f)
             where = f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
         self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
                      "cut and fill the handles")

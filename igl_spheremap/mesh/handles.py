@@ -22,6 +22,9 @@ _REACH = 6
 _VISITS = 400_000
 #: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
 _SHORTER = 1 - 1e-9
+#: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
+#: long the same one is taken whatever the units of the mesh, and paths of up to 2^17 such edges stay below 2^53.
+_MEAN_EDGE = 2.0**36
 
 
 def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
@@ -31,7 +34,7 @@ def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
     first: searches near the loops of a basis reach further and further, and end where a wider one finds no more.
     """
     loops = _Loops(v, f)
-    basis, reach = loops.basis(), _REACH * loops.mean_edge
+    basis, reach = loops.basis(), _REACH * _MEAN_EDGE
     while loops.uncut and basis:
         found = [loops.shortest(_evenly_spaced(loop, _ROOTS), reach) for loop in basis]
         for loop in sorted((loops.tightened(loop) for loop in found if loop is not None), key=loops.length):
@@ -67,8 +70,7 @@ class _Loops:
         self._keys, self._n = keys[there], n
         self._tail, self._head = start[there], stop[there]
         length = np.linalg.norm(v[self._tail] - v[self._head], axis=1)
-        self.mean_edge = float(length.mean()) or 1.0
-        self._length = length + 1e-12 * self.mean_edge  # sparse graphs know no edge of length 0
+        self._length = np.rint(length * (_MEAN_EDGE / (length.mean() or 1.0))) + 1  # graphs know no length of 0
         number = np.arange(len(there))
         rows, columns = np.append(self._tail, self._head), np.append(self._head, self._tail)
         entries = csr_matrix((np.append(number, number) + 1, (rows, columns)), shape=(n, n))

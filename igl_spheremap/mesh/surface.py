@@ -5,7 +5,7 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from .arrays import BoolArray, FloatArray, IntArray, listed_words, place, weld
+from .arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place, weld
 from .edges import components, direction_components, edge_keys, next_corners, shared_edges
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
@@ -77,7 +77,7 @@ class Surface:
         self._note("dropped", int((copy & nonmanifold).sum()), "surplus copy of a face", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
-        parted = part_sheets(self.v, self.f)
+        parted = part_sheets(own_unit(self.v)[0], self.f)
         if parted is not None:
             self.f, self.v = parted.f, self.v[parted.owner]
             self.vertex_source = self.vertex_source[parted.owner]
@@ -173,13 +173,15 @@ class Surface:
         """
         cuts: list[tuple[float, str]] = []
         while self.genus > 0:
-            loops = cutting_loops(self.v, self.f)
-            middles = np.array([self.v[loop].mean(axis=0) for loop in loops])
-            inside = np.abs(igl.fast_winding_number(self.v, self.f, middles)) > 0.5
+            own, unit = own_unit(self.v)
+            v, more = own_unit(own - own.mean(axis=0))  # libigl makes float32 of positions
+            loops = cutting_loops(v, self.f)
+            middles = np.array([v[loop].mean(axis=0) for loop in loops])
+            inside = np.abs(igl.fast_winding_number(v, self.f, middles)) > 0.5
             for loop, kind in zip(loops, np.where(inside, "handle", "tunnel"), strict=True):
-                p = self.v[loop]
-                length = float(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum())
-                text = f"a {kind} loop of {len(loop)} edges and length {length:.3g} near {place(p, self.v)}"
+                length = np.ldexp(np.linalg.norm(v[loop] - v[np.roll(loop, 1)], axis=1).sum(), unit + more)
+                text = (f"a {kind} loop of {len(loop)} edges and length {length:.3g} near "
+                        f"{place(self.v[loop], self.v)}")
                 cuts.append((length, text))
             n = len(self.v)
             self.split_fans(np.concatenate([edge_keys(loop, np.roll(loop, -1), n) for loop in loops]))
@@ -189,12 +191,13 @@ class Surface:
             self.actions.append(f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}")
 
     def _close_rims(self) -> None:
+        own, unit = own_unit(self.v)
         v, f, n = [self.v], [self.f], len(self.v)
         after = np.concatenate([np.roll(rim, -1) for rim in self.rims])
-        onward = conormals(self.v, self.f, np.concatenate(self.rims), after)
+        onward = conormals(own, self.f, np.concatenate(self.rims), after)
         for rim, out in zip(self.rims, np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]), strict=True):
-            points, faces = cap(self.v[rim], out)
-            v.append(points)
+            points, faces = cap(own[rim], out)
+            v.append(np.ldexp(points, unit))
             f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
             n += len(points)
         self.rims = []
@@ -204,7 +207,7 @@ class Surface:
 
     def turn_outward(self) -> None:
         """Reverse all faces of a closed surface that is inside out."""
-        if enclosed_volume(self.v, self.f) < 0:
+        if enclosed_volume(own_unit(self.v)[0], self.f) < 0:
             self.f = np.ascontiguousarray(self.f[:, ::-1])
             self.actions.append("turned the surface outward")
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number, check_whole, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values, own_unit
 from ..mesh.measure import vertex_areas
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
@@ -30,7 +30,7 @@ class Expanded:
     values : (n, k) float64 array
         Positions or data at the vertices.
     areas : (n,) float64 array
-        Of the source, a third of the faces around each vertex.
+        Of the source at the scale of ``mesh.v``, a third of the faces around each vertex.
     """
 
     x: FloatArray
@@ -128,12 +128,14 @@ class SphericalHarmonics:
         if (source := self.source) is None:
             raise MeshError("coefficients from a .coef file have no source to compare with; expand the surface anew")
         total = np.zeros(self.degree + 1)
+        values, unit = own_unit(source.values)
+        coefficients = np.ldexp(self.coefficients, -unit)
         for block in blocks(len(source.x)):
-            rest = source.values[block]
-            for ell, part in enumerate(terms(self.coefficients, source.x[block])):
+            rest = values[block]
+            for ell, part in enumerate(terms(coefficients, source.x[block])):
                 rest = rest - part
                 total[ell] += source.areas[block] @ (rest**2).sum(axis=1)
-        diagonal = np.linalg.norm(np.ptp(source.values, axis=0))
+        diagonal = np.linalg.norm(np.ptp(values, axis=0))
         return np.asarray(100 * np.sqrt(total / source.areas.sum()) / diagonal)
 
     @own_errstate
@@ -209,7 +211,8 @@ class SphericalHarmonics:
         choices = [self._in_frame(*frame) for frame in frames]
         if template is not None:
             n = min(len(self.coefficients), len(template.coefficients))
-            best = int(np.argmin([np.linalg.norm(c.coefficients[1:n] - template.coefficients[1:n]) for c in choices]))
+            like, unit = own_unit(template.coefficients[1:n])
+            best = int(np.argmin([np.linalg.norm(np.ldexp(c.coefficients[1:n], -unit) - like) for c in choices]))
         else:
             skews = [skewness(c.source.values, c.source.areas) for c in choices if c.source is not None]
             best = int(np.argmax(np.sum(skews, axis=1)))
@@ -316,5 +319,5 @@ def spherical_harmonics(
     check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
     coefficients = expand(SphereLocator(result), data, int(degree), oversampling)
-    areas = vertex_areas(result.vertices, result.faces)
+    areas = vertex_areas(result.mesh.v, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import eigh_tridiagonal
 from scipy.spatial.transform import Rotation
 
-from ..mesh.arrays import ComplexArray, FloatArray
+from ..mesh.arrays import ComplexArray, FloatArray, own_unit
 from .basis import degree_of, rows_of
 
 _APART = 15.0  # degrees between starts: more than the grid's error, less than the width of a peak
@@ -224,5 +224,5 @@ def first_order_frames(c: FloatArray) -> tuple[FloatArray, list[tuple[FloatArray
 def skewness(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Third central moments of the columns over the 3/2 power of the second."""
     w = weights / weights.sum()
-    offset = values - w @ values
+    offset = own_unit(values - w @ values)[0]
     return np.asarray(w @ offset**3 / (w @ offset**2) ** 1.5)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_directions, plain_array
+from ..mesh.arrays import FloatArray, IntArray, check_directions, own_unit, plain_array
 from ..mesh.measure import vertex_areas
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
@@ -128,8 +128,9 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(unit_rows(check_directions(x)), f)
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
     reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
-    v = target.vertices if isinstance(target, SphereMap) else forward @ source.vertices
-    source_areas = vertex_areas(source.vertices, source.faces[source.mesh.surface])
+    v, unit = own_unit(target.vertices if isinstance(target, SphereMap) else forward @ source.vertices)
+    own, source_unit = own_unit(source.vertices)
+    source_areas = vertex_areas(own, source.faces[source.mesh.surface])
     areas = vertex_areas(v, there.f)
 
     both = (forward > 0).multiply(reverse > 0).sum(axis=1)
@@ -141,7 +142,8 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     matrix = csr_array(diags_array(1 / received) @ scattered)
     matrix.eliminate_zeros()
     matrix.sort_indices()
-    return TransferWeights(matrix, received, areas, source_areas)
+    received, source_areas = np.ldexp(received, 2 * source_unit), np.ldexp(source_areas, 2 * source_unit)
+    return TransferWeights(matrix, received, np.ldexp(areas, 2 * unit), source_areas)
 
 
 def _positive(areas: FloatArray) -> FloatArray:

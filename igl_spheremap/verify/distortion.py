@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit
 from ..mesh.check import Mesh, check_indices, check_positions
 from ..mesh.disk import Disk
 from ..mesh.measure import corner_angles, log_face_areas, log_vertex_areas, surface_area
@@ -185,12 +185,11 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def _checked(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Positions of size 1 to 2, faces and images; what is measured of a face needs no closed surface."""
+    """Positions in the mesh's own unit, faces and images; what is measured of a face needs no closed surface."""
     vertices = check_positions(v)
     faces = check_triangles(f)
     check_indices(faces, len(vertices))
-    size = np.frexp(np.abs(vertices).max())[1]  # powers of 2 round nothing, and products can't overflow
-    return np.ldexp(vertices, 1 - size), faces, check_rows(x, len(vertices), "images")
+    return own_unit(vertices)[0], faces, check_rows(x, len(vertices), "images")
 
 
 def _log_conformal_factor(v: FloatArray, f: IntArray, x: FloatArray) -> FloatArray:

