@@ -204,8 +204,13 @@ def test_view_without_a_display_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr(window, "_offscreen", None)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    assert main(["view", "sample:sphere"]) == 70
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert main(["view", "sample:sphere"]) == 71
+    err = capsys.readouterr().err
+    assert len(err.splitlines()) == 1
+    assert "(--screenshot OUT.png, --video OUT.gif)" in err
+    result = ism.spherical_conformal_map(*ism.samples.sphere(42))
+    with pytest.raises(ism.DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, target='run.gif'\)\)"):
+        ism.show(result)
 
 
 def test_a_report_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):

@@ -27,12 +27,23 @@ class Exit(IntEnum):
     USAGE = 64, "the command line is wrong"
     UNAVAILABLE = 69, "a scheduler does not answer, or its workers can't be used"
     FAILED = 70, "the computation failed on a sound mesh, or memory ran out"
+    NO_DISPLAY = 71, "nothing can be drawn here: no display for a window, no OpenGL, or no such frame"
     FILE = 74, "a file can't be read or written"
     INTERRUPTED = 130, "interrupted by Ctrl-C (what was done until then is written)"
     TERMINATED = 143, "ended by SIGTERM (the same)"
 
 
-HELP = "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
+#: What statuses mean where a surface with a boundary is mapped to the plane.
+_OF_DISKS = {
+    Exit.NO_MESH: "the input is not a disk: an oriented, connected triangle mesh with one boundary loop and no handle",
+    Exit.UNCERTIFIED: "not certified: foldings remain, or the boundary crosses itself (a map is written all the same)",
+}
+
+
+def status_help(of_disks: bool = False) -> str:
+    """The end of a help text: all statuses, and what they mean."""
+    meanings = {status: status.meaning for status in Exit} | (_OF_DISKS if of_disks else {})
+    return "exit status:\n" + "".join(f"  {status:<3} {meaning}\n" for status, meaning in meanings.items())
 
 
 class UsageError(Exception):
@@ -49,7 +60,7 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (OSError, Exit.FILE),
     (MemoryError, Exit.FAILED),
     (errors.FactorisationFailed, Exit.FAILED),
-    (errors.DisplayError, Exit.FAILED),
+    (errors.DisplayError, Exit.NO_DISPLAY),
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),
 )
 

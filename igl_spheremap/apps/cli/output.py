@@ -19,8 +19,9 @@ from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
 from ...io.replacing import check_writable, replacing
 from ...result.findings import Finding
+from ...verify.certificate import Certificate
 from .arguments import WRITTEN
-from .exits import UsageError, with_flags
+from .exits import Exit, UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "other", "sphere", "patch", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
@@ -103,6 +104,15 @@ def target_format(args: Namespace) -> Format:
     return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
 
 
+def keeps_target(args: Namespace, certificate: Certificate, interrupted: Exit | None) -> bool:
+    """Whether OUT is there and stays, which is said on stderr: a map that was interrupted and folds is not better."""
+    if interrupted is None or certificate.folding_free or args.target == STREAM or not os.path.exists(args.target):
+        return False
+    args.progress.write(f"igl-spheremap: interrupted with {certificate.foldings} foldings; {args.target} is kept as it "
+                        "was")
+    return True
+
+
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
     """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
     args.progress.stage(f"writing {args.target}")
@@ -145,6 +155,12 @@ class Findings:
         """Add what is known of a map."""
         for finding in findings:
             self.add(finding.label, with_flags(finding.text), **finding.numbers)
+
+    def written(self, **paths: str | os.PathLike[str] | None) -> None:
+        """Add what was written besides OUT, each by the flag that asked for it."""
+        for flag, path in paths.items():
+            if path is not None:
+                self.add(flag, os.fspath(path), **{flag: path})
 
     def report(self, args: Namespace) -> None:
         """Print the summary and write the JSON, as the flags ask."""

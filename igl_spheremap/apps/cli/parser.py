@@ -5,8 +5,9 @@ of a module in `commands/`, whose docstring is the help: a sentence, and example
 """
 
 import ast
+import difflib
 import sys
-from argparse import ArgumentParser, BooleanOptionalAction, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -23,7 +24,7 @@ from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
-from .exits import HELP, UsageError
+from .exits import UsageError, status_help
 
 _EXPONENT = number("above 1", lambda p: p > 1)
 _DEGREE = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGREE, int)
@@ -278,11 +279,27 @@ class _Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message} (see {self.prog} --help)")
 
+    def parse(self, words: list[str]) -> Namespace:
+        """Parse a command line; a UsageError names what may have been meant by an unknown command or flag."""
+        first, names = words[0], [command.name for command in COMMANDS]
+        if first not in names and not first.startswith("-"):
+            near = difflib.get_close_matches(first, names, n=1)
+            meant = near or ([f"map {first} OUT"] if "." in first or ":" in first else [])
+            raise UsageError(f"there is no command {first!r}" + "".join(f"; did you mean {one}?" for one in meant)
+                             + f" (see {self.prog} --help)")
+        args, unknown = self.parse_known_args(words)
+        if unknown:
+            flags = [flag for names, _ in args.row.arguments for flag in names if flag.startswith("--")]
+            near = difflib.get_close_matches(unknown[0].partition("=")[0], flags, n=1)
+            raise UsageError(f"{args.command} takes no {unknown[0]}" + "".join(f"; did you mean {one}?" for one in near)
+                             + f" (see {self.prog} {args.command} --help)")
+        return args
+
     def _print_message(self, message: str, file: Any = None) -> None:  # argparse's own hides OSErrors
         (file or sys.stderr).write(message)
 
 
-def build_parser() -> ArgumentParser:
+def build_parser() -> _Parser:
     """The parser of the command line."""
     suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
     parser = _Parser(
@@ -291,7 +308,7 @@ def build_parser() -> ArgumentParser:
         epilog=f"{_examples(command.examples[0] for command in COMMANDS)}\nfiles:\n"
                f"  {suffixes} and FreeSurfer's (lh.pial, lh.sphere.conformal);\n"
                "  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of\n"
-               f"  {', '.join(samples.names())}\n\n{HELP}",
+               f"  {', '.join(samples.names())}\n\n{status_help()}",
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
@@ -302,7 +319,7 @@ def build_parser() -> ArgumentParser:
             command.name,
             help=purpose[0].lower() + purpose[1:].rstrip("."),
             description=purpose,
-            epilog=f"{_examples(command.examples)}\n{HELP}",
+            epilog=f"{_examples(command.examples)}\n{status_help(command.module == 'plane')}",
             formatter_class=RawDescriptionHelpFormatter,
         )
         for names, options in command.arguments:

@@ -49,8 +49,12 @@ def _run(words: list[str], imported: Callable[[], None]) -> int:
     """Run one command line; `imported` is called when all is imported and the command's work begins."""
     from .parser import build_parser
 
+    parser = build_parser()
+    if not words:
+        parser.print_help(sys.stdout)
+        return Exit.OK
     try:
-        args = build_parser().parse_args(words)
+        args = parser.parse(words)
     except SystemExit:  # --help and --version
         return Exit.OK
     from .progress import Progress  # imports numpy, which --help does not need

@@ -89,8 +89,11 @@ class ColouredApp(App):
         self.show_subject(self.subjects[frame])
 
 
-def open_for(args: Namespace, title: str) -> None:
-    """Start polyscope as the arguments ask, or raise a DisplayError, before anything is computed."""
+def open_for(args: Namespace, title: str, instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
+    """Start polyscope as the arguments ask, or raise a DisplayError, before anything is computed.
+
+    The error of a window names what writes a file `instead`: flags of the command line, or arguments.
+    """
     offscreen = bool(args.screenshot or args.video)
     if args.screenshot:
         window.check_picture(args.screenshot)
@@ -99,7 +102,7 @@ def open_for(args: Namespace, title: str) -> None:
     try:
         window.open_window(title, tuple(args.size), offscreen)
     except DisplayError as error:
-        hint = "" if offscreen else " (--screenshot OUT.png, --video OUT.gif)"
+        hint = "" if offscreen else f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
 
 
@@ -117,7 +120,7 @@ def present(
         screenshot=target if picture else None, video=target if video else None, size=size, frame=None, length=LENGTH,
         fps=RATE,
     )  # fmt: skip
-    open_for(args, title)
+    open_for(args, title, "screenshot(result, 'map.png'), play(v, f, target='run.gif')")
     return run_app(build(), args)
 
 

@@ -222,8 +222,8 @@ def check_video(path: Path) -> None:
     """Raise a FileError before the work starts if a video can't be written."""
     if path.suffix.lower() in VIDEOS:
         check_writable(path, force=True)
-    elif path.exists() and not path.is_dir():
-        raise FileError(f"{path}: a video is a .gif or .mp4 file, or a folder")
+    elif path.is_file() or (path.suffix and not path.is_dir()):
+        raise FileError(f"{path}: a video is a {' or '.join(VIDEOS)} file, or a folder, whose name has no ending")
     if path.suffix.lower() == ".mp4":
         import_optional("imageio_ffmpeg", "an MP4 video", "video")
     else:

@@ -29,8 +29,8 @@ from igl_spheremap.maps.balanced import balanced_spherical_map
 @pytest.mark.parametrize(
     ("arguments", "status"),
     [
-        ([], 64),
         (["frobnicate"], 64),
+        (["--frobnicate"], 64),
         (["map", SAMPLE], 64),
         (["map", SAMPLE, "a.obj", "--method", "magic"], 64),
         (["info", "sample:unicorn"], 64),
@@ -71,6 +71,31 @@ def test_failures_within_are_reported_in_one_line(error, status, tmp_path, monke
     assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == status
     one_line(capsys)
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(("words", "meant"), [
+    (["mpa", "a.obj"], "no command 'mpa'; did you mean map?"),
+    (["bunny.obj"], "no command 'bunny.obj'; did you mean map bunny.obj OUT?"),
+    (["map", SAMPLE, "a.obj", "--fource"], "map takes no --fource; did you mean --force?"),
+    (["info", SAMPLE, "--jsn=-"], "info takes no --jsn=-; did you mean --json?"),
+    (["info", SAMPLE, "more"], "info takes no more (see igl-spheremap info --help)"),
+])
+def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, capsys):
+    assert main(words) == 64
+    assert meant in one_line(capsys)
+
+
+def test_without_words_the_help_is_printed(capsys):
+    assert main([]) == 0
+    assert capsys.readouterr().out.startswith("usage: igl-spheremap")
+
+
+def test_the_help_of_maps_to_the_plane_is_about_disks(capsys):
+    for command in ("disk", "flatten"):
+        assert main([command, "--help"]) == 0
+        out = capsys.readouterr().out
+        assert "2   the input is not a disk" in out
+        assert "sphere" not in out.replace("igl-spheremap", "")
 
 
 def test_help_lists_the_samples(capsys):

@@ -61,9 +61,13 @@ def test_a_gif_holds_each_picture_as_long_as_asked(tmp_path):
 
 def test_a_video_is_a_file_of_a_known_kind_or_a_folder(tmp_path):
     pytest.importorskip("PIL.Image")
-    (tmp_path / "run.avi").touch()
-    with pytest.raises(FileError, match="a video is a"):
-        check_video(tmp_path / "run.avi")
+    (tmp_path / "file").touch()
+    for name in ("file", "run.avi", "run.webm"):
+        with pytest.raises(FileError, match=r"a video is a .gif or .mp4 file, or a folder"):
+            check_video(tmp_path / name)
+    (tmp_path / "v1.0").mkdir()
+    for name in ("pictures", "v1.0"):
+        check_video(tmp_path / name)
 
 
 def test_an_mp4_needs_the_extra_video_alone(tmp_path, monkeypatch):

@@ -24,6 +24,7 @@ from ..output import LISTED, aligned, check_report, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
+_MAPPED = ("certified", "folded")  # the others have no figures, and what they cost is not that of a map
 _COSTS = {"seconds": "seconds", "memory": "memory in MB"}
 _QUANTILES = (0, 25, 50, 75, 99, 100)
 
@@ -67,15 +68,17 @@ def run_batch(args: Namespace) -> Exit:
             listener=listen, **repair_options(args) or {},
         )  # fmt: skip
     rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
+    page = None
     if args.report is not None:
         options = Options(method, args.balance, repair_options(args), args.force, os.getcwd())
-        write_page(args.report, rows, options, args.jobs, began=began(manifest),
-                   command=shlex.join(("igl-spheremap", *args.words)))
+        page = write_page(args.report, rows, options, args.jobs, began=began(manifest),
+                          command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
     if not args.quiet:
-        print(counts(rows, len(sources)), flush=True)
+        files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
+        print(counts(rows, len(sources)), *files, sep="\n", flush=True)
     return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
 
 
@@ -144,7 +147,7 @@ def _quantiles(rows: Sequence[Row]) -> list[str]:
     """A table of the figures of all maps."""
     cells = [("", *(f"{q}%" for q in _QUANTILES))]
     for name, label in (FIGURES | _COSTS).items():
-        values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
+        values = np.array([getattr(row, name) for row in rows if row.status in _MAPPED], dtype=np.float64)
         values = values[np.isfinite(values)]
         if len(values):
             cells.append((label, *(f"{value:.4g}" for value in np.percentile(values, _QUANTILES))))

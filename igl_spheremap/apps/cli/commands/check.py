@@ -1,6 +1,7 @@
 """`check` and `repair`: is a map, of any program, free of foldings, and how does it become so?"""
 
 from argparse import Namespace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from ....descent.energies import HarmonicEnergy
 from ....errors import FileError, MeshError
 from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
-from ....mesh.arrays import check_directions
+from ....mesh.arrays import FloatArray, check_directions
 from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import row_lengths, unit_rows
@@ -19,6 +20,10 @@ from ..output import Findings, check_outputs, mirrored, write_target
 from .plane import check_plane_map, find_plane_map
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
+#: Rounding, in radii, above which a file says too little of its sphere: with one digit a cube would pass for one.
+_COARSEST = 1e-3
+#: Digits up to which a file's decimals are counted: float32 holds no more.
+_DIGITS = 7
 
 
 def run_check(args: Namespace) -> Exit:
@@ -42,17 +47,33 @@ def run_check(args: Namespace) -> Exit:
     args.progress.stage(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
     checked = certify_radius(x, mesh.f)
+    certificate, off, rounded = checked.certificate, checked.certificate.off_sphere, False
+    off_radius: dict[str, float] = {}
+    spread = 0.0
+    if len(off) and checked.radius > 0:
+        beyond = row_lengths(x[off]) / checked.radius - 1
+        off_radius = {"lowest": beyond.min(), "highest": beyond.max(), "farthest": int(off[np.abs(beyond).argmax()]),
+                      "rounding": _rounding(x) / checked.radius}
+        spread = float(np.ptp(beyond))
+        rounded = np.abs(beyond).max() <= off_radius["rounding"] <= _COARSEST
+        if rounded:  # exact signs are those of directions, however far along them the vertices are
+            certificate = replace(certificate, off_sphere=off[:0])
     found = Findings()
+    label, text, numbers = findings.verdict(certificate, mesh.caps)
+    if rounded:
+        kind = "certified" if certificate.folding_free else "not certified, even"
+        text = (f"{kind} once scaled to the sphere; radii vary by {spread:.1g}, as the file's numbers are rounded; "
+                f"{text}")
+    found.add(label, text, **numbers)
     found.source(pair.source)
     found.add("sphere", f"{pair.name}{mirrored(args)}: radius {checked.radius:.6g}", sphere=pair.name,
               radius=checked.radius, reflect=args.reflect, directions=args.directions)
-    off = checked.certificate.off_sphere
-    if len(off) and checked.radius > 0:
-        beyond = row_lengths(x[off]) / checked.radius - 1
-        low, high, farthest = beyond.min(), beyond.max(), int(off[np.abs(beyond).argmax()])
-        found.add("off radius", f"{len(off)} vertices are off by {low:+.2g} to {high:+.2g} of the radius, most at "
-                  f"vertex {farthest}; --directions certifies where they point to, `repair` moves them onto the sphere",
-                  off_radius={"lowest": low, "highest": high, "farthest": farthest})
+    if off_radius:
+        remedy = ("" if rounded else "; --directions certifies where they point to, and the command repair moves them "
+                  "onto the sphere")
+        found.add("off radius", f"{len(off)} vertices are off by {off_radius['lowest']:+.2g} to "
+                  f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
+                  off_radius=off_radius)
     if not len(checked.certificate.not_finite) and checked.radius > 0:
         unit, v, surface = x / checked.radius, mesh.vertices, mesh.f[mesh.surface]
         found.extend([
@@ -61,9 +82,20 @@ def run_check(args: Namespace) -> Exit:
             findings.areas(area_distortion(v, surface, unit)),
             findings.edges(edge_distortion(v, surface, unit)),
         ])
-    found.extend([findings.verdict(checked.certificate, mesh.caps)])
     found.report(args)
-    return Exit.OK if checked.certificate.folding_free else Exit.UNCERTIFIED
+    return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED
+
+
+def _rounding(x: FloatArray) -> float:
+    """How far the rounding of all numbers to float32, or to so many decimals, may have moved a row."""
+    size, epsilon, step = float(np.abs(x).max()), float(np.finfo(float).eps), 0.0
+    if (x == x.astype(np.float32)).all():
+        epsilon = float(np.finfo(np.float32).eps)
+        step = epsilon * size
+    for decimals in range(_DIGITS - int(np.floor(np.log10(size)))):
+        if (np.abs(x - np.round(x, decimals)) <= epsilon * size).all():
+            return max(step, 10.0**-decimals) * np.sqrt(3) / 2
+    return step * np.sqrt(3) / 2
 
 
 def run_repair(args: Namespace) -> Exit:

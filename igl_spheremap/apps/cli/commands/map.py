@@ -5,6 +5,7 @@ import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,17 @@ from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
-from ..output import LISTED, Findings, aligned, check_outputs, check_plots, target_format, write_plot, write_target
+from ..output import (
+    LISTED,
+    Findings,
+    aligned,
+    check_outputs,
+    check_plots,
+    keeps_target,
+    target_format,
+    write_plot,
+    write_target,
+)
 from ..progress import measures
 
 _LISTENING = "listening"
@@ -101,15 +112,18 @@ def _map_by(
     source = load_source(args)
     recording = Recording(source.f) if args.report is not None or args.plot is not None else None
     result, interrupted = _map(source, args, solve, recording)
+    if keeps_target(args, result.certificate, interrupted):
+        assert interrupted is not None
+        return interrupted
     written = write_target(
         args,
         lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
                                metadata=source.metadata),
     )
-    if recording is not None:
-        _write_reports(args, source, result, recording)
+    page = None if recording is None else _write_reports(args, source, result, recording)
     found = _findings(source, args, result, written)
     more(found, result)
+    found.written(plot=args.plot, report=page)
     found.report(args)
     if interrupted is not None:
         return interrupted
@@ -140,8 +154,8 @@ def _map(
     return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
 
 
-def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> None:
-    """The course of the run as curves and as a page."""
+def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> Path | None:
+    """The course of the run as curves and as a page, which is returned."""
     if args.plot is not None:
         args.progress.stage(f"drawing {args.plot}")
         figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
@@ -151,7 +165,9 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
         up = args.up or guess_up(source.name)
-        write_report(args.report, result, recording, source=os.path.basename(source.name), command=command, up=up)
+        return write_report(args.report, result, recording, source=os.path.basename(source.name), command=command,
+                            up=up)
+    return None
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:

@@ -27,7 +27,7 @@ from ...report import write_plane_report
 from ...viewer.choices import guess_up
 from ..exits import Exit, Interrupt
 from ..inputs import STREAM, read_any
-from ..output import Findings, check_outputs, check_plots, write_plot
+from ..output import Findings, check_outputs, check_plots, keeps_target, write_plot
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +77,17 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
             result = solve(source.v, source.f, args.balance, listener=listen)
         except MeshError as error:
             raise MeshError(f"{source.name}: {error}") from None
+    stopped = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
+    if keeps_target(args, result.certificate, stopped):
+        return stopped or Exit.OK
     args.progress.stage(f"writing {args.target}")
     written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
     if args.plot is not None:
         write_plot(args.plot, result.plot(os.path.basename(source.name)))
+    page = None
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
-        write_plane_report(args.report, result, source=os.path.basename(source.name),
+        page = write_plane_report(args.report, result, source=os.path.basename(source.name),
                            command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
@@ -95,9 +99,10 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     as_written = "certified as written" if written.folding_free else f"but as written it is {written}"
     found.add("written", f"{args.target}, {as_written}")
     found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
+    found.written(plot=args.plot, report=page)
     found.report(args)
-    if interrupt.asked and result.status is Status.STOPPED:
-        return interrupt.status
+    if stopped is not None:
+        return stopped
     return Exit.OK if result.certificate.folding_free and written.folding_free else Exit.UNCERTIFIED
 
 

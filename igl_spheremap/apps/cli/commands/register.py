@@ -36,7 +36,7 @@ def run_register(args: Namespace) -> Exit:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
     args.video, args.frame, args.size = None, None, REGISTRATION_SIZE
     if args.show or args.screenshot:
-        open_for(args, "igl_spheremap")
+        open_for(args, "igl_spheremap", "--screenshot OUT.png")
     pair = load_pair(args)
     moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(fixed, args.fixed_sphere).map()

@@ -187,11 +187,12 @@ def test_a_job_that_takes_more_memory_is_ended(stand_in):
     assert (row.status, row.notes) == ("failed", "it took more than 1 MB of memory, the limit")
 
 
-def test_inputs_are_files_globs_and_lists(stand_in):
+def test_inputs_are_files_globs_and_lists(stand_in, capsys):
     for name in ("b1.ply", "b2.ply", "[x].ply"):
         Path(name).touch()
     Path("list.txt").write_text("# a comment\n\nz.ply\nb?.ply\n")
     assert main(["batch", "@list.txt", "[x].ply", "a.ply", "--out", "{stem}.obj", "--summary", "all.tsv"]) == Exit.OK
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["summary", "all.tsv"]
     assert [row.source for row in read_table("all.tsv")] == ["z.ply", "b1.ply", "b2.ply", "[x].ply", "a.ply"]
 
 

@@ -195,6 +195,28 @@ def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
     assert len(result.history) <= 1
 
 
+def test_force_replaces_no_file_by_an_interrupted_map_that_folds(sphere, tmp_path, monkeypatch, capsys):
+    def pressed(v, f, balance, *, listener, **options):
+        signal.raise_signal(signal.SIGINT)
+        good = ism.sphere_map(v, f, ism.gauss_map(v, f))
+        run = dataclasses.replace(good.run, status=ism.Status.STOPPED)
+        return dataclasses.replace(good, sphere=folded, certificate=certify(folded, f), run=run)
+
+    v, f = read_mesh(SAMPLE)
+    folded = ism.gauss_map(v, f)
+    folded[:5] *= -1
+    monkeypatch.setattr(map_command, "balanced_spherical_map", pressed)
+    before = sphere.read_bytes()
+    assert main(["map", SAMPLE, str(sphere), "--force"]) == 130
+    out, err = capsys.readouterr()
+    assert (out, sphere.read_bytes()) == ("", before)
+    assert err.count("\n") == 1
+    assert "foldings; " in err
+    assert "sphere.obj is kept as it was" in err
+    assert main(["map", SAMPLE, str(tmp_path / "new.obj"), "-q"]) == 130
+    assert main(["check", SAMPLE, str(tmp_path / "new.obj"), "-q"]) == 3
+
+
 def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
     figures = {}
     for name, flags in (("plain", []), ("polished", ["--polish", "angles"])):

@@ -8,7 +8,8 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.populations.table import TABLES, Row, write_table
 
 ROWS = [*(Row(f"{k}.ply", f"{k}.obj", mean_angle=k / 100, seconds=k) for k in range(101)),
-        Row("far.ply", "far.obj", mean_angle=50.0), Row("open.ply", "open.obj", status="no mesh", notes="open surface")]
+        Row("far.ply", "far.obj", mean_angle=50.0),
+        Row("open.ply", "open.obj", status="no mesh", seconds=1e6, notes="open surface")]
 
 
 @pytest.mark.parametrize("suffix", TABLES)
@@ -18,6 +19,7 @@ def test_quantiles_and_outliers_are_those_of_the_table(suffix, tmp_path, capsys)
     lines = {line.split()[0]: line.split() for line in capsys.readouterr().out.splitlines() if line.strip()}
     assert lines["certified"][1:4] == ["102", "of", "103"]
     assert lines["mean"][2:] == ["0", "0.2525", "0.505", "0.7575", "0.9999", "50"]
+    assert lines["seconds"][-1] == "100"  # what failed is not among the maps
     assert lines["outliers"][1:4] == ["1", "of", "103"]
     assert lines["far.ply:"][1:] == ["mean", "angle", "50"]
 
