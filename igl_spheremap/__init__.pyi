@@ -48,6 +48,7 @@ from .maps.options import Stereographic as Stereographic
 from .maps.remove_foldings import minimize_harmonic_energy as minimize_harmonic_energy
 from .maps.remove_foldings import remove_foldings as remove_foldings
 from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map
+from .maps.variational import fidelity_map as fidelity_map
 from .maps.variational import landmark_map as landmark_map
 from .maps.variational import p_harmonic_map as p_harmonic_map
 from .mesh.check import Mesh as Mesh

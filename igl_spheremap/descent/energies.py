@@ -1,7 +1,8 @@
-"""Energies of maps to the sphere: harmonic, p-harmonic, of landmarks, and sums of them."""
+"""Energies of maps to the sphere: harmonic, p-harmonic, of landmarks, of users, and sums of them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -187,6 +188,23 @@ class LandmarkEnergy:
         gradient = np.zeros_like(x)
         np.add.at(gradient, self.vertices, self.weights[:, None] * off)
         return 0.5 * float(self.weights @ row_dots(off, off)), gradient
+
+
+@dataclass(frozen=True, eq=False)
+class OwnEnergy:
+    """A function of a map that returns value and derivatives, of a user, who learns what is wrong with them."""
+
+    function: Callable[[FloatArray], tuple[float, ArrayLike]]
+
+    def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Value and derivatives, checked; the function can't change the map."""
+        given = x.view()
+        given.flags.writeable = False
+        found = self.function(given)
+        if not isinstance(found, tuple | list) or len(found) != 2 or np.ndim(found[0]) != 0:
+            raise TypeError(f"the fidelity term returned no number and array; return its value and its ({len(x)}, 3) "
+                            "derivatives")
+        return float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")
 
 
 @dataclass(frozen=True, eq=False)

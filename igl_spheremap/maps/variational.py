@@ -1,8 +1,9 @@
-"""Algorithm 1 on further energies: p-harmonic maps, Remark 1 and eq. (8), and landmarks, a penalty on where they go."""
+"""Algorithm 1 on further energies: p-harmonic, Remark 1 and eq. (8), and harmonic with fidelity terms, section 6."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from ..descent.algorithm_1 import CayleyBB
-from ..descent.energies import HarmonicEnergy, LandmarkEnergy, SumEnergy
+from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy, SumEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError, own_errstate
@@ -24,7 +25,7 @@ from ..result.sphere_map import SphereMap
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from .methods import as_it_is, auto, check_start, in_gauge
-from .options import Auto, Method
+from .options import Auto, Method, PaperGauge
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,14 @@ class Landmarks(Variational):
     max_iterations: int = 500
     plateau: float = 1e-6
     sobolev_gradient_tolerance: float = 1e-3
+
+
+@dataclass(frozen=True)
+class Fidelity(Landmarks):
+    """The options of `igl_spheremap.fidelity_map`."""
+
+    name: ClassVar[str] = "fidelity"
+    gauge: PaperGauge = "free"
 
 
 @takes_mesh
@@ -126,7 +135,121 @@ def p_harmonic_map(
     options = PHarmonic(may_fold, max_iterations, plateau, gradient_tolerance, p)
     history = History(listener)
     mesh = check_mesh(v, f, caps)
-    found = descend(mesh, p_harmonic_problem(mesh, p), *start_of(mesh, start), options, gradient_tolerance, history)
+    problem = p_harmonic_problem(mesh, p)
+    x, run = descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, history)
+    found = in_gauge(mesh, x, run) if problem.gauge else as_it_is(mesh, x, run)
+    return replace(found, run=history.complete(found.run, options.name, options.settings()))
+
+
+@takes_mesh
+@own_errstate
+@timed()
+def fidelity_map(
+    v: ArrayLike,
+    f: ArrayLike,
+    fidelity: Callable[[FloatArray], tuple[float, ArrayLike]],
+    start: ArrayLike | None = None,
+    *,
+    gauge: PaperGauge = "free",
+    may_fold: bool = False,
+    sobolev_gradient_tolerance: float = 1e-3,
+    max_iterations: int = 500,
+    plateau: float = 1e-6,
+    caps: ArrayLike | None = None,
+    listener: Listener | None = None,
+) -> SphereMap:
+    """Minimise the harmonic energy plus a fidelity term of one's own by Algorithm 1.
+
+    The gradient of the sum is taken in a metric of smooth fields: in the L2 metric that of a term on single vertices or
+    on a curve sits on these vertices, which fold their neighbourhood at once.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    fidelity : callable
+        Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, a number
+        beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; what of them
+        is normal to the sphere does not count. Where the value is infinite or NaN no step goes.
+    start : (n, 3) array_like, optional
+        Start; rows are scaled to unit length. The conformal map by default.
+    gauge : {"free", "centred"}
+        "free", the default, is for terms that say which of all Moebius images of a map is best. "centred" is for
+        others, such as of curves: then the map stays Moebius-centred on the source's area, for the discrete harmonic
+        energy falls where a Moebius map crowds the mesh into a point. Neither turns the map.
+    may_fold : bool
+        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+    sobolev_gradient_tolerance : float
+        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields.
+    max_iterations : int
+        Maximum number of iterations, 500 by default.
+    plateau : float
+        The run ends, too, when the lowest energy fell by less than this share, 1e-6 by default, over 100 iterations.
+    caps : (m,) array_like of bool, optional
+        Faces that only close holes and cuts, see `check_mesh`: none by default.
+    listener : callable, optional
+        Called with every `Iterate`, whose energy includes the term.
+
+    Returns
+    -------
+    SphereMap
+        In the frame of the start. Its ``energy`` is the harmonic one; ``history`` has the sums; ``rounds`` has the
+        foldings before and after. Its status is STALLED at the first iteration if the derivatives are not those of the
+        value.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid, or `start` or the derivatives have not one row per vertex.
+    ValueError
+        If the gauge is unknown, a number negative or NaN, or the term not finite at the start.
+    TypeError
+        If the term can't be called, or returns no number and array.
+
+    References
+    ----------
+    Lai et al., section 6: "variational problem of harmonic energy with additional fidelity terms".
+
+    Examples
+    --------
+    The vertices of a curve are drawn to the equator, along which they may slide:
+
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("pear", n_vertices=600)
+    >>> curve = np.flatnonzero(np.abs(v[:, 0] - 0.2 * v[:, 1]) < 0.05)
+    >>> def to_equator(x, weight=10.0):
+    ...     height = x[curve, 2]
+    ...     derivatives = np.zeros_like(x)
+    ...     derivatives[curve, 2] = weight * height
+    ...     return 0.5 * weight * height @ height, derivatives
+    >>> turned = ism.spherical_conformal_map(v, f).sphere @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]  # x to z
+    >>> result = ism.fidelity_map(v, f, to_equator, turned, gauge="centred")
+    >>> bool(np.abs(result.sphere[curve, 2]).max() < 0.05 < np.abs(turned[curve, 2]).max())
+    True
+    >>> result.certificate.folding_free
+    True
+    """
+    options = Fidelity(may_fold, max_iterations, plateau, sobolev_gradient_tolerance, gauge)
+    if not callable(fidelity):
+        raise TypeError(f"fidelity is {fidelity!r}; give a function of the map that returns value and derivatives")
+    history = History(listener)
+    mesh = check_mesh(v, f, caps)
+    name, x = start_of(mesh, start)
+    return _with_fidelity(mesh, OwnEnergy(fidelity), name, x, options, gauge, history)
+
+
+def _with_fidelity(mesh: Mesh, term: Energy, name: str, x: FloatArray, options: Landmarks, gauge: PaperGauge,
+                   history: History) -> SphereMap:
+    """The harmonic energy plus a term, minimised in the metric of smooth fields."""
+    value = term.evaluate(x)[0]
+    if not np.isfinite(value):
+        raise ValueError(f"the fidelity term is {value} at the start; give a start where it is finite")
+    harmonic = HarmonicEnergy.of(mesh)
+    problem = Problem.of(mesh, SumEnergy((harmonic, term)), SobolevH2.of(harmonic.L, mesh.f, x), gauge == "centred")
+    found = as_it_is(mesh, *descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, history))
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
@@ -150,9 +273,8 @@ def landmark_map(
 ) -> SphereMap:
     """Minimise the harmonic energy plus a penalty on how far landmarks are from their targets.
 
-    The penalty is half the weighted sum of squared chords. The solver is Algorithm 1, in a metric of smooth
-    fields: in the L2 metric the penalty's gradient sits on single vertices, which fold their neighbourhood at
-    once.
+    The penalty is half the weighted sum of squared chords: a fidelity term, see `fidelity_map`, whose solver and metric
+    are used.
 
     Parameters
     ----------
@@ -217,11 +339,7 @@ def landmark_map(
     name, x = start_of(mesh, start)
     if start is None:
         x = match_landmarks(x, penalty)
-    harmonic = HarmonicEnergy.of(mesh)
-    metric = SobolevH2.of(harmonic.L, mesh.f, x)
-    problem = Problem.of(mesh, SumEnergy((harmonic, penalty)), metric, gauge=False)  # landmarks fix the gauge
-    found = descend(mesh, problem, name, x, options, sobolev_gradient_tolerance, history)
-    return replace(found, run=history.complete(found.run, options.name, options.settings()))
+    return _with_fidelity(mesh, penalty, name, x, options, "free", history)  # landmarks fix the gauge
 
 
 def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:
@@ -284,8 +402,8 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 
 
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
-            listener: Listener) -> SphereMap:
-    """Algorithm 1 on a problem; where its energy fixes the Moebius gauge the map stays as it is."""
+            listener: Listener) -> tuple[FloatArray, Run]:
+    """Algorithm 1 on a problem."""
     began = time.perf_counter()
     solver = CayleyBB(may_fold=options.may_fold)
     minimum = minimize(solver.iterates(problem, x), tolerance=tolerance,
@@ -293,10 +411,7 @@ def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Var
     y = minimum.last.x
     start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
     rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
-    run = Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
-    if problem.gauge:
-        return in_gauge(mesh, y, run)
-    return as_it_is(mesh, y, run)
+    return y, Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
 
 
 def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:

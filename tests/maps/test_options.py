@@ -12,7 +12,7 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.maps.options import METHODS
-from igl_spheremap.maps.variational import Landmarks, PHarmonic
+from igl_spheremap.maps.variational import Fidelity, Landmarks, PHarmonic
 
 V, F = ism.samples.make("spheroid", n_vertices=400)
 
@@ -28,6 +28,7 @@ def defaults(function):
     (harmonic_map, ism.Auto, {"backend", "effort", "gauge", "polish"}),
     (ism.p_harmonic_map, PHarmonic, {"p"}),
     (ism.landmark_map, Landmarks, set()),
+    (ism.fidelity_map, Fidelity, set()),
 ])
 def test_keywords_have_the_names_and_defaults_of_the_record(function, record, left_out):
     options = {option.name: option.default for option in fields(record) if option.name not in left_out}
@@ -109,7 +110,7 @@ def test_unknown_choices_are_refused_with_what_there_is(record, wrong, message):
         record(**wrong)
 
 
-@pytest.mark.parametrize("record", [*METHODS.values(), PHarmonic, Landmarks])
+@pytest.mark.parametrize("record", [*METHODS.values(), PHarmonic, Landmarks, Fidelity])
 @pytest.mark.parametrize(("kind", "value", "error"), [
     (float, -1e-3, "ValueError"), (float, float("nan"), "ValueError"), (float, "1e-3", "TypeError"),
     (float, None, "TypeError"), (float, True, "TypeError"), (int, 2.5, "TypeError"), (int, True, "TypeError"),

@@ -5,9 +5,10 @@ import pytest
 from triangulations import icosphere, random_rotation
 
 import igl_spheremap as ism
+from igl_spheremap.descent.energies import HarmonicEnergy, OwnEnergy, SumEnergy
 from igl_spheremap.descent.problem import p_harmonic_problem
 from igl_spheremap.maps.variational import check_landmarks, match_landmarks
-from igl_spheremap.sphere.moebius import moebius
+from igl_spheremap.sphere.moebius import best_rotation, moebius
 from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)
@@ -123,3 +124,82 @@ def test_p_must_be_above_one():
     for p in (1, 0.5, np.nan, np.inf):
         with pytest.raises(ValueError, match=r"p is nan; give a number|above 1"):
             ism.p_harmonic_map(V, F, p)
+
+
+def curve(x, vertices, weight):
+    """Half the weighted sum of squared heights above the equator."""
+    derivatives = np.zeros_like(x)
+    derivatives[vertices, 2] = weight * x[vertices, 2]
+    return 0.5 * weight * (x[vertices, 2] ** 2).sum(), derivatives
+
+
+def test_derivatives_of_a_sum_with_a_term_are_its_first_variation():
+    x, t = (np.random.default_rng(k).normal(size=X.shape) for k in (0, 1))
+    landmarks = check_landmarks(len(X), CHOSEN, targets(X), 3.0)
+    terms = HarmonicEnergy.of(MESH), landmarks, OwnEnergy(lambda x: curve(x, CHOSEN, 5.0))
+    for energy in (*terms, SumEnergy(terms)):
+        rise = (energy.evaluate(x + 1e-4 * t)[0] - energy.evaluate(x - 1e-4 * t)[0]) / 2e-4
+        assert np.isclose((energy.evaluate(x)[1] * t).sum(), rise, rtol=1e-9)  # all are quadratic
+
+
+def test_landmarks_are_a_fidelity_term_of_ones_own():
+    x = ism.spherical_conformal_map(V, F).sphere
+    penalty = check_landmarks(len(X), CHOSEN, targets(x), 10.0)
+
+    def own(x):
+        off = x[CHOSEN] - penalty.targets
+        derivatives = np.zeros_like(x)
+        derivatives[CHOSEN] = 10 * off
+        return 5 * (off**2).sum(), derivatives
+
+    by_name, by_term, by_own = (
+        ism.landmark_map(V, F, CHOSEN, targets(x), 10.0, x, max_iterations=20),
+        ism.fidelity_map(V, F, penalty.evaluate, x, max_iterations=20),
+        ism.fidelity_map(V, F, own, x, max_iterations=20),
+    )
+    assert np.array_equal(by_name.sphere, by_term.sphere)
+    assert np.abs(by_name.sphere - by_own.sphere).max() < 1e-9
+    assert (by_own.method, by_own.gauge, by_own.settings) == ("fidelity", "free", {"max_iterations": 20})
+
+
+def test_a_term_with_a_known_minimiser_is_minimised():
+    """The identity of a subdivided icosahedron is harmonic by symmetry, and nearest to itself."""
+    x, f = icosphere(1)
+
+    def distance(y):
+        return 10 * ((y - x) ** 2).sum(), 20 * (y - x)
+
+    start = moebius(x, [0.1, 0.2, -0.1]) @ best_rotation(x, x + 0.3 * x[:, [1, 2, 0]], np.ones(len(x)))
+    result = ism.fidelity_map(x, f, distance, start, sobolev_gradient_tolerance=1e-9, plateau=0.0)
+    assert result.certificate.folding_free
+    assert np.abs(result.sphere - x).max() < 1e-8
+
+
+def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
+    x = ism.spherical_conformal_map(V, F).sphere
+    near = np.flatnonzero(np.abs(V @ [1.0, 0.3, 0.4]) < 0.12)
+    start = x @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
+    heights, energies = [np.abs(start[near, 2]).max()], [ism.harmonic_energy(V, F, start)]
+    for weight in (1.0, 10.0, 100.0):
+        result = ism.fidelity_map(V, F, lambda y, w=weight: curve(y, near, w), start, gauge="centred")
+        assert result.certificate.folding_free
+        assert np.linalg.norm(MESH.A @ result.sphere) < 1e-8
+        heights.append(np.abs(result.sphere[near, 2]).max())
+        energies.append(result.energy)
+    assert heights == sorted(heights, reverse=True)
+    assert heights[-1] < 0.1 * heights[0]
+    assert energies == sorted(energies)
+
+
+@pytest.mark.parametrize(("term", "error", "message"), [
+    (3, TypeError, "fidelity is 3; give a function"),
+    (lambda x: 1.0, TypeError, r"return its value and its \(642, 3\) derivatives"),
+    (lambda x: (x, x), TypeError, r"return its value and its \(642, 3\) derivatives"),
+    (lambda x: (1.0, x[1:]), ism.MeshError, "derivatives of the fidelity term have 641 rows"),
+    (lambda x: (np.nan, x), ValueError, "nan at the start"),
+    (lambda x: (float(x.sort() or 0), x), ValueError, "read-only"),
+])
+def test_terms_that_are_none_are_refused(term, error, message):
+    with pytest.raises(error, match=message):
+        ism.fidelity_map(V, F, term, X)
+
