@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import igl
@@ -45,10 +46,10 @@ def _png(figure: Any) -> bytes:
     return stream.getvalue()
 
 
-def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) -> None:
-    """Histogram of angle differences up to `reach` degrees; by default it leaves out half a percent."""
+def plot_angles(ax: Any, differences: FloatArray) -> None:
+    """Histogram of angle differences; it leaves out half a percent."""
     size = np.abs(differences)
-    _histogram(ax, differences.ravel(), reach, "of the corners")
+    _histogram(ax, differences.ravel(), "of the corners")
     ax.set_xlabel("image minus source, degrees", fontsize=SMALL)
     ax.set_title(
         f"angle differences: mean size {size.mean():.3g}°,\n"
@@ -60,7 +61,7 @@ def plot_angles(ax: Any, differences: FloatArray, reach: float | None = None) ->
 def plot_areas(ax: Any, ratios: FloatArray) -> None:
     """Histogram of logarithms of area ratios; it leaves out half a percent."""
     finite = np.abs(ratios[np.isfinite(ratios)])
-    _histogram(ax, ratios[~np.isnan(ratios)], None, "of the faces")
+    _histogram(ax, ratios[~np.isnan(ratios)], "of the faces")
     ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)
     ax.set_title(
         f"areas: mean size of the logarithm {finite.mean():.3g},\n"
@@ -69,10 +70,10 @@ def plot_areas(ax: Any, ratios: FloatArray) -> None:
     )
 
 
-def _histogram(ax: Any, values: FloatArray, reach: float | None, of: str) -> None:
+def _histogram(ax: Any, values: FloatArray, of: str) -> None:
     """Shares of values on an axis, and of those beyond its ends in bars of their own, which say how many that are."""
     ends = (_BEYOND / 2, 100 - _BEYOND / 2)
-    low, high = np.percentile(values[np.isfinite(values)], ends) if reach is None else (-reach, reach)
+    low, high = np.percentile(values[np.isfinite(values)], ends)
     if low == high:
         low, high = low - 1, high + 1
     percent, width = 100 / values.size, (high - low) / 16
@@ -146,6 +147,8 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
 
 #: Where the light comes from, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
+#: Points of faces that are drawn at once: some 20 MB.
+_SAMPLES = 2**19
 _MARGIN = 1.06  # side of a picture, in units of the body's longer side
 #: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
@@ -255,20 +258,22 @@ def raster(
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
     [255, 0, 0]
     """
-    low, high = y.min(axis=0), y.max(axis=0)
-    radius = max(float((high - low)[:2].max()) / 2, float(np.finfo(float).tiny)) * _MARGIN
-    pixels = (y - (low + high) / 2) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
-    place, depth, owner = _samples(pixels, f, size)
-    levels = np.ptp(depth) / np.iinfo(np.uint16).max or 1.0  # integers of 16 bits are sorted in a tenth of the time
-    front = np.argsort(((depth - depth.min()) / levels).astype(np.uint16), kind="stable")
+    middle, radius = frame(y)
+    pixels = (y - middle) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
     seen = np.full(size * size, len(f))  # white, where there is no face
-    seen[place[front]] = owner[front]  # of equal places the last assignment counts
+    nearest = np.full(size * size, -np.inf)
+    for place, depth, owner in _samples(pixels, f, size):
+        np.maximum.at(nearest, place, depth)
+        front = depth == nearest[place]
+        seen[place[front]] = owner[front]
     if folded is not None:
         seen[np.isin(seen, folded)] = len(f) + 1
         sizes = face_areas(y, f)
         near = f[folded][pixels[f[folded], 2].mean(axis=1) >= 0]
         if len(near) and sizes[folded].sum() < MANY * sizes.sum():
-            seen[np.concatenate((_samples(pixels, near, size)[0], _blocks(pixels, near, size)))] = len(f) + 1
+            for place, _, _ in _samples(pixels, near, size):
+                seen[place] = len(f) + 1
+            seen[_blocks(pixels, near, size)] = len(f) + 1
     palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
     return palette[seen].reshape(size, size, 3)
 
@@ -282,19 +287,23 @@ def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:
     return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
 
-def _samples(pixels: FloatArray, f: IntArray, size: int) -> tuple[IntArray, FloatArray, IntArray]:
-    """Places in the picture, depths and faces of points that lie less than a pixel apart on every face."""
+def frame(y: FloatArray) -> tuple[FloatArray, float]:
+    """Middle (3,) of positions, and half the side of the square around it that their picture shows."""
+    low, high = y.min(axis=0), y.max(axis=0)
+    return (low + high) / 2, max(float((high - low)[:2].max()) / 2, float(np.finfo(float).tiny)) * _MARGIN
+
+
+def _samples(pixels: FloatArray, f: IntArray, size: int) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
+    """Places in the picture, depths and faces of points that lie less than a pixel apart on every face, in parts."""
     corners = pixels[f]
     longest = np.abs(corners - corners[:, [1, 2, 0]])[:, :, :2].max(axis=(1, 2))
     level = np.ceil(np.log2(np.maximum(longest, 0.5))).astype(int)
-    parts = []
     for k in np.unique(level):
-        faces = np.flatnonzero(level == k)
-        x, y, depth = (corners[faces, :, axis] @ _grid(int(2.0**k)).T for axis in range(3))
-        column, row = (np.clip(pixel, 0, size - 1).astype(np.int32) for pixel in (x, y))
-        parts.append((row * size + column, depth, np.broadcast_to(faces[:, None], row.shape)))
-    place, depth, owner = (np.concatenate([part[j].ravel() for part in parts]) for j in range(3))
-    return place, depth, owner
+        grid, faces = _grid(int(2.0**k)), np.flatnonzero(level == k)
+        for part in np.array_split(faces, math.ceil(len(faces) * len(grid) / _SAMPLES)):
+            x, y, depth = (corners[part, :, axis] @ grid.T for axis in range(3))
+            column, row = (np.clip(pixel, 0, size - 1).astype(np.int32) for pixel in (x, y))
+            yield (row * size + column).ravel(), depth.ravel(), np.repeat(part, len(grid))
 
 
 def _grid(k: int) -> FloatArray:

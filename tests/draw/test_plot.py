@@ -1,5 +1,7 @@
 """Pictures by numpy show what is in front, where it is, at any resolution."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,13 @@ def test_no_folded_face_is_hidden_or_smaller_than_three_pixels():
         vermilion = (image == np.rint(255 * np.array(FOLDED))).all(axis=2)
         assert vermilion.sum() == (9 if seen else 0)
         assert vermilion[29:32, 29:32].all() == seen
+
+
+def test_large_faces_are_drawn_in_parts():
+    """A hundred faces as large as the picture: their points take 500 MB if they are all made at once."""
+    corners = np.random.default_rng(0).uniform(-1, 1, (300, 3))
+    tracemalloc.start()
+    raster(corners, np.arange(300).reshape(-1, 3), np.zeros((100, 3)), 512)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 100e6

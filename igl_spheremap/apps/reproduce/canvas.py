@@ -2,76 +2,145 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from ...draw.folds import Clusters
-from ...draw.palette import FOLDED, INK, SURFACE, diverging
-from ...draw.plot import SMALL, colour_bar, pose, raster, shading
+from ...draw.palette import FOLDED, INK, LINES, SURFACE, diverging
+from ...draw.plot import frame, new_figure, pose, raster, shading
 from ...mesh.arrays import FloatArray, IntArray
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
-from ..viewer.body import follow
 from .runs import PaperSurface
 
+#: Width of every figure in inches, that of a page: texts are read in the size that they have here.
+PAGE = 7.2
+TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
-_PIXELS = 500  # along a side of a picture
+_PIXELS = 720  # along a side of a picture, which matplotlib reduces to the place that it has
+_SIDE = 1.04  # side of what is shown, in units of the body's own
+#: Boxes are drawn around as many patches of folded faces, and only around those that take less than half the picture.
+_BOXES = 6
+_SHARE = 0.5
+_PAD = 0.06  # between a box and its patch, in units of half the picture
+#: Percentiles of the values that have the colours of the ends.
+_ENDS = (1, 99)
+
+
+def page_figure(rows: int, columns: int, title: str, height: float) -> tuple[Any, Any]:
+    """A figure as wide as a page, and its axes (rows, columns), each of this height in inches."""
+    figure, axes = new_figure(rows, columns, "", (PAGE / columns, height))
+    figure.suptitle(title, fontsize=TEXT + 2)
+    return figure, axes
+
+
+def caption(ax: Any, text: str) -> None:
+    """A title above a panel."""
+    ax.set_title(text, fontsize=TEXT)
 
 
 def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = "") -> None:
-    """The source, and in vermilion the faces that a map folds."""
-    _show(ax, surface, surface.v, title, _NONE if x is None else _folded(surface, x))
+    """The source, and in vermilion the faces that a map folds; boxes around small patches of them."""
+    folded = _NONE if x is None else np.flatnonzero(folded_faces(x, surface.f))
+    _show(ax, surface, surface.v, title, folded)
+    _box(ax, surface, surface.v, folded)
 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
-    """A map with the brightness of the source's faces; where it folds, magnified at the largest cluster of foldings."""
-    folded = _folded(surface, x)
-    if not len(folded):
-        _show(ax, surface, x, title)
-        return
-    lens = follow(unit_rows(x), surface.f, folded)
-    _show(ax, surface, lens(unit_rows(x)), f"{title}, magnified {lens.power:,.0f}x", folded, np.eye(3))
+    """A map seen whole, with the brightness of the source's faces, in vermilion what it folds; boxes as above."""
+    x = unit_rows(x)
+    folded = np.flatnonzero(folded_faces(x, surface.f))
+    _show(ax, surface, x, title, folded)
+    _box(ax, surface, x, folded)
 
 
 def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """Other positions of the vertices, in vermilion the faces that face inwards."""
-    _show(ax, surface, x, title, _folded(surface, x))
+    _show(ax, surface, x, title, np.flatnonzero(folded_faces(x, surface.f)))
 
 
-def show_function(ax: Any, surface: PaperSurface, values: FloatArray, *, title: str = "") -> None:
-    """A function of the vertices (n,) in colours on the source, with a colour bar; white is its median."""
-    middle = float(np.median(values))
-    values = values - middle
-    ramp = diverging("", float(np.percentile(np.abs(values), 99)) or 1.0)
-    ends = [f"{end:.2g}" for end in (middle + ramp.low, middle + ramp.high)]
+def function_scale(*values: FloatArray) -> Any:
+    """A scale from purple over white at 0 to green for functions that are compared; its two halves fit the values."""
+    from matplotlib.colors import TwoSlopeNorm
+
+    low, high = np.percentile(np.concatenate(values), _ENDS)
+    least = 1e-3 * max(abs(low), abs(high), 1e-9)
+    return TwoSlopeNorm(0.0, min(low, -least), max(high, least))
+
+
+def show_function(
+    ax: Any, surface: PaperSurface, values: FloatArray, scale: Any = None, *, title: str = "", box: IntArray = _NONE
+) -> None:
+    """A function of the vertices (n,) in colours on the source, with a colour bar; boxes around patches of faces."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap
+
+    scale = scale or function_scale(values)
+    ramp = LinearSegmentedColormap.from_list("", diverging("", 1.0).stops)
     # Soft shades, for dark ones would be taken for strong colours.
-    _show(ax, surface, surface.v, title, colours=ramp.colours(values[surface.f].mean(axis=1)), ambient=0.75)
-    colour_bar(ax, replace(ramp, names=(ends[0], ends[1])))
+    _show(ax, surface, surface.v, title, colours=ramp(scale(values[surface.f].mean(axis=1)))[:, :3], ambient=0.75)
+    _box(ax, surface, surface.v, box)
+    bar = ax.figure.colorbar(ScalarMappable(scale, ramp), ax=ax, orientation="horizontal", shrink=0.7, aspect=25,
+                             pad=0.02)
+    bar.set_ticks([scale.vmin, 0.0, scale.vmax], labels=[f"{scale.vmin:.2g}", "0", f"{scale.vmax:.2g}"])
+    bar.ax.tick_params(labelsize=TEXT)
+    bar.outline.set_visible(False)
+
+
+def show_angles(ax: Any, differences: FloatArray, reach: float) -> None:
+    """Histogram of all angle differences, counted by degree; none is larger than `reach`."""
+    size = np.abs(differences)
+    end = np.ceil(reach) + 0.5
+    ax.hist(differences.ravel(), bins=np.arange(-end, end + 1), color=LINES[0])
+    ax.set_xlabel("image minus source, degrees", fontsize=TEXT)
+    ax.set_ylabel("angles per degree", fontsize=TEXT)
+    ax.tick_params(labelsize=TEXT)
+    ax.yaxis.set_major_formatter("{x:,.0f}")
+    caption(ax, f"mean size {size.mean():.3g}°, 99% below\n{np.percentile(size, 99):.3g}°, largest {size.max():.3g}°")
 
 
 def _show(
-    ax: Any,
-    surface: PaperSurface,
-    where: FloatArray,
-    title: str,
-    folded: IntArray = _NONE,
-    view: FloatArray | None = None,
-    colours: FloatArray | None = None,
-    ambient: float = 0.35,
-) -> None:
-    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and by default seen as the source is."""
-    own = pose(surface.v).T
+    ax: Any, surface: PaperSurface, where: FloatArray, title: str, folded: IntArray = _NONE,
+    colours: FloatArray | None = None, ambient: float = 0.35,
+) -> None:  # fmt: skip
+    """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and seen as the source is.
+
+    Its axes have the coordinates of the view.
+    """
+    view = pose(surface.v, surface.up).T
+    y = where @ view
     colours = np.tile(SURFACE, (len(surface.f), 1)) if colours is None else colours
-    shaded = colours * shading(surface.v, surface.f, own, ambient)[:, None]
-    ax.imshow(raster(where @ (own if view is None else view), surface.f, shaded, _PIXELS, folded))
+    colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
+    middle, radius = frame(y)
+    pixel = 2 * radius / _PIXELS
+    across, along = np.ceil(_SIDE * np.ptp(y, axis=0)[:2] / 2 / pixel).clip(1, _PIXELS // 2).astype(int)
+    picture = raster(y, surface.f, colours, _PIXELS, folded)[_PIXELS // 2 - along :, _PIXELS // 2 - across :]
+    ends = np.outer([across, along], [-pixel, pixel]) + middle[:2, None]
+    ax.imshow(picture[: 2 * along, : 2 * across], extent=tuple(ends.ravel()))
+    ax.set_adjustable("datalim")  # so that all panels of a row are equally high
     ax.axis("off")
-    ax.set_title(title, fontsize=SMALL)
+    caption(ax, title)
+
+
+def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray) -> None:
+    """Boxes around patches of faces which would be overlooked; dotted behind the body's middle."""
+    from matplotlib.patches import FancyBboxPatch
+
+    y = where @ pose(surface.v, surface.up).T
+    middle, radius = frame(y)
+    for patch in islice(Clusters.of(surface.f, faces), _BOXES):
+        corners = y[surface.f[patch]].reshape(-1, 3)
+        low, size = corners.min(axis=0), np.ptp(corners, axis=0)
+        if size[:2].max() < 2 * _SHARE * radius:
+            line = "-" if corners[:, 2].mean() >= middle[2] else ":"
+            ax.add_patch(FancyBboxPatch((low[0], low[1]), size[0], size[1], boxstyle=f"round,pad={_PAD * radius}",
+                                        fill=False, edgecolor=FOLDED, linestyle=line, clip_on=False))
 
 
 def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) -> None:
-    """A map around some of its faces, so close that folds of a millionth of the sphere are visible."""
+    """A map around some of its faces, so close that folds of a millionth of the sphere are visible, and see-through."""
     from matplotlib.collections import PolyCollection
 
     corners = x[surface.f[faces]].reshape(-1, 3)
@@ -79,24 +148,11 @@ def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) ->
     middle /= np.linalg.norm(middle)
     reach = min(1.5 * max(float(np.linalg.norm(corners - middle, axis=1).max()), 1e-12), 1.0)
     across = np.linalg.svd(middle[None])[2][1:]
-    near = np.linalg.norm(x[surface.f].mean(axis=1) - middle, axis=1) < 3 * reach
+    near = np.flatnonzero((np.linalg.norm(x[surface.f] - middle, axis=2) < 2 * reach).any(axis=1))
     plane = (x - middle) @ across.T / reach
-    folded = folded_faces(x, surface.f)[near]
-    order = np.argsort(folded, kind="stable")  # folded faces in front
-    colours = np.where(folded[order, None], FOLDED, SURFACE)
-    corners = plane[surface.f[near][order]]
-    patch = PolyCollection(list(corners), facecolors=colours, edgecolors=INK, linewidths=0.2, rasterized=True)
-    ax.add_collection(patch)
+    colours = np.where(folded_faces(x, surface.f)[near, None], FOLDED, SURFACE)
+    ax.add_collection(PolyCollection(list(plane[surface.f[near]]), facecolors=colours, edgecolors=INK, linewidths=0.2,
+                                     alpha=0.5, rasterized=True))
     ax.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal")
     ax.axis("off")
-    ax.set_title(f"{len(faces)} folded faces, {2 * reach:.1e} across", fontsize=SMALL)
-
-
-def folded_patches(surface: PaperSurface, x: FloatArray) -> list[IntArray]:
-    """Indices of folded faces, those that share a vertex together, the largest patch first."""
-    return list(Clusters.of(surface.f, _folded(surface, x)))
-
-
-def _folded(surface: PaperSurface, x: FloatArray) -> IntArray:
-    return np.flatnonzero(folded_faces(x, surface.f))
-
+    caption(ax, f"{len(faces)} of them, see-through:\n{2 * reach:.1e} radii across")

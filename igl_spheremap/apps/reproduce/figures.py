@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ... import samples
+from ...draw.folds import Clusters
 from ...draw.palette import FOLDED, GUIDE, INK, LINES
-from ...draw.plot import SMALL, new_figure, plot_angles
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import angle_defects
@@ -18,23 +18,35 @@ from ...sphere.cayley import cayley_step
 from ...start.star_map import gauss_map, weighted_eigen_projection
 from ...verify.distortion import angle_differences, conformal_factor
 from ...verify.signs import folded_faces
-from .canvas import folded_patches, show_fold, show_function, show_map, show_shape, show_source
+from .canvas import (
+    TEXT,
+    caption,
+    function_scale,
+    page_figure,
+    show_angles,
+    show_fold,
+    show_function,
+    show_map,
+    show_shape,
+    show_source,
+)  # fmt: skip
 from .runs import Outcome, PaperSurface, Runs
 from .tables import TABLE_1, TABLE_2
 
 #: Surfaces on which Algorithm 1 runs until rounding ends it.
 _TO_THE_FLOOR = ("Hippocampus 1", "Maxplanck", "Brain")
 _FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
-_REACH = 45.0  # degrees at the end of histograms that are compared
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
+#: u of a surface of unit area, less u of the surface scaled to the area of the sphere.
+_UNIT = 0.5 * np.log(4 * np.pi)
 
 
 def figure_1(runs: Runs) -> Any:
     """A brain and its conformal map, in the brightness of the brain's faces."""
     surface = runs.surface("Brain")
     outcome = runs.get(surface, "fast")
-    figure, ((source, sphere),) = new_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", (4, 4.2))
+    figure, ((source, sphere),) = page_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", 3.6)
     show_source(source, surface, title=surface.source)
     show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle(surface):.2f} degrees")
     return figure
@@ -42,7 +54,7 @@ def figure_1(runs: Runs) -> Any:
 
 def figure_2(runs: Runs) -> Any:
     """The path of Theorem 1 beside the straight step, in the plane of F and A F at one vertex; needs no run."""
-    figure, ((ax,),) = new_figure(1, 1, "Fig. 2. The path of Theorem 1 and the straight step", (6, 5))
+    figure, ((ax,),) = page_figure(1, 1, "Fig. 2. The path of Theorem 1 and the straight step", 5)
     F, AF = np.array([[0.0, 1.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]])
     turn = np.linspace(0, 2 * np.pi, 200)
     ax.plot(np.cos(turn), np.sin(turn), color=GUIDE)
@@ -68,44 +80,53 @@ def figure_2(runs: Runs) -> Any:
 
 def figure_3(runs: Runs) -> Any:
     """Surfaces, their harmonic maps, and u on the surfaces."""
-    figure, axes = new_figure(3, len(TABLE_1), "Fig. 3. Surfaces, maps by Algorithm 1, and u of $e^{2u}$ on them")
+    figure, axes = page_figure(3, len(TABLE_1), "Fig. 3. Surfaces, maps by Algorithm 1, and u of $e^{2u}$ on them", 2.4)
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         outcome = runs.get(surface, "Algorithm 1")
         show_source(column[0], surface, title=_named(surface))
-        show_map(column[1], surface, outcome.sphere, title=f"{outcome.foldings} foldings")
-        show_function(column[2], surface, _u(surface, outcome.sphere), title="u")
+        show_map(column[1], surface, outcome.sphere, title=_foldings(outcome))
+        show_function(column[2], surface, _u(surface, outcome.sphere), title="u (0: areas as on average)")
     return figure
 
 
 def figure_4(runs: Runs) -> Any:
     """Harmonic energy by iteration, and histograms of angle differences."""
-    figure, axes = new_figure(2, len(TABLE_1), "Fig. 4. Algorithm 1: energy (6) by iteration, and angle differences")
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    figure, axes = page_figure(2, len(TABLE_1), "Fig. 4. Algorithm 1: energy by iteration, and angle differences", 2.2)
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         outcome = runs.get(surface, "Algorithm 1")
         energy.loglog(1 + np.arange(len(outcome.energies)), outcome.energies, color=LINES[0])
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
-        energy.set(xlabel="iteration + 1", ylabel="energy (dotted: 4π)")
-        energy.set_title(_named(surface), fontsize=SMALL)
-        _angles(angles, surface, outcome)
+        energy.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        for axis in (energy.xaxis, energy.yaxis):
+            axis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+            axis.set_minor_formatter(NullFormatter())
+        energy.set_xlabel("iteration + 1", fontsize=TEXT)
+        energy.set_ylabel("energy (dotted: 4π)", fontsize=TEXT)
+        energy.tick_params(labelsize=TEXT)
+        caption(energy, _named(surface))
+        differences = _differences(surface, outcome)
+        show_angles(angles, differences, np.abs(differences).max())
     return figure
 
 
 def figure_5(runs: Runs) -> Any:
     """The faces of a dinosaur that Algorithm 1 folds."""
     dinosaurs = _dinosaurs(runs)
-    figure, axes = new_figure(len(dinosaurs), 4, "Fig. 5. Foldings of Algorithm 1 from the Gauss map")
+    figure, axes = page_figure(len(dinosaurs), 4, "Fig. 5. Foldings of Algorithm 1 from the Gauss map", 2.1)
     for line, surface in zip(axes, dinosaurs, strict=True):
-        outcome = runs.get(surface, "Algorithm 1")
-        x, faces = outcome.sphere, len(surface.f)
-        show_source(line[0], surface, x, title=f"{surface.source}: folded faces")
-        show_map(line[1], surface, x, title=f"{outcome.foldings} of {faces} faces folded")
-        patches = folded_patches(surface, x)
-        for ax, patch in zip(line[2:], patches, strict=False):
-            show_fold(ax, surface, x, patch)
-        for ax in line[2 + len(patches) :]:
+        x = runs.get(surface, "Algorithm 1").sphere
+        folded = np.flatnonzero(folded_faces(x, surface.f))
+        share = len(folded) / len(surface.f)
+        show_source(line[0], surface, x, title=f"{surface.source}:\n{share:.0%} of the faces are folded")
+        show_map(line[1], surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
+        for ax in line[2:]:
             ax.axis("off")
+        for ax, patch in zip(line[2:], Clusters.of(surface.f, folded), strict=False):
+            show_fold(ax, surface, x, patch)
     return figure
 
 
@@ -114,11 +135,13 @@ def figure_6(runs: Runs) -> Any:
     v, f = samples.make("sphere", n_vertices=10_242)
     surface = PaperSurface("Sphere", v, f, "sample:sphere", "the same")
     projection = weighted_eigen_projection(v, f, v)
-    figure, axes = new_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface")
+    figure, axes = page_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface", 2.3)
+    scale = function_scale(projection.phi.ravel())
     for k in range(3):
-        title = f"eigenvalue {projection.eigenvalues[k]:.4f}, function"
-        show_function(axes[0][k], surface, projection.phi[:, k], title=title)
-    show_shape(axes[0][3], surface, projection.phi, title=_roundness(projection.phi))
+        title = f"$\\phi_{k + 1}$, eigenvalue {projection.eigenvalues[k]:.4f}"
+        show_function(axes[0][k], surface, projection.phi[:, k], scale, title=title)
+    show_shape(axes[0][3], surface, projection.phi, title=f"$\\Phi = (\\phi_1, \\phi_2, \\phi_3)$\n"
+                                                          f"{_roundness(projection.phi)}")
     return figure
 
 
@@ -131,9 +154,9 @@ def figure_7(runs: Runs) -> Any:
         start = weighted_eigen_projection(surface.v, surface.f, stages[-1][1]).star_map if stages else None
         stages.append((record["start"], gauss_map(surface.v, surface.f) if start is None else start))
         stages.append(("Algorithm 1", x))
-    figure, (axes,) = new_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", (3.2, 4.4))
+    figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", 2.2)
     figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
-    figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.12)
+    figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
     show_source(axes[0], surface, title=surface.source)
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
         show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum())} foldings")
@@ -146,7 +169,7 @@ def figure_7(runs: Runs) -> Any:
 
 def figure_8(runs: Runs) -> Any:
     """The surfaces of Table 2."""
-    figure, axes = new_figure(2, 4, "Fig. 8. The surfaces of Table 2")
+    figure, axes = page_figure(2, 4, "Fig. 8. The surfaces of Table 2", 2.1)
     for ax in axes.ravel()[len(TABLE_2) :]:
         ax.axis("off")
     for ax, row in zip(axes.ravel(), TABLE_2, strict=False):
@@ -159,22 +182,24 @@ def figure_9(runs: Runs) -> Any:
     """Folded faces, map, u, and surface of the weighted eigenfunctions before and after each folding removal."""
     dinosaurs = _dinosaurs(runs)
     outcomes = [runs.get(surface, "Algorithm 2") for surface in dinosaurs]
-    rows = max(len(outcome.maps) for outcome in outcomes)
-    figure, axes = new_figure(rows, 4 * len(dinosaurs), "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$")
-    for ax in axes.ravel():
-        ax.axis("off")
-    for k, (surface, outcome) in enumerate(zip(dinosaurs, outcomes, strict=True)):
-        for line, x, step in zip(axes[:, 4 * k : 4 * k + 4], outcome.maps, count(), strict=False):
-            _removal(line, surface, x, step)
+    rows = sum(len(outcome.maps) for outcome in outcomes)
+    figure, axes = page_figure(rows, 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.75)
+    lines = iter(axes)
+    for surface, outcome in zip(dinosaurs, outcomes, strict=True):
+        us = [_u(surface, x) for x in outcome.maps]
+        scale = function_scale(*us)
+        for step, x, u in zip(count(), outcome.maps, us):
+            _removal(next(lines), surface, x, u, scale, step)
     return figure
 
 
-def _removal(line: Any, surface: PaperSurface, x: FloatArray, step: int) -> None:
+def _removal(line: Any, surface: PaperSurface, x: FloatArray, u: FloatArray, scale: Any, step: int) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
-    folded = int(folded_faces(x, surface.f).sum())
-    show_source(line[0], surface, x, title=f"{f'removal {step}' if step else surface.source}: {folded} foldings")
-    show_map(line[1], surface, x, title=f"map: {folded} foldings")
-    show_function(line[2], surface, _u(surface, x), title="u")
+    folded = np.flatnonzero(folded_faces(x, surface.f))
+    state = f"after removal {step}" if step else f"{surface.source}, before"
+    show_source(line[0], surface, x, title=f"{state}:\n{len(folded):,} folded faces")
+    show_map(line[1], surface, x, title="map")
+    show_function(line[2], surface, u, scale, title="u", box=folded)
     projection = weighted_eigen_projection(surface.v, surface.f, x)
     values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
     show_shape(line[3], surface, projection.phi, title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
@@ -182,44 +207,51 @@ def _removal(line: Any, surface: PaperSurface, x: FloatArray, step: int) -> None
 
 def figure_10(runs: Runs) -> Any:
     """The algorithm of Gu and Yau and Algorithm 2 on surfaces with long, sharp features."""
-    figure, axes = new_figure(len(_FIG_10), 5, "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 (vermilion: folded)")
+    figure, axes = page_figure(len(_FIG_10), 5, "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 (vermilion: folded)", 1.8)
     for line, name in zip(axes, _FIG_10, strict=True):
         surface = runs.surface(name)
         show_source(line[0], surface, title=_named(surface))
-        for panel, method in ((1, "Gu-Yau"), (3, "Algorithm 2")):
-            outcome = runs.get(surface, method)
-            verdict = f"{method}: {outcome.foldings} foldings, mean {outcome.mean_angle(surface):.2f} degrees"
-            show_map(line[panel], surface, outcome.sphere, title=verdict)
-            _angles(line[panel + 1], surface, outcome)
+        outcomes = {method: runs.get(surface, method) for method in ("Gu-Yau", "Algorithm 2")}
+        differences = [_differences(surface, outcome) for outcome in outcomes.values()]
+        reach = max(np.abs(each).max() for each in differences)
+        for axes_of, (method, outcome), each in zip((line[1:3], line[3:]), outcomes.items(), differences, strict=True):
+            show_map(axes_of[0], surface, outcome.sphere, title=f"{method}:\n{_foldings(outcome)}")
+            show_angles(axes_of[1], each, reach)
+            axes_of[1].set_ylabel("")
     return figure
 
 
 def gradient(runs: Runs) -> Any:
     """The norm of the gradient A F by iteration of Algorithm 1, until rounding ends its fall."""
-    figure, ((ax,),) = new_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", (6.5, 4))
+    figure, ((ax,),) = page_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", 3.5)
+    curves = []
     for colour, name in zip(LINES, _TO_THE_FLOOR, strict=False):
         surface = runs.surface(name)
         norms = runs.get(surface, "Algorithm 1 without a stopping rule").residuals
         ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
-        ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
-                  label=f"{name}: {surface.source}, least {norms.min():.1e}")
+        curves += ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
+                            label=f"{name}:\n{surface.source},\nleast {norms.min():.1e}")
     ax.axhline(1e-3, color=GUIDE, linestyle=":")
-    ax.annotate("tolerance of this package, 1e-3", (1, 1e-3), (0, 3), textcoords="offset points", fontsize=SMALL)
-    ax.set(xlabel="iteration + 1", ylabel="L2 norm of A F (bold: the least so far)")
-    ax.legend(fontsize=SMALL, loc="lower left")
+    ax.annotate("tolerance of this package, 1e-3", (1, 1e-3), (0, 3), textcoords="offset points", fontsize=TEXT)
+    ax.set_xlabel("iteration + 1", fontsize=TEXT)
+    ax.set_ylabel("L2 norm of A F (bold: the least so far)", fontsize=TEXT)
+    ax.tick_params(labelsize=TEXT)
+    curves.sort(key=lambda curve: -curve.get_ydata()[-1])  # in the order in which they end
+    ax.legend(handles=curves, fontsize=TEXT, loc="lower left", bbox_to_anchor=(1, 0), frameon=False, labelspacing=1.2)
     return figure
 
 
 def equation_24(runs: Runs) -> Any:
     """u of eq. (14), u that solves eq. (24) with its right-hand side, and the difference of the two."""
-    figure, axes = new_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference")
+    figure, axes = page_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference", 2.5)
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         mesh = check_mesh(surface.v, surface.f)
         u = _u(surface, runs.get(surface, "fast").sphere)
-        error = curvature_error(mesh, u)
-        show_function(column[0], surface, u, title=f"{_named(surface)}\nu of (14)")
-        show_function(column[1], surface, u - error, title="u that solves (24)")
+        error = curvature_error(mesh, u + _UNIT)
+        scale = function_scale(u, u - error)
+        show_function(column[0], surface, u, scale, title=f"{_named(surface)}\nu of (14)")
+        show_function(column[1], surface, u - error, scale, title="u that solves (24)")
         show_function(column[2], surface, error, title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
     return figure
 
@@ -261,12 +293,13 @@ def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: 
                 arrowprops=style)
 
 
-def _angles(ax: Any, surface: PaperSurface, outcome: Outcome) -> None:
-    """Histogram of the angle differences of a run's result, on one scale in all figures."""
-    if outcome.foldings < 0:
-        ax.set_title("no map", fontsize=SMALL)
-    else:
-        plot_angles(ax, angle_differences(surface.v, surface.f, outcome.sphere), _REACH)
+def _foldings(outcome: Outcome) -> str:
+    return "no map" if outcome.foldings < 0 else f"{outcome.foldings:,} foldings"
+
+
+def _differences(surface: PaperSurface, outcome: Outcome) -> FloatArray:
+    """Angle differences of a run's result in degrees; NaN if there is no map."""
+    return angle_differences(surface.v, surface.f, outcome.sphere)
 
 
 def _dinosaurs(runs: Runs) -> list[PaperSurface]:
@@ -276,12 +309,12 @@ def _dinosaurs(runs: Runs) -> list[PaperSurface]:
 
 
 def _u(surface: PaperSurface, x: FloatArray) -> FloatArray:
-    """u of the conformal factor e^{2u}, eq. (14)."""
+    """u of the conformal factor e^{2u}, eq. (14), for the surface scaled to the area of the sphere."""
     factor = conformal_factor(surface.v, surface.f, x)
-    return np.asarray(0.5 * np.log(np.maximum(factor, 1e-30)))
+    return np.asarray(0.5 * np.log(np.maximum(factor, 1e-30)) - _UNIT)
 
 
 def _roundness(phi: FloatArray) -> str:
     """How far the surface of the eigenfunctions is from the sphere of Theorem 2."""
     radius = np.linalg.norm(phi, axis=1) / _PHI_RADIUS
-    return f"|Φ| / √(3/4π) from {radius.min():.3f} to {radius.max():.3f}"
+    return f"|Φ| from {radius.min():.3f} to {radius.max():.3f} of √(3/4π)"

@@ -40,6 +40,8 @@ class Counterpart:
     sample_relation: str
     #: Number of vertices to which the file is simplified; empty if it is taken as it is.
     simplify_to: str = ""
+    #: The direction of the file's that is up, if it does not show where it stands.
+    up: str = "auto"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,7 @@ class PaperSurface:
     f: IntArray
     source: str
     relation: str
+    up: str = "auto"
 
     @property
     def digest(self) -> str:
@@ -71,6 +74,7 @@ def load_surface(name: str, folder: Path | None) -> PaperSurface:
     'sample:bird:n_vertices=890'
     """
     one = COUNTERPARTS[name]
+    up = one.up
     if folder is not None and one.file and (folder / one.file).is_file():
         v, f = _read(folder / one.file)
         source, relation = one.file, one.relation
@@ -81,9 +85,9 @@ def load_surface(name: str, folder: Path | None) -> PaperSurface:
         source, relation = f"nilearn's {shipped.name}", one.relation
     else:
         v, f = samples.from_spec(one.sample)
-        source, relation = f"sample:{one.sample}", one.sample_relation
+        source, relation, up = f"sample:{one.sample}", one.sample_relation, "auto"
     check_mesh(v, f)
-    return PaperSurface(name, v, f, source, relation)
+    return PaperSurface(name, v, f, source, relation, up)
 
 
 def all_surfaces(folder: Path | None) -> Iterator[PaperSurface]:
@@ -100,6 +104,10 @@ def all_surfaces(folder: Path | None) -> Iterator[PaperSurface]:
 
 
 def _read(path: Path) -> tuple[FloatArray, IntArray]:
+    """Positions and faces; archives of the corpus hold arrays `v` and `f`."""
+    if path.suffix == ".npz":
+        with np.load(path) as arrays:
+            return arrays["v"], arrays["f"].astype(np.int64)
     mesh = read_mesh(path)
     return mesh.v, mesh.f
 
