@@ -60,7 +60,7 @@ class CayleyBB:
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
 
-        Their residual is the norm of the gradient, by eq. (9) the L2 norm of A F in the L2 metric.
+        Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in the L2 metric.
         """
         given, x = x, problem.centred(x)
         acted = Counter(centred=int(x is not given))
@@ -74,7 +74,7 @@ class CayleyBB:
         while True:
             square = problem.metric.inner(gradient, gradient)
             safeguards = {name: count for name, count in acted.items() if count} or None
-            yield Iterate("harmonic", 0, k, x, energy, float(np.sqrt(square)), taken, safeguards=safeguards)
+            yield Iterate("harmonic", 0, k, x, energy, problem.residual(gradient), taken, safeguards=safeguards)
             acted = Counter(bounded=self.bound_tau and not _LEAST_TAU <= tau <= _LARGEST_TAU)
             tau = min(max(tau, _LEAST_TAU), _LARGEST_TAU) if self.bound_tau else tau
             trial = problem.cayley_path(x, gradient, off_centre, injective, acted)

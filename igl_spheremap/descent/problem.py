@@ -126,12 +126,15 @@ class Problem:
     #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True
+    #: (n,) share that the metric has of the L2 metric, for diagonal ones.
+    share: FloatArray | None = None
 
     @classmethod
     def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
         """An energy over the maps of a mesh, in the L2 metric by libigl's mass matrix unless another is given."""
         if metric is not None:
-            return cls(energy, metric, mesh.A, mesh.areas, mesh.f, gauge)
+            share = mesh.areas / metric.weights if isinstance(metric, Diagonal) else None
+            return cls(energy, metric, mesh.A, mesh.areas, mesh.f, gauge, share)
         shares = vertex_areas(mesh.v, mesh.f)
         areas = normalised_weights(shares, float(shares.sum()))
         return cls(energy, Diagonal(areas), mesh.A, areas, mesh.f, gauge)
@@ -144,7 +147,15 @@ class Problem:
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
         """Gradient of the energy from its derivatives, tangent to the sphere, without boosts if the gauge is fixed."""
         gradient = self.metric.gradient(x, derivative)
-        return remove_boosts(x, gradient, self.A) if self.gauge else gradient
+        if not self.gauge:
+            return gradient
+        return remove_boosts(x, gradient, self.A, self.share)
+
+    def residual(self, gradient: FloatArray) -> float:
+        """Norm of a gradient; in all diagonal metrics the L2 norm of A F, so that their runs end by one rule."""
+        if self.share is not None:
+            return float(np.sqrt(Diagonal(self.areas / self.share**2).inner(gradient, gradient)))
+        return float(np.sqrt(self.metric.inner(gradient, gradient)))
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
@@ -191,8 +202,13 @@ def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
     return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), gauge=p <= 2)
 
 
-def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArray:
+def remove_boosts(
+    x: FloatArray, t: FloatArray, weights: FloatArray, share: FloatArray | None = None
+) -> FloatArray:
     """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
+
+    Boosts are taken out, times the share (n,) that a metric has of the L2 metric at each vertex, if it is given: then
+    what is left vanishes in all metrics at the same maps.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
@@ -203,7 +219,10 @@ def remove_boosts(x: FloatArray, t: FloatArray, weights: FloatArray) -> FloatArr
     >>> bool(np.abs(remove_boosts(x, boost, np.ones(6))).max() < 1e-12)
     True
     """
-    total = weights.sum()
-    gram = total * np.eye(3) - weighted_moment(weights, x, x)  # inner products of the three boosts
+    shared = weights if share is None else weights * share
+    total = shared.sum()
+    gram = total * np.eye(3) - weighted_moment(shared, x, x)  # inner products of the three boosts
     e = np.linalg.solve(gram + 1e-14 * total * np.eye(3), weighted_sum(weights, t))
-    return t - e + along(x, e)[:, None] * x
+    if share is None:
+        return t - e + along(x, e)[:, None] * x
+    return t - share[:, None] * (e - along(x, e)[:, None] * x)

@@ -86,9 +86,11 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray 
 
     x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
     projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
+    metric = step_metric(L) if options.metric == "laplacian" else None
     x, run = remove_foldings(
-        mesh, HarmonicEnergy(L), x, name, algorithm_1, options.rounds, projections, gauge=options.gauge == "centred",
-        repair_star_maps=options.repair_star_maps, keep_best=options.keep_best, listener=listener)
+        mesh, HarmonicEnergy(L), x, name, algorithm_1, options.rounds, projections, metric=metric,
+        gauge=options.gauge == "centred", repair_star_maps=options.repair_star_maps, keep_best=options.keep_best,
+        listener=listener)
     run = replace(run, notes=(*notes, *run.notes))
     return in_gauge(mesh, x, run) if options.gauge == "centred" else as_it_is(mesh, x, run)
 

@@ -15,6 +15,7 @@ from ..untangle.effort import Effort
 Gauge = Literal["poles", "centred"]
 PaperGauge = Literal["centred", "free"]
 EdgeWeights = Literal["cotangent", "delaunay"]
+PaperMetric = Literal["areas", "laplacian"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["auto", "angles"]
 
@@ -147,6 +148,11 @@ class Lai2014(Method):
         Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some
         are negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
         and eigen-projections are repeated with them until the energy of their star maps settles.
+    metric : {"areas", "laplacian"}, default "areas"
+        What the derivatives of the energy are divided by. "areas" are the paper's, eqs. (9) and (13): where vertices
+        are unevenly spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
+        Laplacian's rows, which have no scale: Algorithm 1 takes a half to a tenth of the iterations then. The tolerance
+        is that of the L2 norm in both.
     stop : {"gradient", "wen-yin"}, default "gradient"
         What a minimisation converges by. "gradient" is Algorithm 1, step 2. "wen-yin" is the rule of the program
         OptStiefelGBB that reference [18] published: the gradient, too, or else a step that changes the energy by less
@@ -170,8 +176,8 @@ class Lai2014(Method):
     Raises
     ------
     ValueError
-        If `bb`, `edge_weights`, `stop` or `gauge` is unknown, a number negative or NaN, or `rho`, `delta` or `xi` not
-        from 0 to 1.
+        If `bb`, `edge_weights`, `metric`, `stop` or `gauge` is unknown, a number negative or NaN, or `rho`, `delta` or
+        `xi` not from 0 to 1.
     TypeError
         If a number is none, a count not whole, or a switch not True or False.
     MapError
@@ -202,6 +208,7 @@ class Lai2014(Method):
     xi: float = 0.85
     bb: BarzilaiBorwein = "alternating"
     edge_weights: EdgeWeights = "cotangent"
+    metric: PaperMetric = "areas"
     stop: Stop = "gradient"
     may_fold: bool = False
     gauge: PaperGauge = "centred"

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 
 from ..descent.energies import HarmonicEnergy
 from ..descent.minimize import Minimum
-from ..descent.problem import Problem
+from ..descent.problem import Metric, Problem
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
@@ -33,6 +33,7 @@ def remove_foldings(
     rounds: int,
     projections: int = 1,
     *,
+    metric: Metric | None = None,
     gauge: bool = True,
     repair_star_maps: bool = True,
     keep_best: bool = True,
@@ -44,7 +45,7 @@ def remove_foldings(
     `name` is that of the first map in the record of the run; the listener sees the start of every round. The map is
     that of the last round, or, to `keep_best`, of the last among those that left the fewest foldings.
     """
-    problem = Problem.of(mesh, energy, gauge=gauge)
+    problem = Problem.of(mesh, energy, metric, gauge)
     done: list[Round] = []
     notes: tuple[str, ...] = ()
     start = _start(problem, name, 0, x)

@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from ...descent.line_search import Stop
 from ...io.formats import FORMATS
-from ...maps.options import METHODS, EdgeWeights, Gauge, Lai2014, Method, PaperGauge, Polish
+from ...maps.options import METHODS, EdgeWeights, Gauge, Lai2014, Method, PaperGauge, PaperMetric, Polish
 from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
@@ -200,6 +200,8 @@ OPTIONS = (
              "systems=20, sweeps=10, holes=5, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
+    choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014): areas, the "
+           "paper's and the default, or the laplacian's rows, which takes a half to a tenth of the iterations"),
     choice("--stop", get_args(Stop), "what a minimisation converges by (lai2014): gradient, the paper's rule and the "
            "default; wen-yin, that of the program of its reference [18]: small changes, too"),
     AS_PRINTED,

@@ -20,7 +20,7 @@ from ..._version import __version__
 from ...correspondence import STAGES
 from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
-from ..reproduce.items import ALL, ITEMS
+from ..reproduce.items import ALL, COPIES, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
@@ -267,6 +267,10 @@ COMMANDS = (
         argument("--out", "DIR", "where results and finished runs are kept (default: reproduction); run again to "
                  "continue", type=Path, default=Path("reproduction")),
         argument("--max-iterations", "N", "of each minimisation; default: the methods' own", type=COUNT),
+        switch("--spread", help=f"repeat the runs of tables 1 to 3 on {COPIES} renumbered copies of each surface, and "
+               "show the least and the largest counts: six times as long"),
+        argument("--page", "FILE", "write the tables into this Markdown file, too, between <!-- table NAME --> and "
+                 "<!-- end -->", type=Path),
         shared.SILENT,
     )),
     Command("completion", "info", (choice("shell", ("bash", "zsh", "tcsh"), "which shell"),)),

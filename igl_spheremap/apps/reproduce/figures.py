@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -30,12 +29,13 @@ from .canvas import (
     show_shape,
     show_source,
 )  # fmt: skip
-from .runs import Outcome, PaperSurface, Runs
+from .runs import Outcome, Runs
+from .surfaces import PaperSurface
 from .tables import TABLE_1, TABLE_2
 
 #: Surfaces on which Algorithm 1 runs until rounding ends it.
-_TO_THE_FLOOR = ("Hippocampus 1", "Maxplanck", "Brain")
-_FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
+TO_THE_FLOOR = ("Hippocampus 1", "Maxplanck", "Brain")
+FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 #: u of a surface of unit area, less u of the surface scaled to the area of the sphere.
@@ -45,10 +45,10 @@ _UNIT = 0.5 * np.log(4 * np.pi)
 def figure_1(runs: Runs) -> Any:
     """A brain and its conformal map, in the brightness of the brain's faces."""
     surface = runs.surface("Brain")
-    outcome = runs.get(surface, "fast")
+    outcome = runs.get(surface, "default")
     figure, ((source, sphere),) = page_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", 3.6)
     show_source(source, surface, title=surface.source)
-    show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle(surface):.2f} degrees")
+    show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle:.2f} degrees")
     return figure
 
 
@@ -80,10 +80,11 @@ def figure_2(runs: Runs) -> Any:
 
 def figure_3(runs: Runs) -> Any:
     """Surfaces, their harmonic maps, and u on the surfaces."""
-    figure, axes = page_figure(3, len(TABLE_1), "Fig. 3. Surfaces, maps by Algorithm 1, and u of $e^{2u}$ on them", 2.4)
+    title = "Fig. 3. Surfaces, maps by Algorithm 1 as printed, and u of $e^{2u}$"
+    figure, axes = page_figure(3, len(TABLE_1), title, 2.4)
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
-        outcome = runs.get(surface, "Algorithm 1")
+        outcome = runs.get(surface, "Algorithm 1 as printed")
         show_source(column[0], surface, title=_named(surface))
         show_map(column[1], surface, outcome.sphere, title=_foldings(outcome))
         show_function(column[2], surface, _u(surface, outcome.sphere), title="u (0: areas as on average)")
@@ -94,10 +95,11 @@ def figure_4(runs: Runs) -> Any:
     """Harmonic energy by iteration, and histograms of angle differences."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    figure, axes = page_figure(2, len(TABLE_1), "Fig. 4. Algorithm 1: energy by iteration, and angle differences", 2.2)
+    title = "Fig. 4. Algorithm 1 as printed: energy by iteration, logarithmic axes, and counts of angle differences"
+    figure, axes = page_figure(2, len(TABLE_1), title, 2.2)
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
-        outcome = runs.get(surface, "Algorithm 1")
+        outcome = runs.get(surface, "Algorithm 1 as printed")
         energy.loglog(1 + np.arange(len(outcome.energies)), outcome.energies, color=LINES[0])
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
         energy.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -115,10 +117,10 @@ def figure_4(runs: Runs) -> Any:
 
 def figure_5(runs: Runs) -> Any:
     """The faces of a dinosaur that Algorithm 1 folds."""
-    dinosaurs = _dinosaurs(runs)
-    figure, axes = page_figure(len(dinosaurs), 4, "Fig. 5. Foldings of Algorithm 1 from the Gauss map", 2.1)
-    for line, surface in zip(axes, dinosaurs, strict=True):
-        x = runs.get(surface, "Algorithm 1").sphere
+    found = dinosaurs(runs)
+    figure, axes = page_figure(len(found), 4, "Fig. 5. Foldings of Algorithm 1 as printed from the Gauss map", 2.1)
+    for line, surface in zip(axes, found, strict=True):
+        x = runs.get(surface, "Algorithm 2 as printed").maps[0]
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
         show_source(line[0], surface, x, title=f"{surface.source}:\n{share:.0%} of the faces are folded")
@@ -148,7 +150,7 @@ def figure_6(runs: Runs) -> Any:
 def figure_7(runs: Runs) -> Any:
     """Algorithm 2 as a chart: each stage by its name in the records of runs, with its map of a dinosaur."""
     surface = runs.surface("Dino", sample=True)
-    outcome = runs.get(surface, "Algorithm 2")
+    outcome = runs.get(surface, "Algorithm 2 made safe")
     stages: list[tuple[str, FloatArray]] = []
     for record, x in zip(outcome.rounds, outcome.maps, strict=True):
         start = weighted_eigen_projection(surface.v, surface.f, stages[-1][1]).star_map if stages else None
@@ -180,23 +182,21 @@ def figure_8(runs: Runs) -> Any:
 
 def figure_9(runs: Runs) -> Any:
     """Folded faces, map, u, and surface of the weighted eigenfunctions before and after each folding removal."""
-    dinosaurs = _dinosaurs(runs)
-    outcomes = [runs.get(surface, "Algorithm 2") for surface in dinosaurs]
-    rows = sum(len(outcome.maps) for outcome in outcomes)
-    figure, axes = page_figure(rows, 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.75)
-    lines = iter(axes)
-    for surface, outcome in zip(dinosaurs, outcomes, strict=True):
-        us = [_u(surface, x) for x in outcome.maps]
-        scale = function_scale(*us)
-        for step, x, u in zip(count(), outcome.maps, us):
-            _removal(next(lines), surface, x, u, scale, step)
+    surface = runs.surface("Dino", sample=True)
+    ways = ("as printed", "made safe")
+    states = [(f"{way}, {f'after removal {step}' if step else 'before'}", x) for way in ways
+              for step, x in enumerate(runs.get(surface, f"Algorithm 2 {way}").maps)]
+    us = [_u(surface, x) for _, x in states]
+    scale = function_scale(*us)
+    figure, axes = page_figure(len(states), 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.75)
+    for line, (state, x), u in zip(axes, states, us, strict=True):
+        _removal(line, surface, state, x, u, scale)
     return figure
 
 
-def _removal(line: Any, surface: PaperSurface, x: FloatArray, u: FloatArray, scale: Any, step: int) -> None:
+def _removal(line: Any, surface: PaperSurface, state: str, x: FloatArray, u: FloatArray, scale: Any) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
     folded = np.flatnonzero(folded_faces(x, surface.f))
-    state = f"after removal {step}" if step else f"{surface.source}, before"
     show_source(line[0], surface, x, title=f"{state}:\n{len(folded):,} folded faces")
     show_map(line[1], surface, x, title="map")
     show_function(line[2], surface, u, scale, title="u", box=folded)
@@ -207,11 +207,12 @@ def _removal(line: Any, surface: PaperSurface, x: FloatArray, u: FloatArray, sca
 
 def figure_10(runs: Runs) -> Any:
     """The algorithm of Gu and Yau and Algorithm 2 on surfaces with long, sharp features."""
-    figure, axes = page_figure(len(_FIG_10), 5, "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 (vermilion: folded)", 1.8)
-    for line, name in zip(axes, _FIG_10, strict=True):
+    title = "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 made safe (vermilion: folded)"
+    figure, axes = page_figure(len(FIG_10), 5, title, 1.8)
+    for line, name in zip(axes, FIG_10, strict=True):
         surface = runs.surface(name)
         show_source(line[0], surface, title=_named(surface))
-        outcomes = {method: runs.get(surface, method) for method in ("Gu-Yau", "Algorithm 2")}
+        outcomes = {method: runs.get(surface, method) for method in ("Gu-Yau", "Algorithm 2 made safe")}
         differences = [_differences(surface, outcome) for outcome in outcomes.values()]
         reach = max(np.abs(each).max() for each in differences)
         for axes_of, (method, outcome), each in zip((line[1:3], line[3:]), outcomes.items(), differences, strict=True):
@@ -225,7 +226,7 @@ def gradient(runs: Runs) -> Any:
     """The norm of the gradient A F by iteration of Algorithm 1, until rounding ends its fall."""
     figure, ((ax,),) = page_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", 3.5)
     curves = []
-    for colour, name in zip(LINES, _TO_THE_FLOOR, strict=False):
+    for colour, name in zip(LINES, TO_THE_FLOOR, strict=False):
         surface = runs.surface(name)
         norms = runs.get(surface, "Algorithm 1 without a stopping rule").residuals
         ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
@@ -247,7 +248,7 @@ def equation_24(runs: Runs) -> Any:
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         mesh = check_mesh(surface.v, surface.f)
-        u = _u(surface, runs.get(surface, "fast").sphere)
+        u = _u(surface, runs.get(surface, "default").sphere)
         error = curvature_error(mesh, u + _UNIT)
         scale = function_scale(u, u - error)
         show_function(column[0], surface, u, scale, title=f"{_named(surface)}\nu of (14)")
@@ -302,7 +303,7 @@ def _differences(surface: PaperSurface, outcome: Outcome) -> FloatArray:
     return angle_differences(surface.v, surface.f, outcome.sphere)
 
 
-def _dinosaurs(runs: Runs) -> list[PaperSurface]:
+def dinosaurs(runs: Runs) -> list[PaperSurface]:
     """The folder's dinosaur, if there is one, and the sample: meshes of different quality behave differently."""
     found = [runs.surface("Dino"), runs.surface("Dino", sample=True)]
     return found[found[0].source == found[1].source :]

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from ...errors import FileError, import_optional
 
 #: Names of all tables and figures, and one for all of them.
-ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections",
+ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections", "boosts",
          "fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "gradient", "eq24")
 ALL = "all"
+#: Renumbered copies of a surface that show what rounding alone changes.
+COPIES = 5
+#: PNGs have so many colours: no difference is seen, and they take a third of the bytes.
+_COLOURS = 256
 
 
 def reproduce(
@@ -20,6 +25,8 @@ def reproduce(
     *,
     meshes: Path | None = None,
     max_iterations: int | None = None,
+    spread: bool = False,
+    page: Path | None = None,
     report: Callable[[str], None] = lambda line: None,
     listen: Callable[..., Any] = lambda f: None,
 ) -> list[Path]:
@@ -27,12 +34,16 @@ def reproduce(
 
     Runs are kept in `out/runs` as they end: an interrupted call continues there. `meshes` is a folder of real
     counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
-    `report` takes a line on each run, `listen` makes a listener for a run on a mesh with these faces.
+    With `spread` runs of Tables 1 to 3 are repeated on renumbered copies. The tables replace those that stand in a
+    Markdown file, the `page`. `report` takes a line on each run, `listen` makes a listener for a run on a mesh with
+    these faces.
     """
     # The command's help needs the names alone.
-    from ...io.replacing import replacing
+    from ...io.replacing import check_writable, replacing
     from .claims import CLAIMS
     from .figures import FIGURES
+    from .needs import jobs_of
+    from .page import check_page, fill
     from .runs import Runs
     from .tables import TABLES
 
@@ -40,22 +51,46 @@ def reproduce(
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():
         raise FileError(f"{meshes} is no folder of meshes")
+    makers = {**TABLES, **CLAIMS}
+    if page is not None:
+        try:
+            text = page.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise FileError(f"can't read {page}: {getattr(error, 'strerror', None) or 'it is not UTF-8'}") from error
+        check_page(text, makers, page)
+        check_writable(page, force=True)
     kept = out / "runs"
     try:
         kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"can't write {kept}: {error.strerror or error}") from error
-    tables = {**TABLES, **CLAIMS}
-    runs = Runs(kept, meshes, max_iterations, report, listen)
-    written = []
+    runs = Runs(kept, meshes, max_iterations, COPIES if spread else 0, report, listen)
+    runs.announce(job for name in names for job in jobs_of(name, runs))
+    written, tables = [], {}
     for name in names:
-        path = out / f"{name}{'.md' if name in tables else '.png'}"
-        made = tables[name](runs) if name in tables else FIGURES[name](runs)
+        path = out / f"{name}{'.md' if name in makers else '.png'}"
+        made = makers[name](runs) if name in makers else FIGURES[name](runs)
         with replacing(path, force=True) as partial:
-            if isinstance(made, str):
-                partial.write_text(made, encoding="utf-8")
+            if name in makers:
+                tables[name] = str(made)
+                partial.write_text(tables[name], encoding="utf-8")
             else:
-                made.savefig(partial, format="png")
+                partial.write_bytes(_picture(made))
         written.append(path)
         report(f"wrote {path}")
+    if page is not None:
+        with replacing(page, force=True) as partial:
+            partial.write_text(fill(text, tables), encoding="utf-8")
+        written.append(page)
     return written
+
+
+def _picture(figure: Any) -> bytes:
+    """A figure as a PNG file with a palette of colours."""
+    from PIL import Image  # which matplotlib needs, too
+
+    full, small = BytesIO(), BytesIO()
+    figure.savefig(full, format="png")
+    image = Image.open(full).convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    image.save(small, format="png", optimize=True)
+    return small.getvalue()

@@ -1,143 +1,53 @@
-"""The surfaces that stand for the paper's, and runs of methods on them, kept in files."""
+"""Runs of methods on surfaces, kept in files."""
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import importlib.util
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import igl
 import numpy as np
 
-from ... import samples
 from ..._version import __version__
-from ...errors import FactorisationFailed, FileError, MapError, MeshError
-from ...io.files import read_mesh
+from ...errors import FactorisationFailed, MapError
 from ...io.replacing import replacing
 from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import check_mesh
 from ...result.recording import Recording
 from ...result.run import Iterate, Listener
 from ...verify.distortion import angle_differences
-
-
-@dataclass(frozen=True)
-class Counterpart:
-    """What stands for a surface of the paper: a file of the folder, or a sample."""
-
-    file: str
-    relation: str
-    sample: str
-    sample_relation: str
-    #: Number of vertices to which the file is simplified; empty if it is taken as it is.
-    simplify_to: str = ""
-    #: The direction of the file's that is up, if it does not show where it stands.
-    up: str = "auto"
-
-
-@dataclass(frozen=True, eq=False)
-class PaperSurface:
-    """A checked mesh under the paper's name, where it is from, and how it relates to the paper's."""
-
-    name: str
-    v: FloatArray
-    f: IntArray
-    source: str
-    relation: str
-    up: str = "auto"
-
-    @property
-    def digest(self) -> str:
-        """A hash of the mesh."""
-        return hashlib.sha256(self.v.tobytes() + self.f.tobytes()).hexdigest()[:16]
-
-
-_GRAY_MATTER = "public/fsaverage5_pial_left.obj"
-_TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
-#: What stands for each surface, by the paper's name of it.
-COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
-
-
-def load_surface(name: str, folder: Path | None) -> PaperSurface:
-    """The surface that stands for one of `COUNTERPARTS`: from the folder, from nilearn, or a sample.
-
-    >>> load_surface("Bird 1", None).source
-    'sample:bird:n_vertices=890'
-    """
-    one = COUNTERPARTS[name]
-    up = one.up
-    if folder is not None and one.file and (folder / one.file).is_file():
-        v, f = _read(folder / one.file)
-        source, relation = one.file, one.relation
-        if one.simplify_to:
-            v, f = _simplified(v, f, int(one.simplify_to))
-    elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
-        v, f = _read(shipped)
-        source, relation = f"nilearn's {shipped.name}", one.relation
-    else:
-        v, f = samples.from_spec(one.sample)
-        source, relation, up = f"sample:{one.sample}", one.sample_relation, "auto"
-    check_mesh(v, f)
-    return PaperSurface(name, v, f, source, relation, up)
-
-
-def all_surfaces(folder: Path | None) -> Iterator[PaperSurface]:
-    """All samples, and all closed meshes of genus 0 of a folder and its subfolders."""
-    for name in samples.names():
-        yield PaperSurface(name, *samples.make(name), f"sample:{name}", "the sample")
-    for path in sorted(folder.rglob("*.obj")) if folder else ():
-        try:
-            v, f = _read(path)
-            check_mesh(v, f)
-        except (FileError, MeshError):
-            continue
-        yield PaperSurface(path.stem, v, f, str(path), "the file")
-
-
-def _read(path: Path) -> tuple[FloatArray, IntArray]:
-    """Positions and faces; archives of the corpus hold arrays `v` and `f`."""
-    if path.suffix == ".npz":
-        with np.load(path) as arrays:
-            return arrays["v"], arrays["f"].astype(np.int64)
-    mesh = read_mesh(path)
-    return mesh.v, mesh.f
-
-
-def _simplified(v: FloatArray, f: IntArray, n: int) -> tuple[FloatArray, IntArray]:
-    """Quadric simplification to n vertices."""
-    v, f, _, _ = igl.qslim(np.asfortranarray(v), np.asfortranarray(f, dtype=np.int32), 2 * n - 4)
-    return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
-
-
-def _nilearn_fsaverage() -> Path | None:
-    """The pial surface that nilearn ships, if it is installed and files can be read."""
-    if importlib.util.find_spec("nibabel") is None:
-        return None
-    spec = importlib.util.find_spec("nilearn")
-    for root in (spec.submodule_search_locations or ()) if spec else ():
-        path = Path(root) / "datasets" / "data" / "fsaverage5" / "pial_left.gii.gz"
-        if path.is_file():
-            return path
-    return None
-
+from .surfaces import PaperSurface, load_surface
 
 #: What is run, by the name that tables give it.
 METHODS: dict[str, Method] = {
-    "Algorithm 1": Lai2014(rounds=0),
-    "Algorithm 2": Lai2014(),
-    "Delaunay weights": Lai2014(edge_weights="delaunay"),
+    "Algorithm 1 as printed": Lai2014.as_printed(rounds=0),
+    "Algorithm 1 made safe": Lai2014(rounds=0),
+    "Algorithm 1 made safe, Laplacian's metric": Lai2014(rounds=0, metric="laplacian"),
+    "Algorithm 2 as printed": Lai2014.as_printed(),
+    "Algorithm 2 made safe": Lai2014(),
+    "Algorithm 2 made safe, Laplacian's metric": Lai2014(metric="laplacian"),
+    "Algorithm 2 made safe, Delaunay weights": Lai2014(edge_weights="delaunay"),
     "Gu-Yau": GuYau(tutte=False),
-    "fast": Auto(),
+    "default": Auto(),
     "Algorithm 1 without a stopping rule": Lai2014(rounds=0, gradient_tolerance=0, plateau=0),
+}
+#: About how many CPU milliseconds a vertex they take: medians over the corpus.
+_COSTS = {
+    "Algorithm 1 as printed": 1.0,
+    "Algorithm 1 made safe": 0.5,
+    "Algorithm 1 made safe, Laplacian's metric": 0.2,
+    "Algorithm 2 as printed": 3.5,
+    "Algorithm 2 made safe": 1.5,
+    "Algorithm 2 made safe, Laplacian's metric": 0.5,
+    "Algorithm 2 made safe, Delaunay weights": 2.0,
+    "Gu-Yau": 2.5,
+    "default": 0.05,
+    "Algorithm 1 without a stopping rule": 1.0,
 }
 
 #: Share by which an energy may miss the common one and still count as having reached it.
@@ -155,8 +65,9 @@ class Outcome:
     """The outcome of a run.
 
     `rounds` holds the fields of each `Round`, its status by name; `seconds` is CPU time; `foldings` is -1 where
-    there is no map, and `status` then the error's message. `energies`, `residuals` and `clock`, CPU seconds, are (k,)
-    over all iterates of minimisations. `maps` (r, n, 3) are the rounds' last iterates.
+    there is no map, and `status` then the error's message. `mean_angle` is the mean size of the angle differences in
+    degrees. `energies`, `residuals` and `clock`, CPU seconds, are (k,) over all iterates of minimisations. `maps` (r,
+    n, 3) are the rounds' last iterates.
     """
 
     status: str
@@ -165,17 +76,12 @@ class Outcome:
     iterations: int = 0
     energy: float = float("nan")
     foldings: int = -1
+    mean_angle: float = float("nan")
     energies: FloatArray = field(default_factory=_nothing)
     residuals: FloatArray = field(default_factory=_nothing)
     clock: FloatArray = field(default_factory=_nothing)
     maps: FloatArray = field(default_factory=_nothing)
     sphere: FloatArray = field(default_factory=_nothing)
-
-    def mean_angle(self, surface: PaperSurface) -> float:
-        """Mean size of the angle differences of the result in degrees; NaN if there is no map."""
-        if self.foldings < 0:
-            return float("nan")
-        return float(np.abs(angle_differences(surface.v, surface.f, self.sphere)).mean())
 
     def reach(self, energy: float) -> tuple[int, float]:
         """Iterations and CPU seconds down to an energy."""
@@ -183,11 +89,33 @@ class Outcome:
         return k, float(self.clock[k])
 
 
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A run that may be kept already: a method on a surface, or on a renumbered copy, of which only counts are kept."""
+
+    surface: PaperSurface
+    name: str
+    method: Method
+    copy: int = 0
+
+    @property
+    def cost(self) -> float:
+        """About how many CPU seconds it takes."""
+        return 1e-3 * _COSTS.get(self.name, 0.05) * len(self.surface.v)
+
+    @property
+    def title(self) -> str:
+        """What it is, in words."""
+        copy = f", renumbered copy {self.copy}" if self.copy else ""
+        return f"{self.name} on {self.surface.name}{copy} ({self.surface.source}, {len(self.surface.v):,} vertices)"
+
+
 class Runs:
     """All runs, computed at first use and kept in a folder: a file for each mesh, method, cap and version.
 
-    `meshes` is a folder of real counterparts of the paper's surfaces. `report` takes a line on each run, `listen`
-    makes a listener for a run on a mesh with these faces.
+    `meshes` is a folder of real counterparts of the paper's surfaces. `copies` is how many renumbered copies of a
+    surface tables compare. `report` takes a line on each run, `listen` makes a listener for a run on a mesh with these
+    faces.
     """
 
     def __init__(
@@ -195,30 +123,84 @@ class Runs:
         folder: Path,
         meshes: Path | None = None,
         max_iterations: int | None = None,
+        copies: int = 0,
         report: Callable[[str], None] = lambda line: None,
         listen: Callable[[IntArray], Listener | None] = lambda f: None,
     ) -> None:
-        self._folder, self.meshes, self._cap = folder, meshes, max_iterations
+        self._folder, self.meshes, self.copies, self._cap = folder, meshes, copies, max_iterations
         self._report, self._listen = report, listen
+        self._surfaces: dict[tuple[str, bool], PaperSurface] = {}
+        self._ahead: dict[Path, float] = {}
 
     def surface(self, name: str, sample: bool = False) -> PaperSurface:
         """The surface that stands for one of the paper's; a sample if asked, or where the meshes lack it."""
-        return load_surface(name, None if sample else self.meshes)
+        if (name, sample) not in self._surfaces:
+            self._surfaces[name, sample] = load_surface(name, None if sample else self.meshes)
+        return self._surfaces[name, sample]
 
-    def get(self, surface: PaperSurface, name: str, method: Method | None = None) -> Outcome:
-        """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""
+    def job(self, surface: PaperSurface, name: str, method: Method | None = None, copy: int = 0) -> Job:
+        """A run of a method, by default that of `METHODS`, within the cap of iterations."""
         method = method or METHODS[name]
         if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
             method = replace(method, max_iterations=self._cap)
-        key = json.dumps([surface.digest, method.name, method.settings(), __version__, _ARRAYS], sort_keys=True)
-        path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
+        return Job(surface, name, method, copy)
+
+    def announce(self, jobs: Iterable[Job]) -> None:
+        """Report how many of the runs are not kept yet, and about how long they take."""
+        self._ahead = {self._path(job): job.cost for job in jobs if not self._path(job).is_file()}
+        if self._ahead:
+            self._report(f"{len(self._ahead)} runs to do, {duration(sum(self._ahead.values()))} of one processor; "
+                         f"finished ones are kept in {self._folder}: interrupt it when you like, and run it again")
+
+    def get(self, surface: PaperSurface, name: str, method: Method | None = None, copy: int = 0) -> Outcome:
+        """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""
+        job = self.job(surface, name, method, copy)
+        path = self._path(job)
         if path.is_file():
             return _load(path)
-        self._report(f"{name} on {surface.name} ({surface.source}, {len(surface.v)} vertices) ...")
-        outcome = run(surface, method, self._listen(surface.f))
-        self._report(f"    {outcome.iterations} iterations, {outcome.seconds:.1f} s, {outcome.foldings} foldings")
+        left = f"{len(self._ahead)} runs left, {duration(sum(self._ahead.values()))}: " if self._ahead else ""
+        self._report(f"{left}{job.title} ...")
+        mesh = surface.renumbered(copy) if copy else surface
+        outcome = run(mesh, job.method, self._listen(mesh.f))
+        self._ahead.pop(path, None)
+        self._report(f"    {outcome.iterations:,} iterations, {outcome.seconds:.1f} s, {outcome.foldings:,} foldings")
+        if copy:
+            none = _nothing()
+            outcome = replace(outcome, energies=none, residuals=none, clock=none, maps=none, sphere=none)
         _save(path, outcome)
         return outcome
+
+    def spread(self, surface: PaperSurface, name: str) -> list[Outcome]:
+        """The outcomes of a method on a surface and on its renumbered copies."""
+        return [self.get(surface, name, copy=copy) for copy in range(self.copies + 1)]
+
+    def cells(self, surface: PaperSurface, name: str, settings: Any, compute: Callable[[], list[str]]) -> list[str]:
+        """Cells of a table that take long to compute and are no run, kept as runs are."""
+        path = self._file([surface.digest, name, settings, __version__], "json")
+        if not path.is_file():
+            self._report(f"{name} on {surface.name} ({surface.source}, {len(surface.v):,} vertices) ...")
+            found = json.dumps(compute())
+            with replacing(path, force=True) as partial:
+                partial.write_text(found, encoding="utf-8")
+        kept: list[str] = json.loads(path.read_text(encoding="utf-8"))
+        return kept
+
+    def _path(self, job: Job) -> Path:
+        method = job.method
+        return self._file([job.surface.digest, job.copy, method.name, asdict(method), __version__, _ARRAYS], "npz")
+
+    def _file(self, key: list[Any], suffix: str) -> Path:
+        return self._folder / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:20]}.{suffix}"
+
+
+def duration(seconds: float) -> str:
+    """About how long, in words.
+
+    >>> duration(20), duration(130)
+    ('less than a minute', 'about 3 minutes')
+    """
+    minutes = int(np.ceil(seconds / 60))
+    return "less than a minute" if minutes <= 1 else f"about {minutes} minutes"
 
 
 class _Timed(Recording):
@@ -255,15 +237,17 @@ def run(surface: PaperSurface, method: Method, listener: Listener | None = None)
         result = spherical_conformal_map(surface.v, surface.f, method, listener=record)
     except (MapError, FactorisationFailed) as error:
         return Outcome(str(error), record.seconds, sphere=np.full((n, 3), np.nan))
+    seconds = record.seconds
     steps = [k for k, step in enumerate(record.history) if step.stage not in _STARTS]
     maps = {frame.iterate.round: frame.iterate.x for frame in record.frames if frame.iterate.stage not in _STARTS}
     return Outcome(
         result.status.name,
-        record.seconds,
+        seconds,
         [asdict(entry) | {"status": entry.status.name} for entry in result.rounds],
         result.iterations,
         result.energy,
         result.certificate.foldings,
+        float(np.abs(angle_differences(surface.v, surface.f, result.sphere)).mean()),
         np.array([record.history[k].energy for k in steps]),
         np.array([record.history[k].residual for k in steps]),
         np.array(record.clock)[steps],

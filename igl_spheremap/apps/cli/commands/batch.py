@@ -180,6 +180,8 @@ def run_reproduce(args: Namespace) -> None:
         args.out,
         meshes=args.meshes,
         max_iterations=args.max_iterations,
+        spread=args.spread,
+        page=args.page,
         report=report,
         listen=args.progress.listener,
     )
