@@ -1,14 +1,18 @@
-"""Where the time of a run goes: seconds by stage; each is logged when it begins."""
+"""Where the time of a run goes: seconds by stage; each is logged when it begins, and how far a long loop is."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
 
 LOGGER = logging.getLogger(__name__)
+#: What `counted` logs; the arguments of the record are name, number done, and total.
+_COUNT = "%s: %d of %d"
+T = TypeVar("T")
 _SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
 
 
@@ -20,6 +24,18 @@ def timed() -> Iterator[None]:
         yield
     finally:
         _SECONDS.reset(token)
+
+
+def counted(name: str, items: Sequence[T]) -> Iterator[T]:
+    """The items of a loop that takes long one after another; each end is logged, with the number of those done.
+
+    >>> list(counted("steps", "ab"))
+    ['a', 'b']
+    """
+    for done, item in enumerate(items):
+        LOGGER.info(_COUNT, name, done, len(items))
+        yield item
+    LOGGER.info(_COUNT, name, len(items), len(items))
 
 
 def timings() -> dict[str, float]:

@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..mesh.arrays import FloatArray
+from ..mesh.timings import counted
 from .locate import SphereLocator
 from .transfer import transfer
 
@@ -66,7 +67,7 @@ def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
 
 def blocks(n: int) -> Iterator[slice]:
     """Slices that cover n rows."""
-    return (slice(start, start + _BLOCK) for start in range(0, n, _BLOCK))
+    return (slice(start, start + _BLOCK) for start in counted("summing", range(0, n, _BLOCK)))
 
 
 def synthesis(c: FloatArray, x: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
+from ..mesh.timings import counted
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
@@ -135,7 +136,7 @@ class SphereLocator:
         q = unit_rows(check_directions(points, name="points"))
         face = np.empty(len(q), dtype=np.int64)
         order = self._tree.order_of(q)
-        for start in range(0, len(q), _BLOCK):
+        for start in counted("locating", range(0, len(q), _BLOCK)):
             block = order[start : start + _BLOCK]
             face[block] = self._locate_block(q[block])
         return Location(face, barycentric_weights(q, *(self.x[self.f[face, k]] for k in range(3))))

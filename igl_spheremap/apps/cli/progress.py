@@ -16,23 +16,34 @@ from ...verify.signs import folded_faces
 
 #: Stages of the library that take long on large meshes, by what they do.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
-_PLAIN = "{desc} [{elapsed}]"
-_ITERATES = "{desc} [{elapsed}{postfix}]"
+_PLAIN = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
+_LONG_LOOP = 2.0  # seconds above which the time that is left is shown
 _LOG_INTERVAL = 60.0  # seconds between the lines of a log
+
+
+class _Line(tqdm):
+    """A line of tqdm that ends where the terminal does: without a bar it would be wrapped."""
+
+    def __str__(self) -> str:
+        text, columns = super().__str__(), self.format_dict["ncols"]
+        return text if columns is None else text[: max(columns - 1, 1)]
 
 
 class Progress(logging.Handler):
     """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream.
 
-    Stages are those of the command, and some that the library logs.
+    Stages are those of the command; what the library logs meanwhile is shown beside the name and the time of the stage,
+    and how far a loop is as a share, with the time that is left.
     """
 
     def __init__(self, quiet: bool = False) -> None:
         super().__init__(logging.INFO)
         self._quiet = quiet
-        self._bar: tqdm[Any] | None = None
-        self._iterating = False
+        self._bar: _Line | None = None
+        self._stage = ""
+        self._loop: object = None  # the outermost one that is counted
+        self._began = self._shown = 0.0
 
     def __enter__(self) -> "Progress":
         LOGGER.addHandler(self)
@@ -45,13 +56,17 @@ class Progress(logging.Handler):
         self.close()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show a stage of the library."""
-        if record.msg in _LONG:
-            self.stage(_LONG[record.msg])
+        """Show a stage of the library, or how far one of its loops is."""
+        if isinstance(record.args, tuple) and len(record.args) == 3:
+            name, done, total = record.args
+            self._count_loop(name, int(str(done)), int(str(total)))
+        elif record.msg in _LONG and self._loop is None:
+            self._line(f"{self._stage}: {_LONG[record.msg]}" if self._stage else _LONG[record.msg])
 
     def stage(self, name: str) -> None:
         """Begin a stage."""
         self._open(name, _PLAIN)
+        self._stage = name
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
         """Begin a stage of so many steps; call the result for each."""
@@ -88,16 +103,16 @@ class Progress(logging.Handler):
     def listener(self, f: IntArray) -> Listener:
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
 
+        shown = -math.inf
+
         def show(iterate: Iterate) -> None:
-            name = title_of(iterate)
-            if not self._iterating:
-                self._open(name, _ITERATES, mininterval=_INTERVAL, miniters=1)
-                self._iterating = True
-            assert self._bar is not None
-            self._bar.set_description_str(name, refresh=False)
-            if self._bar.update():
-                foldings = int(folded_faces(iterate.x, f).sum())
-                self._bar.set_postfix_str(f"{measures(iterate)}, foldings {foldings}")
+            nonlocal shown
+            bar, now = self._bar, time.monotonic()
+            if bar is not None and (bar.disable or now - shown < _INTERVAL):
+                return
+            shown = now
+            foldings = int(folded_faces(iterate.x, f).sum())
+            self._line(title_of(iterate), f"foldings {foldings}, {measures(iterate)}")
 
         return show
 
@@ -110,11 +125,34 @@ class Progress(logging.Handler):
         """Clear the line."""
         if self._bar is not None:
             self._bar.close()
-        self._bar, self._iterating = None, False
+        self._bar, self._stage, self._loop = None, "", None
+
+    def _line(self, text: str, postfix: str = "") -> None:
+        """Show a text in the place of the stage's name, without beginning its time anew."""
+        if self._bar is None:
+            self._open(text, _PLAIN)
+        assert self._bar is not None
+        self._bar.set_description_str(text, refresh=False)
+        self._bar.set_postfix_str(postfix)
+
+    def _count_loop(self, name: object, done: int, total: int) -> None:
+        """Show the share of the outermost loop that is done, and the time that is left, if the loop takes long."""
+        if total < 2 or self._loop not in (None, name):
+            return
+        now = time.monotonic()
+        if done == 0:
+            self._loop, self._began, self._shown = name, now, now
+        elif done == total:
+            self._loop = None
+            self._line(self._stage)
+        elif now - self._shown > _INTERVAL and (now - self._began) * total > _LONG_LOOP * done:
+            left = (now - self._began) * (total - done) / done
+            self._shown = now
+            self._line(f"{self._stage}: {done / total:.0%}, {_duration(left)} left")
 
     def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
         self.close()
-        self._bar = tqdm(
+        self._bar = _Line(
             desc=name,
             bar_format=bar_format,
             disable=True if self._quiet else None,  # None: unless stderr is a terminal
@@ -135,9 +173,11 @@ def measures(iterate: Iterate) -> str:
 def _duration(seconds: float) -> str:
     """A time in its two largest units.
 
-    >>> _duration(40), _duration(5000), _duration(200_000)
-    ('1 min', '1 h 24 min', '2 d 7 h')
+    >>> _duration(40), _duration(100), _duration(5000), _duration(200_000)
+    ('40 s', '2 min', '1 h 24 min', '2 d 7 h')
     """
+    if seconds <= 60:
+        return f"{math.ceil(seconds)} s"
     minutes = math.ceil(seconds / 60)
     hours, days = minutes // 60, minutes // 1440
     if days:

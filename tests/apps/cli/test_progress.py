@@ -13,6 +13,7 @@ from shell import SAMPLE
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.progress import Progress, measures
+from igl_spheremap.mesh.timings import counted
 from igl_spheremap.result.run import Iterate
 
 
@@ -55,6 +56,31 @@ def test_iterates_show_what_they_are(monkeypatch):
     with Progress() as progress:
         progress.listener(f)(Iterate("harmonic", 0, 7, x, 4 * math.pi + 0.01, 1e-3, 0.5))
         assert screen(terminal.getvalue()).startswith("Algorithm 1, iteration 7")
+
+
+def test_a_long_loop_shows_the_time_that_is_left(monkeypatch):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    clock = [100.0]
+    monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: clock[0])
+    with Progress() as progress:
+        progress.stage("expanding bunny.ply")
+        for _ in counted("steps", range(4)):
+            clock[0] += 10
+            assert list(counted("steps within", range(3))) == [0, 1, 2]
+        list(counted("short", range(1000)))
+        assert "expanding bunny.ply: 25%, 30 s left [" in terminal.getvalue()
+        assert "expanding bunny.ply: 75%, 10 s left [" in terminal.getvalue()
+        assert screen(terminal.getvalue()).startswith("expanding bunny.ply [")
+    assert "33%" not in terminal.getvalue()
+
+
+def test_a_line_ends_where_the_terminal_does(monkeypatch):
+    terminal = as_stderr(Terminal(), monkeypatch)
+    for name in ("COLUMNS", "LINES"):
+        monkeypatch.setenv(name, "60")
+    with Progress() as progress:
+        progress.stage("reading " + "long/" * 40 + "bunny.ply")
+        assert max(map(len, terminal.getvalue().split("\r"))) < 60
 
 
 def test_measures_are_finite():

@@ -162,6 +162,7 @@ def run_harmonics(args: Namespace) -> None:
         harmonics = aligned.harmonics
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
         found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+    args.progress.stage("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
     found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
               error_percent=error, degree=args.degree, power=power)
