@@ -12,7 +12,6 @@ from .cli.exits import EXPECTED, Exit, UsageError
 from .cli.inputs import read_source
 from .cli.progress import Progress
 from .viewer import window
-from .viewer.choices import guess_up
 
 #: Takes vertices, faces, which way is up, the picture or video to write (a window if there is none), and the progress.
 Demo = Callable[[FloatArray, IntArray, str, "str | None", Progress], object]
@@ -41,7 +40,7 @@ def run_demo(demo: Demo, surface: str) -> None:
         with Progress() as progress:
             source = read_source(sources[0] if sources else surface, stage=progress.stage)
             progress.stage("mapping")
-            demo(source.v, source.f, guess_up(source.name), target, progress)
+            demo(source.v, source.f, source.up, target, progress)
     except KeyboardInterrupt:
         sys.exit(Exit.INTERRUPTED)
     except EXPECTED as error:

@@ -156,6 +156,8 @@ _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
 _LOWEST = 0.04
 #: Directions that may be up, by the names that users give.
 UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
+#: Views from a side, where z is up, y ahead and x to the right, as in neuroimaging: right, up and towards the viewer.
+SIDES = {"left": ((0, -1, 0), (0, 0, 1), (-1, 0, 0)), "right": ((0, 1, 0), (0, 0, 1), (1, 0, 0))}
 
 
 def upright(v: FloatArray) -> str:
@@ -184,7 +186,7 @@ def _stability(v: FloatArray, axis: int) -> float:
 def pose(v: FloatArray, up: str = "auto") -> FloatArray:
     """Rotation whose rows are right, up and towards the viewer: the broad side in front, seen from above and aside.
 
-    `up` is one of `UPS`, or "auto": what `upright` finds.
+    `up` is one of `UPS`, or "auto": what `upright` finds; or one of `SIDES`, from which the surface is seen.
 
     >>> box = np.array([[0.0, 0, 0], [9, 0, 0], [9, 2, 0], [9, 2, 5]])
     >>> rotation = pose(box, "z")
@@ -192,8 +194,10 @@ def pose(v: FloatArray, up: str = "auto") -> FloatArray:
     (True, True)
     """
     up = upright(v) if up == "auto" else up
+    if up in SIDES:
+        return np.array(SIDES[up], dtype=np.float64)
     if up not in UPS:
-        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join(UPS)}")
+        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}")
     vertical = np.array(UPS[up], dtype=np.float64)
     level = np.flatnonzero(vertical == 0)
     extent = np.ptp(v, axis=0)

@@ -157,8 +157,8 @@ AS_PRINTED = switch("--as-printed", help="Algorithms 1 and 2 as the paper prints
 BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
-UP = choice("--up", UPS, "which way is up in pictures; default: by the file's format, or auto: the way in which the "
-            "surface stands")
+UP = choice("--up", UPS, "which way is up in pictures, or left or right: z is, seen from that side; default: by the "
+            "file's name and format, or auto: the way in which the surface stands")
 REPORT = (argument("--report", "PAGE", "write x.html, or report.html in a folder: figures and pictures"), UP)
 #: What all commands take that map a mesh and write the map.
 MAPPING = (

@@ -26,6 +26,7 @@ from ...mesh.clean import repair_mesh
 from ...result.sphere_map import SphereMap
 from ...shapes.transfer import regular_mesh
 from ...sphere.rows import row_lengths
+from ..viewer.choices import guess_up
 from .arguments import repair_options
 from .exits import UsageError
 
@@ -46,6 +47,11 @@ class InputMesh:
     repairs: tuple[str, ...] = ()
     #: (m,) of the faces that are caps, if there are any
     caps: BoolArray | None = None
+
+    @property
+    def up(self) -> str:
+        """How it stands in pictures."""
+        return guess_up(self.name, self.metadata.get("structure"))
 
     def mirrored(self) -> "InputMesh":
         """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""

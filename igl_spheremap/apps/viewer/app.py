@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import traceback
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
+from ...mesh.arrays import IntArray
 from ...result.run import Iterate
 from ...result.sphere_map import SphereMap
 from . import window
@@ -23,6 +25,8 @@ from .window import imgui, implot, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
+#: Clusters of folded faces in a menu at the most; the button leads to all.
+_LISTED = 200
 #: The slider for the lens multiplies its own magnification by 1 / ZOOM to ZOOM.
 _ZOOM = 30.0
 
@@ -216,7 +220,9 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
     with window.open_video(path, rate) as write:
         for show, held in film:
             show()
-            write(window.grab(), rate if held else 1)
+            with app.stage.bare():
+                picture = window.grab()
+            write(picture, rate if held else 1)
             shown.append(app.facts())
             if advance is not None:
                 advance()
@@ -271,6 +277,19 @@ def zoom_slider(zoom: float) -> float:
     return float(imgui.SliderFloat("lens", zoom, 1 / _ZOOM, _ZOOM, "x%.2f", flags)[1])
 
 
+def cluster_widgets(sizes: IntArray, shown: int) -> int | None:
+    """Buttons and a list of the clusters of folded faces, by their sizes; the one that was chosen just now."""
+    if not len(sizes):
+        return None
+    entries = [f"{k + 1}: {size:,} faces" for k, size in enumerate(sizes[:_LISTED])]
+    chosen = menu("clusters", entries[shown] if shown < len(entries) else f"{shown + 1}", entries)
+    if imgui.Button("next cluster"):
+        return (shown + 1) % len(sizes)
+    imgui.SameLine()
+    imgui.TextUnformatted(f"{shown + 1:,} of {len(sizes):,}")
+    return None if chosen is None else entries.index(chosen)
+
+
 def paragraph(text: str) -> None:
     """Write text that wraps."""
     imgui.PushTextWrapPos(0.0)
@@ -279,48 +298,81 @@ def paragraph(text: str) -> None:
 
 
 class SaveWidgets:
-    """A name and buttons that write what is shown: as a picture, as a video, and the map itself."""
+    """A name and buttons that write what is shown: as a picture, as a video, and the map itself.
+
+    Files that are there are replaced only after a question. The window goes on to show its panel.
+    """
 
     def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None = None) -> None:
         self._app, self.name, self._result = app, name, result
+        self._asked: tuple[Path, Callable[[], str]] | None = None
 
     def __call__(self) -> None:
         """Draw them."""
-        app = self._app
         _, self.name = imgui.InputText("##name", self.name)
         imgui.SameLine()
         imgui.TextUnformatted("save as")
         if imgui.Button("picture"):
-            app.pending = self._picture
+            self._ask(self._path(".png", window.PICTURES), self._picture)
         imgui.SameLine()
         if imgui.Button("video"):
-            app.pending = self._video
+            self._ask(self._path(".gif", window.VIDEOS), self._video)
         if self._result is not None:
             imgui.SameLine()
             if imgui.Button("map"):
-                app.pending = partial(self._map, self._result)
-        if app.message:
-            paragraph(app.message)
+                self._ask(self._path(".npz", (Path(self.name).suffix,)), partial(self._map, self._result))
+        if self._asked is not None:
+            self._question(*self._asked)
+        elif self._app.message:
+            paragraph(self._app.message)
 
-    def _picture(self) -> str:
-        path = Path(self.name)
-        path = path if path.suffix.lower() in window.PICTURES else path.with_suffix(".png")
+    def _path(self, ending: str, allowed: Sequence[str]) -> Path:
+        """The file by its name, with an ending if it has none of those that are allowed."""
+        path = Path(self.name or "unnamed")
+        if path.suffix.lower() in (*window.PICTURES, *window.VIDEOS) and path.suffix.lower() not in allowed:
+            path = path.with_suffix("")
+        return path if path.suffix and path.suffix.lower() in allowed else path.with_name(path.name + ending)
+
+    def _ask(self, path: Path, write: Callable[[Path], str]) -> None:
+        """Write a file, or first ask if there is one."""
+        self._asked, self._app.message = None, ""
+        if path.exists():
+            self._asked = path, partial(write, path)
+        else:
+            self._app.pending = partial(write, path)
+
+    def _question(self, path: Path, write: Callable[[], str]) -> None:
+        paragraph(f"{path} is there already.")
+        replace = imgui.Button("replace it")
+        imgui.SameLine()
+        if imgui.Button("keep it") or replace:
+            self._asked = None
+        if replace:
+            self._app.pending = write
+
+    def _picture(self, path: Path) -> str:
         with self._app.stage.bare():
             window.save(path)
         return f"wrote {path}"
 
-    def _video(self) -> str:
-        path = Path(self.name)
-        path = path if path.suffix.lower() in window.VIDEOS else path.with_suffix(".gif")
+    def _video(self, path: Path) -> str:
         window.check_video(path)
-        with self._app.stage.bare():
-            shown = write_video(self._app, path, LENGTH, RATE)
+        shown = write_video(self._app, path, LENGTH, RATE, self)
         return f"wrote {path}, {len(shown)} pictures"
 
-    def _map(self, result: Callable[[], SphereMap | None]) -> str:
+    def steps(self, name: str, total: int) -> Callable[[], object]:
+        """Show in the window how far a video is; to be called for each picture."""
+        done = itertools.count(1)
+
+        def advance() -> None:
+            self._app.message = f"{name}: {next(done)} of {total}"
+            ps.frame_tick()
+
+        return advance
+
+    def _map(self, result: Callable[[], SphereMap | None], path: Path) -> str:
         """Write the map, certified as it is written; an .npz file holds the whole result."""
-        found, path = result(), Path(self.name)
+        found = result()
         if found is None:
             return "there is no result yet"
-        path = path if path.suffix else path.with_suffix(".npz")
         return f"wrote {path}: {write_map(path, found, force=True).certificate}"

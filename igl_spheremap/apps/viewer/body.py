@@ -34,7 +34,7 @@ _FACE = 0.1
 #: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
 _WITHIN = 95
 #: Power of the strongest lens: beyond it the rounding of float64 shows.
-_STRONGEST = 1e9
+STRONGEST = 1e9
 #: Directions in which the farthest vertices are looked for that must stay within the cell.
 _DIRECTIONS = 162
 
@@ -76,7 +76,7 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
     radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))  # 2 tan of half the angle
     spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
-    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, _STRONGEST)))
+    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST)))
 
 
 class Body:

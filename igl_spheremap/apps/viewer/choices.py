@@ -1,10 +1,13 @@
-"""What users choose of a picture: its size, which way is up, what colours show. Imports nothing, for the help texts."""
+"""What users choose of a picture: its size, which way is up, what colours show. Imports no numpy, for help texts."""
 
 from __future__ import annotations
 
+import os
+import re
+
 #: Width and height in pixels of a window, of the player's, of a registration's, of a comparison's and
 #: of a map's between surfaces.
-SIZE = (1000, 600)
+SIZE = (1280, 760)
 PLAYER_SIZE = (1400, 640)
 REGISTRATION_SIZE = (1200, 440)
 COMPARISON_SIZE = (1400, 780)
@@ -15,9 +18,12 @@ LENGTH = 120
 RATE = 20
 #: Megabytes of positions that a player keeps.
 KEEP = 400.0
-#: Directions that may be up.
-UPS = ("auto", "x", "-x", "y", "-y", "z", "-z")
+#: Directions that may be up; with the last two z is, and the surface is seen from its left or its right.
+UPS = ("auto", "x", "-x", "y", "-y", "z", "-z", "left", "right")
 _Y_UP = (".glb", ".gltf")
+#: What says in the name of a surface, or in its file, on which side of a brain it lies; single letters only in GIFTI's.
+_SIDES = {"left": "lh|hemi-l|cortexleft", "right": "rh|hemi-r|cortexright"}
+_LETTERS = {"left": "l|left", "right": "r|right"}
 _NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "your mesh")
 #: What colours can show, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
@@ -27,12 +33,23 @@ SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJ
 CARRIED = ("checkerboard", "places", "distortion")
 
 
-def guess_up(name: str) -> str:
-    """The direction that is up by the custom of a file's format; "auto", the shape's, where there is none.
+def guess_up(name: str, structure: str | None = None) -> str:
+    """How a surface stands: seen from its side where its name, or the structure that its file names, says which it is.
 
-    >>> guess_up("lh.pial"), guess_up("scene.glb"), guess_up("bunny.obj"), guess_up("sample:dino")
+    Else the direction that is up by the custom of the file's format; "auto", the shape's, where there is none.
+
+    >>> guess_up("subjects/lh.pial"), guess_up("sub-01_hemi-R_pial.surf.gii"), guess_up("a.gii", "CortexLeft")
+    ('left', 'right', 'left')
+    >>> guess_up("100.L.white.32k_fs_LR.surf.gii"), guess_up("left_leg.obj"), guess_up("lh/brain.nii")
+    ('left', 'auto', 'z')
+    >>> guess_up("left/brain.gii"), guess_up("scene.glb"), guess_up("bunny.obj"), guess_up("sample:dino")
     ('z', 'y', 'auto', 'z')
     """
+    words = f"{structure or ''} {os.path.basename(name)}".lower()
+    for side, names in _SIDES.items():
+        names += f"|{_LETTERS[side]}" if words.endswith(".gii") else ""
+        if re.search(f"(^|[^a-z])({names})([^a-z]|$)", words):
+            return side
     if name.lower().endswith(_Y_UP):
         return "y"
     return "auto" if name.lower().endswith(_NO_CUSTOM) else "z"

@@ -6,8 +6,9 @@ from functools import partial
 
 import numpy as np
 
+from ...draw.folds import Clusters
 from ...draw.palette import INK
-from ...draw.plot import fit, pose
+from ...draw.plot import SIDES, fit, pose
 from ...maps.balanced import rebalance
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray, IntArray
@@ -19,9 +20,9 @@ from ...result.sphere_map import SphereMap
 from ...sphere.moebius import moebius
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import ColouredApp, SaveWidgets, panel, paragraph, subject_combo, zoom_slider
+from .app import ColouredApp, SaveWidgets, cluster_widgets, panel, paragraph, subject_combo
 from .background_run import BackgroundRun, Source
-from .body import Body, Lens, follow
+from .body import STRONGEST, Body, Lens, look_at
 from .choices import SUBJECTS
 from .colouring import SQUARES, checkerboard, colouring, deepest_tips
 from .stage import PANEL, Inset, Stage, packed
@@ -44,7 +45,8 @@ class ResultView(ColouredApp):
     """Source and sphere side by side, the sphere through a lens on the foldings if there are any.
 
     The frames are the `SUBJECTS` that colours can show. With a `result` there is a panel, whose slider goes on to
-    maps of another balance; a Moebius map can follow the map, and a vertex be picked on either side.
+    maps of another balance; a Moebius map can follow the map, and a vertex be picked on either side. The lens is on the
+    vertex that is picked, else on a cluster of folded faces.
     """
 
     def __init__(
@@ -59,7 +61,11 @@ class ResultView(ColouredApp):
         lens: Lens | None = None,
         result: SphereMap | None = None,
     ) -> None:
-        self.mesh, self.subject, self.zoom, self.squares = mesh, subject, 1.0, SQUARES
+        self.mesh, self.subject, self.squares = mesh, subject, SQUARES
+        self._up = up
+        #: How much the lens magnifies; None: as fits what it is on.
+        self.power: float | None = None
+        self._cluster = 0
         self.result = result
         self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
@@ -94,32 +100,61 @@ class ResultView(ColouredApp):
         """Follow the map by the Moebius map that takes `centre`, a point of the unit ball, to the middle."""
         self.centre = centre
         self.x = moebius(self.map, centre) if centre.any() else self.map
-        self._folded = np.flatnonzero(folded_faces(self.x, self.mesh.f))
-        self._lens = self._fixed_lens or follow(self.x @ self.turn.T, self.mesh.f, self._folded)
+        self._clusters = Clusters.of(self.mesh.f, np.flatnonzero(folded_faces(self.x, self.mesh.f)))
+        self._cluster = min(self._cluster, max(len(self._clusters) - 1, 0))
         self.show_subject(self.subject)
+
+    def look(self, power: float | None = None, *, cluster: int | None = None) -> None:
+        """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
+        self.power = power
+        if cluster is not None:
+            self._cluster = cluster
+            self.picked = None
+        self.show_subject(self.subject)
+
+    def _aim(self, x: FloatArray) -> Lens:
+        """The lens on a turned map."""
+        if self.power is not None and self.power <= 1:
+            return Lens()
+        if self.picked is not None:
+            around = self.mesh.f[(self.mesh.f == self.picked).any(axis=1)]
+            return Lens(x[self.picked], look_at(x, around).power if self.power is None else self.power)
+        lens = self._fixed_lens or Lens()
+        if self._fixed_lens is None and self._clusters:
+            lens = look_at(x, self.mesh.f[self._clusters[self._cluster]])
+        return lens if self.power is None else Lens(lens.place, self.power)
 
     def show_subject(self, subject: str) -> None:
         """Colour both by one of `SUBJECTS`, and apply the lens."""
         self.subject = subject
-        lens = Lens(self._lens.place, self._lens.power * self.zoom)
         x = self.x @ self.turn.T
+        lens = self._aim(x)
+        self._magnified, folded = lens.power, np.sort(self._clusters.faces)
         self.image.set_positions(lens(x))
         self.image.magnified = lens.power > 1
         if subject == "checkerboard":
-            colours = checkerboard(self.mesh, self.x, self._poles, self.squares, self._folded)
+            colours = checkerboard(self.mesh, self.x, self._poles, self.squares, folded)
         else:
-            colours = colouring(self.mesh, self.x, subject, folded=self._folded)
+            colours = colouring(self.mesh, self.x, subject, folded=folded)
         colours.apply(self.source, self.image)
         self.inset.show(x, lens, colours)
         self.image.show_edges(edge_width(self.mesh, subject))
         strength = float(np.linalg.norm(self.centre))
         moved = f"{self._caption}, then a Moebius map of strength {strength:.2f}" if strength else self._caption
-        self.image.caption = f"{moved}\n{count_foldings(len(self._folded))}"
-        self.pick(self.picked)
+        self.image.caption = f"{moved}\n{count_foldings(len(folded))}"
+        self._mark(self.picked)
 
     def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on both sides, or none."""
+        """Mark a vertex on both sides, or none; the lens follows it, as strong as it is."""
         self.picked = vertex
+        if vertex is not None:
+            self.power = self._magnified
+        if self._magnified > 1:
+            self.show_subject(self.subject)
+        else:
+            self._mark(vertex)
+
+    def _mark(self, vertex: int | None) -> None:
         self._rows = self._map_rows if vertex is None else self.vertex_rows(vertex)
         rows = [] if vertex is None else [vertex]
         for body in (self.source, self.image):
@@ -191,7 +226,7 @@ class ResultView(ColouredApp):
         self.pick(int(hit.structure_data["index"]) if seen else None)
 
     def _handle_is_shown(self) -> bool:
-        return bool(self.stage.panel) and self._moebius and self._lens.power * self.zoom <= 1
+        return bool(self.stage.panel) and self._moebius and self._magnified <= 1
 
     def handle(self) -> FloatArray:
         """Where the handle of the Moebius map is, in pixels."""
@@ -238,12 +273,36 @@ class ResultView(ColouredApp):
             self.close()
 
     def _view_widgets(self) -> None:
-        subject, zoom, squares = subject_combo(self.subject), zoom_slider(self.zoom), self.squares
-        if subject == "checkerboard":
-            squares = imgui.SliderInt("squares", squares, 4, 96)[1]
-        if (subject, zoom, squares) != (self.subject, self.zoom, self.squares):
-            self.zoom, self.squares = zoom, squares
+        subject, squares = subject_combo(self.subject), self.squares
+        if subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
+            squares = 2 * round(imgui.SliderInt("squares", squares, 4, 96)[1] / 2)
+        if (subject, squares) != (self.subject, self.squares):
+            self.squares = squares
             self.show_subject(subject)
+        moved, power = imgui.SliderFloat("lens", self._magnified, 1.0, STRONGEST, "x%.4g",
+                                         imgui.ImGuiSliderFlags_Logarithmic)
+        if moved:
+            self.look(float(np.clip(power, 1.0, STRONGEST)))
+        if self.picked is not None:
+            if imgui.Button("magnify vertex"):
+                self.look()
+            imgui.SameLine()
+            if imgui.Button("forget it"):
+                self.look(cluster=self._cluster)
+        if (chosen := cluster_widgets(self._clusters.sizes, self._cluster)) is not None:
+            self.look(cluster=chosen)
+        self._side_buttons()
+
+    def _side_buttons(self) -> None:
+        """Show the outer or the inner side of half a brain."""
+        if self._up not in SIDES:
+            return
+        for name, angle in (("lateral", 0.0), ("medial", np.pi)):
+            if imgui.Button(name):
+                self.stage.turn = np.eye(3)
+                self.stage.rotate(angle, 0.0)
+            imgui.SameLine()
+        imgui.TextUnformatted("side")
 
     def _moebius_widgets(self) -> None:
         """The Moebius map in numbers."""

@@ -22,7 +22,8 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     result : SphereMap
         A map.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely;
+        or "left" or "right": seen from there, with z up.
     subject : str
         What the colours show at first: "foldings" (the default), "conformal factor", "angle differences",
         "area distortion" or "checkerboard".
@@ -59,12 +60,13 @@ def screenshot(
     path : path
         Ends in .png or .jpg; an existing file is replaced.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely.
+        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely;
+        or "left" or "right": seen from there, with z up.
     subject : str
         What the colours show: "foldings" (the default), "conformal factor", "angle differences", "area distortion"
         or "checkerboard".
     size : (int, int)
-        Width and height in pixels; 1000 by 600 by default.
+        Width and height in pixels; 1280 by 760 by default.
 
     Raises
     ------

@@ -196,16 +196,20 @@ def check_drawing(target: str | os.PathLike[str] | None) -> None:
 def save(path: str | os.PathLike[str]) -> None:
     """Write the window as a picture."""
     check_picture(path)
-    for _ in range(2):  # panels know their size only after a frame
-        ps.frame_tick()
+    _settle()
     with replacing(path, force=True) as partial:
         ps.screenshot(os.fspath(partial), transparent_bg=False, include_UI=True)
 
 
+def _settle() -> None:
+    """Draw until panels know their size; in a window they do, and it goes on to show what it shows."""
+    for _ in range(2 if _offscreen else 0):
+        ps.frame_tick()
+
+
 def grab() -> NDArray[np.uint8]:
     """The window as an image (height, width, 3), the top row first."""
-    for _ in range(2):
-        ps.frame_tick()
+    _settle()
     image = ps.screenshot_to_buffer(transparent_bg=False, include_UI=True)
     return np.ascontiguousarray(image[..., :3])
 

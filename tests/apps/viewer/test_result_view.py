@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from drawing import drive, needs_drawing, run
+from drawing import drive, needs_drawing, run, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -13,7 +13,7 @@ from igl_spheremap.apps.viewer import choices, window
 from igl_spheremap.apps.viewer.choices import SUBJECTS
 from igl_spheremap.apps.viewer.colouring import colouring, log_conformal_factor, relief
 from igl_spheremap.draw import palette
-from igl_spheremap.draw.plot import UPS, fit, pose
+from igl_spheremap.draw.plot import SIDES, UPS, fit, pose
 from igl_spheremap.errors import DisplayError
 
 
@@ -23,7 +23,7 @@ def dino():
 
 
 def test_the_help_lists_the_directions_that_there_are():
-    assert ("auto", *UPS) == choices.UPS
+    assert ("auto", *UPS, *SIDES) == choices.UPS
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -32,6 +32,14 @@ def test_a_pose_is_a_rotation_with_up_upwards(dino, up):
     assert rotation @ rotation.T == pytest.approx(np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1)
     assert rotation[1] @ UPS[up] > 0.9
+
+
+@pytest.mark.parametrize(("side", "x"), [("left", -1), ("right", 1)])
+def test_a_view_from_a_side_shows_it_with_z_upwards(dino, side, x):
+    rotation = pose(dino.v, side)
+    assert np.linalg.det(rotation) == pytest.approx(1)
+    assert rotation[2].tolist() == [x, 0, 0]
+    assert rotation[1].tolist() == [0, 0, 1]
 
 
 @pytest.mark.parametrize("up", ["y", "z"])
@@ -145,7 +153,7 @@ smaller = window.grab()
 figures = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
             background=image[2, 2].tolist())
 """)
-    assert figures["shape"] == [600, 1000, 3]
+    assert figures["shape"] == [760, 1280, 3]
     assert figures["smaller"] == [400, 600, 3]
     assert 0.2 < figures["drawn"] < 0.6
     assert figures["vermilion"] < 0.002  # the legend alone
@@ -271,3 +279,114 @@ figures = dict(before=before, after=mean(), moved=moved.tolist(), free=ism.certi
         assert vertex == front
     assert figures["none"] is None
     assert set(figures["rows"]) == {"vertex", "source", "image", "angle differences", "area ratio"}
+
+
+@needs_drawing
+def test_the_lens_goes_to_the_vertex_that_is_picked_and_from_cluster_to_cluster():
+    figures = drive("""
+from igl_spheremap.apps.viewer.result_view import ResultView
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+v, f = ism.samples.make('spheroid', n_vertices=300)
+result = ism.spherical_conformal_map(v, f)
+planted = result.sphere.copy()
+tips = int(np.argmin(v[:, 2])), int(np.argmax(v[:, 2]))
+for tip, far in zip(tips, (1.5, 1.0)):
+    other = f[(f == tip).any(axis=1)].ravel()
+    other = other[other != tip][0]
+    planted[tip] = planted[other] + far * (planted[other] - planted[tip])
+planted /= np.linalg.norm(planted, axis=1, keepdims=True)
+view = ResultView(result.mesh, planted, result=result)
+ps.set_user_callback(lambda: app.draw_app(view))
+clusters, ahead = view._clusters, []
+for k in range(len(clusters)):
+    view.look(cluster=k)
+    ahead.append(float(view.image.x[f[clusters[k]]][..., 2].min()))
+vertex = int(np.argmin(np.abs(v[:, 2])))
+view.pick(vertex)
+view.look(40.0)
+at, shown = view.image.x[vertex].tolist(), view.inset._body.visible
+view.pick(tips[0])
+next_at = view.image.x[tips[0]].tolist()
+view.look(1.0)
+plain = float(np.abs(view.image.x - planted @ view.turn.T).max())
+figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain)
+""")
+    assert len(figures["ahead"]) == 2
+    assert min(figures["ahead"]) > 0.3
+    assert figures["at"] == pytest.approx([0, 0, 1])
+    assert figures["next"] == pytest.approx([0, 0, 1])
+    assert figures["shown"]
+    assert figures["plain"] < 1e-12
+
+
+@needs_drawing
+def test_the_small_sphere_covers_nothing_of_the_large_one():
+    figures = drive("""
+from igl_spheremap.apps.viewer.result_view import ResultView
+app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+result = ism.spherical_conformal_map(*ism.samples.make('sphere', n_vertices=300))
+view = ResultView(result.mesh, result.sphere)
+gaps = []
+for size in ((1400, 900), (800, 600), (600, 900), (1400, 400), (500, 300)):
+    ps.set_window_size(*size)
+    (large, radius), (small, other) = view.stage.frame((0, 1)), view.stage.inset_frame((0, 1))
+    gaps.append(float(np.hypot(*(large - small)[:2])) - radius - other)
+figures = dict(gaps=gaps)
+""")
+    assert min(figures["gaps"]) >= 0
+
+
+@needs_drawing
+def test_every_widget_of_the_viewer_can_be_used_and_files_are_replaced_only_when_asked(tmp_path):
+    figures = use(f"""
+import os
+os.chdir({str(tmp_path)!r})
+app.LENGTH, apps, room, figures = 3, [], [], {{}}
+show_app, tick = app.show_app, ps.frame_tick
+
+def keep(shown):
+    apps.append(shown)
+    show_app(shown)
+
+def watched():
+    room.append(apps[0].stage.panel)
+    tick()
+
+app.show_app, ps.frame_tick = keep, watched
+
+def script(hand):
+    figures['used'] = sorted(hand.everything(leave=('map',)))
+    hand.choose('colours', 'checkerboard')
+    squares = []
+    for share in (0.1, 0.3, 0.45, 0.8):
+        hand.slide('squares', share)
+        squares.append(apps[0].squares)
+    figures['squares'] = squares
+    for button in ('lateral', 'medial'):
+        hand.click(button)
+        figures[button] = (apps[0].stage.turn @ apps[0].turn)[2].round(12).tolist()
+    hand.type('##name', 'mine')
+    hand.click('map')
+    hand.wait(lambda: hand.shows('wrote mine.npz'))
+    open('mine.png', 'w').write('precious')
+    hand.click('picture')
+    figures['asked'] = hand.shows('mine.png is there already')
+    hand.click('keep it')
+    figures['kept'] = open('mine.png').read()
+    hand.click('picture')
+    hand.click('replace it')
+    hand.wait(lambda: hand.shows('wrote mine.png'))
+    figures['header'] = open('mine.png', 'rb').read(4).decode('latin1')
+
+result = ism.spherical_conformal_map(*ism.samples.make('spheroid', n_vertices=200))
+Hand().run(lambda: ism.show(result, up='left'), script)
+figures['files'], figures['room'] = sorted(os.listdir()), min(room)
+""")
+    assert {"balance", "colours", "lens", "Moebius map", "strength", "reset", "video", "medial"} <= set(figures["used"])
+    assert not any(count % 2 for count in figures["squares"])
+    assert (figures["lateral"], figures["medial"]) == ([-1, 0, 0], [1, 0, 0])
+    assert figures["asked"]
+    assert figures["kept"] == "precious"
+    assert figures["header"] == "\x89PNG"
+    assert set(figures["files"]) == {"typed.gif", "typed.png", "mine.npz", "mine.png"}
+    assert figures["room"] > 0

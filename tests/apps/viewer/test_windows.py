@@ -33,6 +33,7 @@ def script(hand):
         hand.drag((600, 250), (650, 300), button)
     hand.wheel(600, 250, 2)
     hand.click('picture')
+    hand.click('replace it')
     hand.wait(lambda: hand.shows('wrote saved.png'))
 
 figures = {{}}

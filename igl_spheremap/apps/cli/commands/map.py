@@ -21,7 +21,6 @@ from ....result.run import Iterate, Listener, Status, title_of
 from ....result.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....sphere.rows import unit_rows
 from ...report import write_report
-from ...viewer.choices import guess_up
 from ..arguments import chosen_method, given
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import InputMesh, load_source, read_points
@@ -164,9 +163,8 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
     if args.report is not None:
         args.progress.stage(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
-        up = args.up or guess_up(source.name)
         return write_report(args.report, result, recording, source=os.path.basename(source.name), command=command,
-                            up=up)
+                            up=args.up or source.up)
     return None
 
 

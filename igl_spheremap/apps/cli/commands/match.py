@@ -19,7 +19,6 @@ from ....result.findings import certificate_numbers
 from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
-from ...viewer.choices import guess_up
 from ..exits import Exit, UsageError
 from ..inputs import STREAM, InputMesh, load_source
 from ..output import Findings, check_outputs, write_target
@@ -77,7 +76,7 @@ def run_match(args: Namespace) -> Exit:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on A and on B")
     found.report(args)
     if pictured:
-        run_app(CarriedView(result, up=args.up or guess_up(sources[0].name), subject=args.colours), args)
+        run_app(CarriedView(result, up=args.up or sources[0].up, subject=args.colours), args)
     return Exit.OK
 
 

@@ -41,7 +41,7 @@ def run_view(args: Namespace) -> None:
         run_app(plane_view(found.name, check_disk(found.v, found.f), p, args.up or guess_up(args.source)), args)
         return
     args.progress.close()
-    up = args.up or guess_up(source.name)
+    up = args.up or source.up
     panel = not (args.screenshot or args.video)
     view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
     run_app(view, args)
@@ -84,7 +84,7 @@ def run_play(args: Namespace) -> None:
     args.progress.stage(f"mapping {source.name}")
     args.listener = args.progress.listener(source.f)
     load = partial(_load, source)
-    up = args.up or guess_up(source.name)
+    up = args.up or source.up
     pictures = bool(args.screenshot or args.video)
     kind = Player if pictures else PlayerWindow
     frames = run_app(kind(load, source.name, method, up=up, budget=round(1e6 * args.keep)), args)
