@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+import os
+import struct
 import sys
 
 import numpy as np
@@ -74,13 +76,19 @@ def test_a_long_loop_shows_the_time_that_is_left(monkeypatch):
     assert "33%" not in terminal.getvalue()
 
 
+@pytest.mark.posix
 def test_a_line_ends_where_the_terminal_does(monkeypatch):
-    terminal = as_stderr(Terminal(), monkeypatch)
-    for name in ("COLUMNS", "LINES"):
-        monkeypatch.setenv(name, "60")
-    with Progress() as progress:
-        progress.stage("reading " + "long/" * 40 + "bunny.ply")
-        assert max(map(len, terminal.getvalue().split("\r"))) < 60
+    fcntl, termios = (pytest.importorskip(name) for name in ("fcntl", "termios"))
+    master, slave = os.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 60, 0, 0))
+    with open(slave, "w") as terminal:
+        as_stderr(terminal, monkeypatch)
+        with Progress() as progress:
+            progress.stage("reading " + "long/" * 40 + "bunny.ply")
+            shown = os.read(master, 4096).decode()
+    os.close(master)
+    assert "reading long/long/" in shown
+    assert max(map(len, shown.split("\r"))) < 60
 
 
 def test_measures_are_finite():
