@@ -6,6 +6,7 @@ A rabbit, its conformal map, and the same checkerboard on both: a conformal map 
 map is certified in exact arithmetic: no face is folded, and the sphere is covered once.
 """
 
+import igl
 import numpy as np
 
 import igl_spheremap as ism
@@ -17,14 +18,22 @@ result = ism.spherical_conformal_map(v, f)
 assert result.certificate.folding_free
 
 # %%
-# Squares of the sphere by longitude and Mercator latitude, carried to the surface face by face.
+# Squares of the sphere, as many around a tip that the map shrinks most as around another one: the logarithm of a chart
+# that has one of them at 0 and the other at infinity is conformal, too. Faces are divided, so that squares have straight
+# sides.
 
-x = result.sphere
-middle = x[f].sum(axis=1)
+x, factor = result.sphere, result.conformal_factor()
+one = int(np.argmin(factor))
+other = int(np.argmin(np.where(x @ x[one] < 0, factor, np.inf)))
+fine, faces = igl.upsample(np.hstack((v, x)), f, 2)
+chart = (x[:, 0] + 1j * x[:, 1]) / (1 - x[:, 2])
+middle = fine[faces, 3:].mean(axis=1)
 middle /= np.linalg.norm(middle, axis=1)[:, None]
-longitude, latitude = np.arctan2(middle[:, 1], middle[:, 0]), np.arctanh(middle[:, 2])
-odd = np.floor(np.column_stack((longitude, latitude)) * 12 / np.pi).sum(axis=1) % 2
+z = (middle[:, 0] + 1j * middle[:, 1]) / (1 - middle[:, 2])
+squares = np.log((z - chart[one]) / (z - chart[other])) * 12 / np.pi
+odd = (np.floor(squares.real) + np.floor(squares.imag)) % 2
 colours = np.array(CHECKS)[odd.astype(int)]
 
-figure = draw_surfaces((f"{len(v):,} vertices", v, f, colours), ("its map to the sphere", x, f, colours))
+figure = draw_surfaces((f"{len(v):,} vertices", fine[:, :3], faces, colours),
+                       ("its map to the sphere", fine[:, 3:], faces, colours))
 figure

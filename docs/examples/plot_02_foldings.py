@@ -9,7 +9,6 @@ program can be certified and repaired in this way.
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.draw.palette import FOLDED, SURFACE
 from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
@@ -21,16 +20,17 @@ repaired = ism.repair_foldings(v, f, gauss)
 print(repaired.certificate)
 
 # %%
-# The repair keeps what it can of the map that it was given. The conformal map of this body has smaller angle differences:
+# The repair keeps what it can of the map that it was given. The conformal map of this body has smaller angle
+# differences.
 
-for result in (repaired, ism.spherical_conformal_map(v, f)):
-    print(f"{np.abs(result.angle_differences()).mean():.1f} degrees on average")
+conformal = ism.spherical_conformal_map(v, f)
+degrees = [np.abs(result.angle_differences()).mean() for result in (repaired, conformal)]
 
-folded = np.tile(SURFACE, (len(f), 1))
-folded[certificate.flipped] = FOLDED
+folded = np.array(certificate.flipped)
 figure = draw_surfaces(
-    (f"{certificate.foldings:,} faces are folded", v, f, folded),
-    ("the Gauss map", gauss, f, folded),
-    ("repaired", repaired.sphere, f, None),
+    (f"{certificate.foldings:,} faces are folded", v, f, None, folded),
+    ("the Gauss map", gauss, f, None, folded),
+    (f"repaired: angles off by {degrees[0]:.0f}°", repaired.sphere, f, None),
+    (f"the conformal map: by {degrees[1]:.1f}°", conformal.sphere, f, None),
 )
 figure

@@ -9,7 +9,6 @@ a sound map is moved across its neighbours.
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.draw.palette import FOLDED, SURFACE
 from igl_spheremap.draw.plot import draw_surfaces, pose
 
 v, f = ism.samples.make("pear", n_vertices=600)
@@ -24,7 +23,6 @@ print(found)
 assert not found.folding_free
 assert set(found.flipped) <= set(np.flatnonzero((f == moved).any(axis=1)))
 
-colours = np.tile(SURFACE, (len(f), 1))
-colours[found.flipped] = FOLDED
-figure = draw_surfaces(("the surface", v, f, colours), (f"{found.foldings} folded faces", x, f, colours))
+folded = np.array(found.flipped)
+figure = draw_surfaces(("the surface", v, f, None, folded), (f"{found.foldings} folded faces", x, f, None, folded))
 figure

@@ -3,7 +3,7 @@ Angles or areas?
 ================
 
 A conformal map shrinks limbs. A balance between 0 and 1 gives up angles for areas: at 1 each face has its share of the
-sphere. All of these maps are without foldings.
+sphere. All of these maps are without foldings. Colours show the height of the surface: each place keeps its own.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ import igl_spheremap as ism
 from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("octopus", n_vertices=3000, arm_length=1)
-views = [("the surface", v, f, v[:, 2])]
+views = [("the surface, coloured by height", v, f, v[:, 2])]
 for balance in (0, 0.5, 1):
     result = ism.balanced_spherical_map(v, f, balance)
     assert result.certificate.folding_free

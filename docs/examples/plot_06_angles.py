@@ -25,7 +25,7 @@ figure
 
 factor = np.log(result.conformal_factor()) / 2
 figure = draw_surfaces(
-    ("mean angle difference of each face", v, f, np.abs(differences).mean(axis=1)),
-    (f"u from {factor.min():.1f} to {factor.max():.1f}", v, f, factor),
+    ("mean angle difference\nof each face, degrees", v, f, np.abs(differences).mean(axis=1)),
+    (f"u of the factor e²ᵘ,\nfrom {factor.min():.1f} to {factor.max():.1f}", v, f, factor),
 )
 figure

@@ -23,7 +23,7 @@ for bend in (0.0, 0.4, 0.8):
     result = mapper.map(pose)
     seconds.append(time.process_time() - start)
     assert result.certificate.folding_free
-    views.append((f"bend {bend}", pose, f, result.sphere[:, 0]))
+    views.append((f"bend {bend}, coloured by\nx on the sphere", pose, f, result.sphere[:, 0]))
 print("seconds of each pose: " + ", ".join(f"{one:.2f}" for one in seconds))
 
 figure = draw_surfaces(*views, up="z")

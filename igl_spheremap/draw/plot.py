@@ -230,9 +230,10 @@ def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
     A view is a caption, positions (n, 3), faces (m, 3), then values at vertices or faces, face colours (m, 3), or None;
     and, if it has them, indices of folded faces. Values have a colour bar below the first view that shows them.
     """
-    figure, (axes,) = new_figure(1, len(views), "", (2.6, 2.9))
+    shape = (2, 2) if len(views) == 4 else (1, len(views))  # four in a row would be small
+    figure, axes = new_figure(*shape, "", (2.6, 2.9))
     turn, shown = pose(views[0][1], up), None
-    for ax, (caption, x, f, values, *folded) in zip(axes, views, strict=True):
+    for ax, (caption, x, f, values, *folded) in zip(axes.ravel(), views, strict=True):
         colours = np.tile(SURFACE, (len(f), 1))
         if values is not None and values.ndim == 2:
             colours = values
@@ -240,7 +241,7 @@ def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
             at_faces = values[f].mean(axis=1) if len(values) == len(x) else values
             ramp = sequential("", *np.percentile(at_faces, [1, 99]).tolist())
             colours = ramp.colours(at_faces)
-            if values is not shown:
+            if shown is None or not np.array_equal(values, shown):
                 colour_bar(ax, ramp)
             shown = values
         shaded = colours * shading(x, f, turn.T, _AMBIENT)[:, None]
