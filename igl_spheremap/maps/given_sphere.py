@@ -76,7 +76,7 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     if len(certificate.flipped) == len(mesh.f):
         raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
                         "or reverse the faces of a mesh that is inside out")
-    run = Run(Status.CONVERGED, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
+    run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
     result = SphereMap(mesh, y, certificate, run)
     if not certificate.folding_free:
         raise FoldingsRemain(f"the sphere is {certificate}; repair_foldings makes it a bijection, "
@@ -173,6 +173,6 @@ def repair_foldings(
     after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
-                 Status.CONVERGED, time.perf_counter() - began)
-    run = Run(Status.CONVERGED, energy, rounds=(done,), gauge="given")
+                 Status.DONE, time.perf_counter() - began)
+    run = Run(Status.DONE, energy, rounds=(done,), gauge="given")
     return SphereMap(mesh, y, after, history.complete(run, "repair", settings))

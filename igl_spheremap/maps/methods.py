@@ -139,7 +139,7 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
         z, notes = _flattened(mesh, operators, faces, options)
     x = _lifted(z, mesh.A)
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
-    status = Status.CONVERGED
+    status = Status.DONE if options.plane == "laplace-beltrami" else Status.CONVERGED
     try:
         listener(Iterate("stereographic", 0, 1, x, energy))
     except StopIteration:

@@ -127,7 +127,8 @@ class Lai2014(Method):
     ----------
     gradient_tolerance : float, default 1e-3
         Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
-        having unit area. The Gauss map starts near 1e3; below 1e-3 the rounding of the energy hides all progress.
+        having unit area. The Gauss map starts between 1e2 and 1e4. Somewhere below 1e-2, on scanned surfaces between
+        1e-3 and 1e-6, the rounding of the energy hides all progress.
     max_iterations : int, default 5000
         Maximum number of iterations of each minimisation, one in each round.
     plateau : float, default 5e-7
@@ -228,12 +229,13 @@ class Lai2014(Method):
         iteration left.
 
         What the paper leaves open is chosen so. The source has unit area, which sets the scale of gradients and steps.
-        A minimisation whose search finds no h in 40 trials ends (STALLED). Rounds end when no folding is left, or three
-        are done. A vertex around which no face has an area, and so no normal, gets the mean of its neighbours'.
-        Eigenfunctions, given up to an orthogonal matrix, are turned to agree with the map that weights them, never
-        inside out. The weight e^{2u} of eq. (20) is at least 1e-12 of its mean, and areas that eq. (13) divides by are
-        at least 1e-9 of theirs, so that the matrices are positive definite. Theorem 2's centre is the mean over dM, as
-        printed; orthogonality to the constants in eq. (20) would give the mean over e^{2u} dM, which is 0.
+        The first step is 1, and the two quotients of eq. (12) take turns. A minimisation whose search finds no h in 40
+        trials ends (STALLED). Rounds end when no folding is left, or three are done. A vertex around which no face has
+        an area, and so no normal, gets the mean of its neighbours'. Eigenfunctions, given up to an orthogonal matrix,
+        are turned to agree with the map that weights them, never inside out. The weight e^{2u} of eq. (20) is at least
+        1e-12 of its mean, and areas that eq. (13) divides by are at least 1e-9 of theirs, so that the matrices are
+        positive definite. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in eq.
+        (20) would give the mean over e^{2u} dM, which is 0.
 
         Parameters
         ----------

@@ -51,10 +51,8 @@ def remove_foldings(
     start = _start(problem, name, 0, x)
     for k in range(rounds + 1):
         began = time.perf_counter()
-        first = replace(start, safeguards=None)
-        first = _repaired(mesh, first) if repair_star_maps else first
         # Algorithm 2, steps 1 and 4
-        minimum = _stopped_at(start, listener) or algorithm_1(problem, first)
+        minimum = _stopped_at(start, listener) or algorithm_1(problem, _first(mesh, start, repair_star_maps))
         minimum = minimum.centred(problem)
         done.append(minimum.as_round(mesh, start, time.perf_counter() - began))
         if not keep_best or done[-1].foldings_after <= min(record.foldings_after for record in done):
@@ -88,11 +86,11 @@ def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round:
     return replace(last, details={"phi": projection.phi, "eigenvalues": projection.eigenvalues})
 
 
-def _repaired(mesh: Mesh, start: Iterate) -> Iterate:
-    """A star map, repaired where few faces are folded: Algorithm 1 keeps a map free of foldings that starts so."""
+def _first(mesh: Mesh, start: Iterate, repair: bool) -> Iterate:
+    """What Algorithm 1 gets: a star map, if asked, repaired where few faces are folded, for only then are none kept."""
     certificate = Certificate.of(start.x, mesh.f)
-    if start.round == 0 or not certificate.foldings or not has_few_foldings(certificate, mesh.f):
-        return start
+    if not repair or start.round == 0 or not certificate.foldings or not has_few_foldings(certificate, mesh.f):
+        return replace(start, safeguards=None)
     return replace(start, x=repair_locally(mesh, start.x), safeguards={"repaired": certificate.foldings})
 
 

@@ -148,7 +148,7 @@ class _Steps:
         certificate, mean = Certificate.of(x, self.mesh.f), mean_angle_difference(self.mesh, x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
-        self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.CONVERGED,
+        self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.DONE,
                                  now - self._began))
         self._began = now
         self.notify(x, energy, certificate.foldings)

@@ -153,3 +153,13 @@ def test_a_listener_can_stop_it_in_either_stage():
         result = ism.spherical_conformal_map(V, F, "gu-yau", listener=stop)
         assert result.status is ism.Status.STOPPED
         assert result.history[-1].stage == stage
+
+
+def test_only_what_met_its_stopping_rule_has_converged():
+    equivalent, direct = (through(V, F, plane) for plane in ("conformal-equivalence", "laplace-beltrami"))
+    assert (equivalent.status, direct.status) == (ism.Status.CONVERGED, ism.Status.DONE)
+    given, repaired = ism.sphere_map(V, F, direct.sphere), ism.repair_foldings(V, F, direct.sphere)
+    assert {given.status, repaired.status, repaired.rounds[0].status} == {ism.Status.DONE}
+    ended = ism.spherical_conformal_map(V, F, ism.Lai2014(gradient_tolerance=0.0, plateau=1e-4))
+    assert ended.status is ism.Status.PLATEAU
+    assert ended.history[-1].residual > 0
