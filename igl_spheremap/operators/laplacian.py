@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..errors import FactorisationFailed, MapError
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import FloatArray, IntArray, count, examples
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
 from ..mesh.measure import by_libigl
@@ -100,8 +100,9 @@ def laplacian_and_notes(
     if is_usable(L) or (not mollify and np.isfinite(L.data).all()):
         return L, ()
     if not mollify:
-        raise MapError("faces without area have no cotangent weights, eq. (13); remove them, or take mollified "
-                       "weights (mollify=True)")
+        bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.v, mesh.f)).all(axis=1))
+        raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
+                       f"{examples(bad)}; remove such faces, or take mollified weights (mollify=True)")
     return laplacian(mesh.v, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
 
 

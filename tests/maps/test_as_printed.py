@@ -82,12 +82,12 @@ def iterates(method, v=BIRD, f=BIRD_F):
 
 
 def test_steps_that_would_fold_are_counted_in_the_notes_and_in_the_history():
-    safe, seen = iterates(ism.Lai2014(max_iterations=150, rounds=1))
+    safe, seen = iterates(ism.Lai2014(max_iterations=60, rounds=1))
     count = sum((step.safeguards or {}).get("refused", 0) for step in safe.history)
     assert count == sum((iterate.safeguards or {}).get("refused", 0) for iterate in seen) > 0
     assert f"{count:,} steps that would fold were refused" in safe.notes
     assert safe.rounds[1].foldings_before == safe.rounds[1].foldings_after == 0
-    free, _ = iterates(ism.Lai2014(max_iterations=150, rounds=1, may_fold=True))
+    free, _ = iterates(ism.Lai2014(max_iterations=60, rounds=1, may_fold=True))
     assert free.rounds[1].foldings_before == 0 < free.rounds[1].foldings_after
     assert not any("would fold" in note for note in free.notes)
 
@@ -97,21 +97,23 @@ def noisy_bird():
     return BIRD + 0.5 * igl.edge_lengths(BIRD, BIRD_F).mean() * noise, BIRD_F
 
 
-def test_the_repair_of_a_star_map_is_counted_and_can_be_left_out():
-    options = {"edge_weights": "delaunay", "max_iterations": 150, "rounds": 1}
-    repaired, seen = iterates(ism.Lai2014(**options), *noisy_bird())
+def test_few_foldings_of_a_star_map_are_repaired_and_counted_so_that_none_are_left():
+    """By weights that are never negative on obtuse triangles; by the paper's, foldings remain there."""
+    options = {"max_iterations": 150, "rounds": 2}
+    repaired, seen = iterates(ism.Lai2014(**options, edge_weights="delaunay"), *noisy_bird())
     folds = repaired.rounds[1].foldings_before
     assert 0 < folds < 0.01 * len(BIRD_F)
     assert [iterate.safeguards["repaired"] for iterate in seen if "repaired" in (iterate.safeguards or {})] == [folds]
     assert any(note.startswith(f"{folds} fold") and "repaired" in note for note in repaired.notes)
-    assert repaired.certificate.folding_free
-    left, _ = iterates(ism.Lai2014(**options, repair_star_maps=False), *noisy_bird())
+    assert repaired.rounds[1].foldings_after == repaired.certificate.foldings == 0
+    left, _ = iterates(ism.Lai2014(**options, edge_weights="delaunay", repair_star_maps=False), *noisy_bird())
     assert left.rounds[1].foldings_before == folds
-    assert left.certificate.foldings > 0
+    assert left.rounds[1].foldings_after > 0
+    assert iterates(ism.Lai2014(**options), *noisy_bird())[0].certificate.foldings > 50
 
 
 def test_the_map_of_the_best_round_is_kept_or_that_of_the_last():
-    options = {"max_iterations": 400, "rounds": 2, "may_fold": True, "gauge": "free"}
+    options = {"max_iterations": 200, "rounds": 2, "may_fold": True, "gauge": "free"}
     best, _ = iterates(ism.Lai2014(**options))
     last, seen = iterates(ism.Lai2014(**options, keep_best=False))
     after = [each.foldings_after for each in best.rounds]
@@ -126,7 +128,7 @@ def test_weights_are_mollified_unless_that_is_refused():
     v[f[0, 2]] = v[f[0, 0]]  # faces of no area
     mollified = ism.minimize_harmonic_energy(v, f, method=ism.Lai2014(max_iterations=5))
     assert "cotangent weights are not usable: slivers or faces of zero area" in mollified.notes
-    with pytest.raises(ism.MapError, match="faces without area have no cotangent weights"):
+    with pytest.raises(ism.MapError, match=r"not finite at 2 faces without area, e.g. 0, \d+; remove such faces"):
         ism.minimize_harmonic_energy(v, f, method=ism.Lai2014.as_printed())
 
 
