@@ -66,6 +66,8 @@ class ResultView(ColouredApp):
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
         self._cluster = 0
+        #: How the stage was turned when the lens was aimed, which brings its place to the front.
+        self._facing = np.eye(3)
         self.result = result
         self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
@@ -106,14 +108,14 @@ class ResultView(ColouredApp):
 
     def look(self, power: float | None = None, *, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
-        self.power = power
+        self.power, self._facing = power, self.stage.turn
         if cluster is not None:
             self._cluster = cluster
             self.picked = None
         self.show_subject(self.subject)
 
     def _aim(self, x: FloatArray) -> Lens:
-        """The lens on a turned map."""
+        """The lens on a map as it is seen."""
         if self.power is not None and self.power <= 1:
             return Lens()
         if self.picked is not None:
@@ -128,16 +130,17 @@ class ResultView(ColouredApp):
         """Colour both by one of `SUBJECTS`, and apply the lens."""
         self.subject = subject
         x = self.x @ self.turn.T
-        lens = self._aim(x)
+        seen = x @ self._facing.T
+        lens = self._aim(seen)
         self._magnified, folded = lens.power, np.sort(self._clusters.faces)
-        self.image.set_positions(lens(x))
+        self.image.set_positions(lens(seen) @ self._facing if lens.power > 1 else x)
         self.image.magnified = lens.power > 1
         if subject == "checkerboard":
             colours = checkerboard(self.mesh, self.x, self._poles, self.squares, folded)
         else:
             colours = colouring(self.mesh, self.x, subject, folded=folded)
         colours.apply(self.source, self.image)
-        self.inset.show(x, lens, colours)
+        self.inset.show(x, Lens(lens.place @ self._facing, lens.power), colours)
         self.image.show_edges(edge_width(self.mesh, subject))
         strength = float(np.linalg.norm(self.centre))
         moved = f"{self._caption}, then a Moebius map of strength {strength:.2f}" if strength else self._caption
@@ -146,7 +149,7 @@ class ResultView(ColouredApp):
 
     def pick(self, vertex: int | None) -> None:
         """Mark a vertex on both sides, or none; the lens follows it, as strong as it is."""
-        self.picked = vertex
+        self.picked, self._facing = vertex, self.stage.turn
         if vertex is not None:
             self.power = self._magnified
         if self._magnified > 1:
@@ -279,6 +282,7 @@ class ResultView(ColouredApp):
         if (subject, squares) != (self.subject, self.squares):
             self.squares = squares
             self.show_subject(subject)
+        self._side_buttons()
         moved, power = imgui.SliderFloat("lens", self._magnified, 1.0, STRONGEST, "x%.4g",
                                          imgui.ImGuiSliderFlags_Logarithmic)
         if moved:
@@ -291,7 +295,6 @@ class ResultView(ColouredApp):
                 self.look(cluster=self._cluster)
         if (chosen := cluster_widgets(self._clusters.sizes, self._cluster)) is not None:
             self.look(cluster=chosen)
-        self._side_buttons()
 
     def _side_buttons(self) -> None:
         """Show the outer or the inner side of half a brain."""

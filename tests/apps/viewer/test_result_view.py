@@ -298,15 +298,17 @@ planted /= np.linalg.norm(planted, axis=1, keepdims=True)
 view = ResultView(result.mesh, planted, result=result)
 ps.set_user_callback(lambda: app.draw_app(view))
 clusters, ahead = view._clusters, []
+seen = lambda: view.image.x @ view.stage.turn.T
 for k in range(len(clusters)):
     view.look(cluster=k)
-    ahead.append(float(view.image.x[f[clusters[k]]][..., 2].min()))
+    ahead.append(float(seen()[f[clusters[k]]][..., 2].min()))
+    view.stage.rotate(2.0, 1.0)
 vertex = int(np.argmin(np.abs(v[:, 2])))
 view.pick(vertex)
 view.look(40.0)
-at, shown = view.image.x[vertex].tolist(), view.inset._body.visible
+at, shown = seen()[vertex].tolist(), view.inset._body.visible
 view.pick(tips[0])
-next_at = view.image.x[tips[0]].tolist()
+next_at = seen()[tips[0]].tolist()
 view.look(1.0)
 plain = float(np.abs(view.image.x - planted @ view.turn.T).max())
 figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain)
