@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...draw.folds import Clusters
 from ...draw.plot import fit, pose
 from ...maps.options import Method
 from ...maps.spherical_conformal_map import spherical_conformal_map
@@ -17,7 +18,7 @@ from ...result.recording import BUDGET, Frame
 from ...result.run import Listener
 from .app import App
 from .background_run import BackgroundRun, Source
-from .body import Body, Lens, follow
+from .body import Body, Lens, look_at
 from .choices import SUBJECTS
 from .colouring import colouring
 from .result_view import count_foldings, edge_width
@@ -55,6 +56,8 @@ class Player(App):
         self._load, self._up, self._budget = load, up, budget
         self.stage = Stage(1, 3, panel=panel, foot=foot, shares=_IN_WINDOWS if panel else _IN_PICTURES)
         self.subject, self.zoom = SUBJECTS[0], 1.0
+        #: What the lens can be on, and what it is on.
+        self.clusters, self.cluster = Clusters(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), 0
         self.start(name, method)
 
     def start(self, name: str, method: Method) -> None:
@@ -130,20 +133,22 @@ class Player(App):
     def show(self, before: Frame, after: Frame | None) -> None:
         """Show two frames of the run through the same lens; where there is no second one yet, the first."""
         self.before, self.after = before, after
-        state = before, after, self.run.result, self.subject, self.zoom
+        state = before, after, self.run.result, self.subject, self.zoom, self.cluster
         if self.mesh is None or state == self._shown:
             return
         self._shown = state
         if not self.images:
             self._set_images()
         aim = after if after is not None and after.foldings and not before.foldings else before
+        self.clusters = Clusters.of(self.mesh.f, aim.folded)
+        self.cluster = min(self.cluster, max(len(self.clusters) - 1, 0))
         for frame, body, word in zip((before, after), self.images, ("Before", "After"), strict=True):
             body.visible = frame is not None
             if frame is None:
                 body.caption = f"{word}\nbeing computed"
                 continue
             x = frame.iterate.x @ self.turn.T
-            lens = follow(x, self.mesh.f, aim.folded)
+            lens = look_at(x, self.mesh.f[self.clusters[self.cluster]]) if self.clusters else Lens()
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
             body.magnified = lens.power > 1

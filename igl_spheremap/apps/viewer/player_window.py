@@ -18,7 +18,7 @@ from ...maps.options import METHODS, Method
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.objects import takes_mesh
-from .app import SaveWidgets, menu, panel, paragraph, present, subject_combo, zoom_slider
+from .app import SaveWidgets, cluster_widgets, menu, panel, paragraph, present, subject_combo, zoom_slider
 from .background_run import Source
 from .choices import KEEP, PLAYER_SIZE
 from .curves import energy_plot, folding_plot
@@ -246,6 +246,8 @@ class PlayerWindow(Player):
 
     def _view_widgets(self) -> None:
         self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
+        if (chosen := cluster_widgets(self.clusters.sizes, self.cluster)) is not None:
+            self.cluster = chosen
         assert self.before is not None
         self.show(self.before, self.after)
 
