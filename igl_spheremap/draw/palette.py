@@ -40,7 +40,7 @@ _LIGHT_BLUE = "ffffd9 edf8b1 c7e9b4 7fcdbb 41b6c4 1d91c0 225ea8 253494 081d58"
 _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
 #: Percentage of the logarithms of area ratios, and of conformal factors, that lie within their colours.
-WITHIN = 75
+WITHIN = 60
 #: Where all areas agree, differences of less than a percent stay white.
 _LEAST = 0.0099
 #: Factors of areas are written out up to this power of ten.
@@ -100,11 +100,11 @@ def diverging(label: str, reach: float) -> Ramp:
 def areas(logarithms: FloatArray, reach: float | None = None) -> Ramp:
     """The scale of all logarithms of area ratios (n,): purple where a map shrinks, its ends named by factors.
 
-    Three quarters of what is finite lie within, unless a `reach` is given: limbs shrink by powers of ten, and a scale
+    Three fifths of what is finite lie within, unless a `reach` is given: limbs shrink by powers of ten, and a scale
     that holds their tips would show all else white.
 
-    >>> areas(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, areas(np.array([-9.0, 5.0])).ends
-    (('1/1.5', '1.5'), ('1/5000', '5000'))
+    >>> areas(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, areas(np.array([-9.0, 8.0])).ends
+    (('1/1.5', '1.5'), ('1/10000', '10000'))
     >>> areas(np.array([0.01, -0.04])).ends, areas(np.array([-2000.0])).ends, areas(np.zeros(9)).ends
     (('1/1.05', '1.05'), ('1e-869', '1e869'), ('1/1.01', '1.01'))
     """

@@ -109,7 +109,7 @@ def write_page(
 
 
 def scale(rows: Sequence[Row]) -> Ramp:
-    """Colours of areas, the same for all maps: the mean logarithms of three quarters of them lie within."""
+    """Colours of areas, the same for all maps: the mean logarithms of three fifths of them lie within."""
     return areas(np.array([row.mean_area for row in rows]))
 
 

@@ -1,5 +1,6 @@
 """`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
 
+import os
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -38,7 +39,8 @@ def run_view(args: Namespace) -> None:
             raise
         args.progress.close()
         found, p = plane
-        run_app(plane_view(found.name, check_disk(found.v, found.f), p, args.up or guess_up(args.source)), args)
+        name, up = os.path.basename(found.name), args.up or guess_up(args.source)
+        run_app(plane_view(name, check_disk(found.v, found.f), p, up), args)
         return
     args.progress.close()
     up = args.up or source.up
