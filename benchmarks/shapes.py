@@ -17,9 +17,8 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre
-from igl_spheremap.shapes.features import FeatureSurface, GridFunction
-from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle
+from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre, synthesis
+from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle, turning
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, timed
@@ -73,8 +72,8 @@ def correlation(p, q, w):
 
 
 def curvature_of(result):
-    """The default feature of the surface that is its curvature."""
-    return FeatureSurface(ism.check_mesh(result.vertices, result.faces)).geometry[:, 0]
+    """The depth potential of a width that leaves little but curvature."""
+    return ism.depth_potential(result.vertices, result.faces, 0.05)
 
 
 def exact_coefficients(result, degree):
@@ -217,10 +216,10 @@ def warped(x, size, steps=20):
     c = np.random.default_rng(3).normal(size=(25, 2))
     c[:4] = 0
     c[4:] /= np.repeat([6, 12, 20], [5, 7, 9])[:, None]
-    picture = GridFunction(c)
+    turns = turning(c)  # coefficients of x cross the gradient
     for _ in range(steps):
-        _, gradient = picture(x)
-        field = gradient[:, 0] + np.cross(x, gradient[:, 1])
+        first, second = (synthesis(turns[:, :, k].T, x) for k in range(2))
+        field = second - np.cross(x, first)
         x = unit_rows(x + size / steps * field / np.sqrt((field**2).sum(axis=1).mean()))
     return x
 

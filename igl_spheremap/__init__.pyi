@@ -79,6 +79,7 @@ from .result.run import Status as Status
 from .result.run import Step as Step
 from .result.sphere_map import OpenMap as OpenMap
 from .result.sphere_map import SphereMap as SphereMap
+from .shapes.features import depth_potential as depth_potential
 from .shapes.grid import from_grid as from_grid
 from .shapes.grid import to_grid as to_grid
 from .shapes.harmonics import AlignedHarmonics as AlignedHarmonics

@@ -9,10 +9,11 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
-from ..shapes.features import GridFunction
 from ..sphere.moebius import moebius
 from ..verify.signs import folded_faces
 
+#: Values (n, k) and gradients (n, k, 3) at points of the sphere.
+Fixed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Takes each iterate and its cost.
 Report = Callable[[FloatArray, float], None]
 
@@ -23,7 +24,7 @@ _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 
 
 def fit_moebius(
-    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: GridFunction, report: Report
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Fixed, report: Report
 ) -> None:
     """Lower the weighted square of features - fixed(m(x)) over Moebius maps m.
 
@@ -37,7 +38,7 @@ def fit_moebius(
         nonlocal last
         y = _moved(x, t) if t.any() else x  # rounding may fold slivers
         values, gradients = fixed(y)
-        last = y, root * (features - values), gradients  # shapes (7)
+        last = y, root * (features - values), gradients  # shapes (8)
         if folded_faces(y, f).any():
             return np.full(features.size + 3, np.inf)
         return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
@@ -69,8 +70,7 @@ class Misfit:
     Features are any values at the vertices; `fixed` gives the values (n, k) and gradients (n, k, 3) to compare with.
     """
 
-    def __init__(self, weights: FloatArray, features: FloatArray,
-                 fixed: Callable[[FloatArray], tuple[FloatArray, FloatArray]]) -> None:
+    def __init__(self, weights: FloatArray, features: FloatArray, fixed: Fixed) -> None:
         self._weights, self._features, self._fixed = weights, features, fixed
         self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 

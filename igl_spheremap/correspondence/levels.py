@@ -9,12 +9,14 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..errors import MeshError
+from ..maps.given_sphere import certified
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..newton.system import VertexSystem
 from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
-from ..shapes.locate import SphereLocator
+from ..shapes.features import FeatureSurface
+from ..shapes.locate import Location, SphereLocator, locator_of
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_dets, row_lengths, unit_rows
 from ..untangle.local_repair import unfolded
@@ -28,31 +30,35 @@ class Level:
 
     Attributes
     ----------
-    mesh : Mesh
-        The surface.
-    x : (n, 3) float64 array
-        Its map to the sphere, free of foldings.
+    map : SphereMap
+        The surface and its map to the sphere, free of foldings.
+    metric : (n, 3) float64 array
+        Positions whose lengths are strained, of any scale: those of the surface, or smoothed ones.
     landmarks : (k,) int64 array
         Vertices that are to meet given points.
     own : Level, optional
         The surface's own mesh, if that is another one.
     """
 
-    mesh: Mesh
-    x: FloatArray
+    map: SphereMap
+    metric: FloatArray
     landmarks: IntArray
     own: Level | None = None
 
     @classmethod
-    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
-        """A surface's own mesh; a MeshError that names it if it is no surface, but its own map."""
+    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None, smoothing: float = 0.0) -> Level:
+        """A surface's own mesh; a MeshError that names it if the surface is its own map.
+
+        Its metric is that of the surface smoothed by so many radians of a sphere of its area.
+        """
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
             raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
                             "was mapped")
         landmarks = np.empty(0, dtype=np.int64) if landmarks is None else landmarks
-        return cls(result.mesh, result.sphere, landmarks)
+        surface = FeatureSurface(result.mesh)
+        return cls(result, surface.diffuse(surface.v, smoothing) if smoothing else surface.v, landmarks)
 
     def coarser(self, size: int) -> Level:
         """About `size` points spread evenly over the sphere, beside the landmarks, and their Delaunay triangulation.
@@ -64,7 +70,17 @@ class Level:
             x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
         x = np.concatenate((kept, x))
         v = self.at(x, self.mesh.vertices)
-        return Level(check_mesh(v, hull_faces(x)), x, np.arange(len(kept)), self)
+        return Level(certified(check_mesh(v, hull_faces(x)), x), self.at(x, self.metric), np.arange(len(kept)), self)
+
+    @property
+    def mesh(self) -> Mesh:
+        """The surface."""
+        return self.map.mesh
+
+    @property
+    def x(self) -> FloatArray:
+        """Images of the vertices."""
+        return self.map.sphere
 
     @property
     def v(self) -> FloatArray:
@@ -76,10 +92,10 @@ class Level:
         """Faces."""
         return self.mesh.f
 
-    @cached_property
+    @property
     def locator(self) -> SphereLocator:
         """Finds points of the sphere."""
-        return SphereLocator(self.x, self.mesh)
+        return locator_of(self.map)
 
     @cached_property
     def system(self) -> VertexSystem:
@@ -93,18 +109,26 @@ class Level:
 
     def carried(self, y: FloatArray, other: Level) -> FloatArray:
         """A map of another level that is like the map y of this one, free of foldings."""
-        return unfolded(other.mesh, unit_rows(self.at(other.x, y)))
+        face, weights = self._own_places if other is self.own else self.locator.locate(other.x)
+        return unfolded(other.mesh, unit_rows(weighted(y, self.f[face], weights, labels=False)))
+
+    @cached_property
+    def _own_places(self) -> Location:
+        """Where the vertices of the surface's own mesh lie."""
+        assert self.own is not None
+        return self.locator.locate(self.own.x)
 
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
         """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
         edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
         f, ends, parts = bisected(self.f, edges * marked[:, None], len(y))
-        v, x, z = (np.concatenate((p, p[ends].mean(axis=1))) for p in (self.mesh.vertices, self.x, y))
+        v, metric, x, z = (np.concatenate((p, p[ends].mean(axis=1)))
+                           for p in (self.mesh.vertices, self.metric, self.x, y))
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
         caps = None if self.mesh.caps is None else self.mesh.caps[parts]
-        return Level(check_mesh(v, f, caps), x, self.landmarks, self.own or self), z
+        return Level(certified(check_mesh(v, f, caps), x), metric, self.landmarks, self.own or self), z
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:

@@ -17,15 +17,16 @@ from ..mesh.arrays import FloatArray, listed_words
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
-from ..shapes.features import SurfacePair
+from ..shapes.features import FeatureSurface
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
 from ..sphere.rows import unit_rows
 from ..untangle.local_repair import unfolded
-from .descent import SHARES, Descent
+from .descent import Descent, Stage
+from .features import FeaturePair
 from .landmarks import LandmarkPairs, Points
 from .levels import Level
-from .registration import FIRST_WIDTH, reflected
+from .registration import reflected
 from .surface_map import SurfaceMap
 
 #: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
@@ -33,6 +34,16 @@ from .surface_map import SurfaceMap
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
 _GUIDE = 0.4
+#: Points of the coarse levels. The first is fast enough for every start; from there to 10,000 and more vertices at once
+#: faces in limbs are strained too much to come back. None are the surfaces' own meshes.
+_SIZES = (642, 2562, None)
+#: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
+_SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
+#: Weights of the sphere's strain, and Newton steps at the most: on the way, and at the end.
+_GUARD, _LAST_GUARD = 0.05, 0.01
+_STEPS, _LAST_STEPS = 5, 30
+#: What features are smoothed by for rotations and Moebius maps.
+_WIDTH = 0.05
 #: Landmarks that miss their goals and are named in the error, at most.
 _NAMED = 5
 
@@ -118,25 +129,32 @@ def match(
     a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
     given = LandmarkPairs.of(landmarks, curves, a, b)
     vertices, goals = given.vertices, given.goals
+    guide = last = feature_weight
     if features is not None:
         features = given.carried(features[0], a), features[1]
     n, a = len(a.sphere), reflected(given.surface) if reflect else given.surface
     own, other = Level.of(a, "A", vertices), Level.of(b, "B")
     directions = unit_rows(interpolate(b.sphere, b.faces, goals))
-    pair = SurfacePair(a, b, features, [FIRST_WIDTH, *SHARES.values()])
-    descent = Descent(own, other, directions, pair, (_GUIDE, 0.0) if features is None else (feature_weight,) * 2,
-                      position_weight=position_weight, soft=soft)
+    if features is None:
+        features = FeatureSurface(a.mesh).curvature_and_depth, FeatureSurface(b.mesh).curvature_and_depth
+        guide, last = _GUIDE, 0.0
+    pair = FeaturePair(own, other, features, [_WIDTH, *_SHARES.values()])
+    plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
+            else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
+            for size in _SIZES for share, width in _SHARES.items()]
+    descent = Descent(own, other, plan, pair, directions, position_weight=position_weight, soft=soft)
     candidates: tuple[RotationCandidate, ...] = ()
     if len(vertices) >= _ENOUGH:
         start = match_landmarks(a.sphere, check_landmarks(len(a.sphere), vertices, directions, 1.0), _STIFFNESS)
     else:
-        start, candidates = descent.start()
+        start, candidates = descent.start(_WIDTH, moebius=True)
     found = own, unfolded(a.mesh, start)
 
-    def report(level: Level, y: FloatArray, energy: float) -> None:
+    def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
-        found = level, y
-        history(Iterate("match", 0, len(history.steps), y, energy))
+        if stage.size is None:
+            found = level, y
+            history(Iterate("match", 0, len(history.steps), y, energy))
 
     with suppress(StopIteration):  # of a listener
         found = descent.run(found[1], report)

@@ -17,19 +17,23 @@ from ..mesh.check import check_mesh
 from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
-from ..shapes.features import SurfacePair
 from ..shapes.rotation import RotationCandidate
-from ..untangle.local_repair import unfolded
-from . import STAGES
-from .descent import SHARES, Descent
+from . import STAGES, USUAL
+from .descent import Descent, Stage
+from .features import FeaturePair
 from .fits import fit_moebius
 from .levels import Level
 
-FIRST_WIDTH = 0.05  # radians that the features are smoothed by for rotation and Moebius map
-#: The default stiffness for given features, and for those of the geometry, which differ more between bodies.
-_STIFFNESS, _GEOMETRY_STIFFNESS = 0.07, 2.5
-_SOFTEST = 1e-6  # of strains that keep faces from degenerating
+_WIDEST = 0.7  # tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
+#: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
+_CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.35, 0.12)),
+          (10242, 0.9, (0.35, 0.12, 0.05)))
+#: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
+_SMOOTHING = 0.15
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
+_GUARD = 0.2  # weight of the strain of the moving sphere beside that from surface to surface
+_STEPS = 15  # of Newton's method on each level
+_SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
 
 
@@ -98,8 +102,9 @@ def register(
     moving: SphereMap,
     fixed: SphereMap,
     features: tuple[ArrayLike, ArrayLike] | None = None,
-    stages: Sequence[str] = STAGES,
-    stiffness: float | None = None,
+    *,
+    stages: Sequence[str] = USUAL,
+    stiffness: float = 0.5,
     reflect: bool = False,
     listener: Listener | None = None,
 ) -> Registration:
@@ -108,20 +113,20 @@ def register(
     Parameters
     ----------
     moving, fixed : SphereMap
-        Two surfaces with their maps. Of shapes with limbs, take area-preserving maps.
+        Two surfaces with their maps. Of shapes with limbs, take area-preserving maps, of cortices ``balance=0.85``.
     features : (moving values, fixed values), optional
-        Data over the vertices of each, (n,) or (n, k) with the same k. By default curvature and depth of each surface.
-        They are smoothed on the surfaces and compared at unit variance.
+        Data over the vertices of each, (n,) or (n, k) with the same k. By default the depth potential of each surface,
+        see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and
+        compared at unit variance.
     stages : sequence of str
-        Which of these, by default all: "rotation" (that correlates best; before "elastic", of the four best the one
-        that leads to the least energy from surface to surface, as in `match`), "moebius" (Gauss-Newton over Moebius
-        maps) and "elastic" (Newton's method on the strain from one surface to the other, as in `match`, and on that of
-        the moving sphere, with the features' difference).
-    stiffness : float, optional
-        Weight of the strains, from surface to surface and of the moving sphere alike, beside features of unit variance:
-        0.07 by default for given features, 2.5 for those of the geometry. Lower values raise the correlation and not
-        the precision: features differ between bodies, too.
-    reflect : bool
+        Which of these, by default the first and the last: "rotation" (that correlates best; of several that correlate
+        nearly alike the one that leads to the least energy), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
+        (Newton's method on the strain from one surface to the other and on that of the moving sphere, with the
+        features' difference). A warp is found on some 10,000 points of the sphere, which carry the vertices.
+    stiffness : float, default 0.5
+        Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
+        correlation and not the precision: features differ between bodies, too.
+    reflect : bool, default False
         Mirror the moving surface and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
         Called with an `Iterate` after the rotation and after every step; may raise StopIteration to stop with the
@@ -141,7 +146,7 @@ def register(
     ValueError
         If there is no such stage, or `stiffness` is below 1e-6.
     TypeError
-        If `stiffness` is no number, or the listener can't be called.
+        If `stiffness` is not a number, or the listener can't be called.
 
     Examples
     --------
@@ -155,32 +160,33 @@ def register(
     (True, True)
     """
     history = History(listener)
-    if stiffness is not None:
-        check_number(stiffness, "stiffness", _SOFTEST)
+    check_number(stiffness, "stiffness", _SOFTEST)
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     moving = reflected(moving) if reflect else moving
-    pair = SurfacePair(moving, fixed, features, [FIRST_WIDTH, *(SHARES.values() if "elastic" in stages else ())])
-    descent = None
-    if "elastic" in stages:
-        last = stiffness if stiffness is not None else _GEOMETRY_STIFFNESS if features is None else _STIFFNESS
-        descent = Descent(Level.of(moving, "moving"), Level.of(fixed, "fixed"), np.empty((0, 3)), pair,
-                          (1 / last,) * 2, guard=1.0)  # `stages` report the sphere's strain
+    a = Level.of(moving, "moving", smoothing=_SMOOTHING)
+    b = Level.of(fixed, "fixed", smoothing=_SMOOTHING)
+    widths = list(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
+    pair = FeaturePair(a, b, features, widths, ("features of the moving surface", "features of the fixed surface"))
+    first = _WIDEST if features is None else widths[-1]  # data are compared nearly as they are
+    columns = pair.moving([first]).shape[1]
+    plan = [Stage(min(size, len(a.x)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
+            for size, share, each in _CHAIN]
+    descent = Descent(a, b, plan, pair, np.empty((0, 3)))
     course = _Course(moving, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            candidates = descent.start()[1] if descent else tuple(pair.rotations())
+            y, candidates = descent.start(first, moebius=False)
             with course.stage("rotation"):
-                turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
-                course(turned, 1 - candidates[0].correlation)
+                course(y, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
-                fit_moebius(course.x, moving.faces, pair.weights, pair.features[0], pair.fixed_features(0), course)
-        if descent:
+                fit_moebius(course.x, a.f, pair.weights, pair.moving([first]), pair.fixed([first]), course)
+        if "elastic" in stages:
             with course.stage("elastic", course.x):
-                descent.run(course.x, lambda _, y, cost: course(y, cost))
+                descent.run(course.x, lambda _, level, y, energy: course(level.carried(y, a), energy))
     result = certified(moving.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
@@ -189,7 +195,7 @@ def register(
 class _Course:
     """The moving sphere on its way: takes each iterate, passes it on, and reports the stages."""
 
-    def __init__(self, moving: SphereMap, pair: SurfacePair, listener: Listener) -> None:
+    def __init__(self, moving: SphereMap, pair: FeaturePair, listener: Listener) -> None:
         self.x, self.stages = moving.sphere, [_report("start", pair, moving.faces, moving.sphere, moving.sphere)]
         self._moving, self._pair, self._listener = moving, pair, listener
         self._name, self._count = "", 0
@@ -219,7 +225,7 @@ def reflected(result: SphereMap) -> SphereMap:
     return replace(image, conformal=conformal[0] if conformal else None)
 
 
-def _report(name: str, pair: SurfacePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
+def _report(name: str, pair: FeaturePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
     areas = face_areas(before, f)
     J = np.abs(np.log(face_areas(x, f) / areas))
     mean = float(areas @ J / areas.sum())

@@ -116,13 +116,13 @@ class ComposedStrain:
 
 def log_strain(a: Level, b: Level, y: FloatArray) -> float:
     """Sum of squared logarithms of stretches from A to B: what single faces of high strain leave comparable."""
-    strain = SpaceStrain(FlatFaces.of(a.v, a.f), _WEIGHT, 0, np.zeros(len(a.f)))
-    return float(strain.by_face(Lift(b.locator, _scaled(b.v, b.f)).values(y)).sum())
+    strain = SpaceStrain(FlatFaces.of(a.metric, a.f), _WEIGHT, 0, np.zeros(len(a.f)))
+    return float(strain.by_face(Lift(b.locator, _scaled(b.metric, b.f)).values(y)).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:
     """Positions whose squared lengths are the weighted mean of the sphere's and the surface's."""
-    v = _scaled(level.v, level.f)
+    v = _scaled(level.metric, level.f)
     return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.x, np.sqrt(share) * v), axis=1)
 
 

@@ -14,7 +14,7 @@ from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
 from . import LARGEST_DEGREE
 from .basis import blocks, degree_of, expand, power, synthesis, terms
-from .locate import SphereLocator
+from .locate import locator_of
 from .rotation import first_order_frames, rotate, skewness
 from .transfer import check_map, sphere_mesh
 
@@ -318,6 +318,6 @@ def spherical_harmonics(
     check_number(oversampling, "oversampling", 1)
     check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
-    coefficients = expand(SphereLocator(result), data, int(degree), oversampling)
+    coefficients = expand(locator_of(result), data, int(degree), oversampling)
     areas = vertex_areas(result.mesh.v, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.timings import counted
+from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
@@ -102,10 +104,11 @@ class SphereLocator:
 
     @own_errstate
     def __init__(self, x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> None:
+        certificate = x.certificate if isinstance(x, SphereMap) and f is None else None
         x, f = rows_and_faces(x, f)
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
-        certificate = Certificate.of(self.x, self.f)
+        certificate = certificate or Certificate.of(self.x, self.f)
         if not certificate.folding_free:
             raise FoldingsRemain(f"points can't be located on a map that is {certificate}")
         low, high = _face_boxes(self.x, self.f)
@@ -151,6 +154,16 @@ class SphereLocator:
         found = np.full(len(q), len(self.f))
         np.minimum.at(found, query[inside], face[inside])
         return found
+
+
+_LOCATORS: WeakKeyDictionary[SphereMap, SphereLocator] = WeakKeyDictionary()
+
+
+def locator_of(result: SphereMap) -> SphereLocator:
+    """The locator of a map, which is made once: maps do not change."""
+    if result not in _LOCATORS:
+        _LOCATORS[result] = SphereLocator(result)
+    return _LOCATORS[result]
 
 
 def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

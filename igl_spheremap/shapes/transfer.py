@@ -14,7 +14,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
-from .locate import Location, SphereLocator
+from .locate import Location, SphereLocator, locator_of
 from .weights import Resampling, apply_matrix, check_resampling, largest, linear_matrix, transfer_weights
 
 _DEEPEST = 9  # ico:9 has 2.6 million vertices
@@ -89,7 +89,7 @@ def transfer(
     Parameters
     ----------
     source : SphereMap or SphereLocator
-        Where the data are; keep a locator if there are several transfers.
+        Where the data are.
     values : (n,) or (n, ...) array_like, or None
         At the vertices of the source. None with `matrix`.
     target : str, SphereMap, (k, 3) array_like, or (x, f)
@@ -219,7 +219,7 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
-    return SphereLocator(check_map(source, "source"))
+    return locator_of(check_map(source, "source"))
 
 
 def check_map(result: object, name: str = "result") -> SphereMap:

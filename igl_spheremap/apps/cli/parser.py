@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
-from ...correspondence import STAGES
+from ...correspondence import USUAL
 from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
@@ -176,9 +176,9 @@ COMMANDS = (
         *shared.target("MOVING's map in the frame of FIXED; - for stdout"),
         shared.FEATURE,
         argument("--stages", "LIST", "which stages to run, separated by commas (default: "
-                 f"{','.join(STAGES)})", default=",".join(STAGES)),
-        argument("--stiffness", "S", "of the elastic stage (default: 0.07, or 2.5 for features of the surfaces)",
-                 type=POSITIVE),
+                 f"{','.join(USUAL)}; also moebius)", default=",".join(USUAL)),
+        argument("--stiffness", "S", "weight of the strains beside the features' differences (default: 0.5)",
+                 type=POSITIVE, default=0.5),
         switch("--reflect", help="register the mirror image of MOVING and its sphere (x to -x); OUT fits MOVING as it "
                "is, and `transfer`, `resample` and `check` take it with --reflect"),
         switch("--show", help="open a window with both spheres, before and after, coloured by the first feature"),

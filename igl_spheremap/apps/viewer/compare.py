@@ -33,6 +33,8 @@ from .window import imgui, implot, is_offscreen, ps
 
 #: In standard deviations: the ends of the colours of a feature.
 _REACH = 2.0
+#: Width of the depth potential that shows folds and limbs alike.
+_FOLDS = 0.12
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
 _HEAD, _FOOT = 54, 150
@@ -147,7 +149,7 @@ def registration_view(
     """The fixed sphere, and the moving one before and after, coloured by the first feature or by depth."""
     surfaces = [FeatureSurface(one.mesh) for one in (moving, fixed)]
     if features is None:
-        own, other = (surface.geometry[:, 1] for surface in surfaces)
+        own, other = (s.standardize(s.potential(_FOLDS)[:, None])[:, 0] for s in surfaces)
     else:
         own, other = (s.standardize(each[:, 0]) for s, each in zip(surfaces, features, strict=True))
     ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)

@@ -43,7 +43,7 @@ def run_register(args: Namespace) -> Exit:
     names, features = read_features(args.feature, moving, fixed) if args.feature else (_GEOMETRY, None)
     args.progress.stage(f"registering {moving.name}")
     listener = args.progress.listener(maps[0].faces)
-    result = register(*maps, features, stages, args.stiffness, listener=listener)
+    result = register(*maps, features, stages=stages, stiffness=args.stiffness, listener=listener)
     out = _of_the_file(result.map) if args.reflect else result.map
     written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=moving.metadata))
     found = Findings()

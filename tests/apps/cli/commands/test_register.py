@@ -45,7 +45,7 @@ def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path):
         report = json.load(file)
     assert report["certificate"]["folding_free"]
     assert np.allclose(np.array(report["rotation"]) @ R, np.eye(3), atol=0.01)
-    assert [stage["name"] for stage in report["stages"]] == ["start", "rotation", "moebius", "elastic"]
+    assert [stage["name"] for stage in report["stages"]] == ["start", "rotation", "elastic"]
 
 
 def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):

@@ -1,0 +1,107 @@
+"""Features of two mapped surfaces: smoothed on the surfaces themselves, and compared on the sphere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from ..mesh.arrays import FloatArray, check_values
+from ..shapes.basis import expand
+from ..shapes.features import FeatureSurface, check_varies
+from ..shapes.locate import SphereLocator
+from ..shapes.rotation import RotationCandidate, best_rotations
+from ..sphere.rows import row_crosses, row_lengths, weighted_sum
+from .levels import Level
+from .strain import Lift
+
+_BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
+_OVERSAMPLING = 2.0  # finer grids change no registration
+
+
+class VertexFunction:
+    """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
+
+    def __init__(self, locator: SphereLocator, values: FloatArray) -> None:
+        x, f = locator.x, locator.f
+        a, b, c = (x[f[:, k]] for k in range(3))
+        normal = row_crosses(b - a, c - a)
+        area = row_lengths(normal)  # twice the face's
+        unit = normal / np.where(area > 0, area, 1.0)[:, None]
+        # The area times the gradient within a face, averaged at vertices by area.
+        rises = values[f[:, 1:]] - values[f[:, :1]]
+        slopes = np.einsum("mks,msd->mkd", rises.transpose(0, 2, 1),
+                           np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1))
+        around = sp.csr_array((np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f)))
+        whole = around @ area
+        mean = (around @ slopes.reshape(len(f), -1)) / np.where(whole > 0, whole, 1.0)[:, None]
+        mean = mean.reshape(len(x), -1, 3)
+        mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
+        self._columns = values.shape[1]
+        self._lift = Lift(locator, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
+        values, gradients = np.split(self._lift.values(y), [self._columns], axis=1)
+        return values, gradients.reshape(len(y), self._columns, 3)
+
+
+class FeaturePair:
+    """Features of two surfaces, by the width that they are smoothed by: columns of mean 0 and variance 1.
+
+    Parameters
+    ----------
+    a, b : Level
+        The surfaces on their own meshes.
+    given : (A's values, B's values), optional
+        Data over their vertices; the depth potential of that width without them.
+    widths : sequence of float
+        Those in use.
+    names : (str, str)
+        What errors call the data.
+    """
+
+    def __init__(self, a: Level, b: Level, given: tuple[ArrayLike, ArrayLike] | None, widths: Sequence[float],
+                 names: tuple[str, str] = ("features of A", "features of B")) -> None:
+        self._levels, surfaces = (a, b), (FeatureSurface(a.mesh), FeatureSurface(b.mesh))
+        self.weights = surfaces[0].areas / surfaces[0].areas.sum()
+        checked = None if given is None else _checked(given, (len(a.x), len(b.x)), names)
+        self._by_width: dict[float, list[FloatArray]] = {
+            width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
+                    for k, s in enumerate(surfaces)] for width in widths}
+        self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
+                     else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
+
+    def moving(self, widths: Sequence[float]) -> FloatArray:
+        """A's features, at its own vertices."""
+        return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
+
+    def fixed(self, widths: Sequence[float]) -> VertexFunction:
+        """B's features."""
+        values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
+        return VertexFunction(self._levels[1].locator, values)
+
+    def rotations(self, width: float) -> list[RotationCandidate]:
+        """Rotations of A's sphere for which the features of one width agree best, the best first."""
+        moving, fixed = (expand(level.locator, values, _BAND, _OVERSAMPLING)
+                         for level, values in zip(self._levels, self._by_width[width], strict=True))
+        return best_rotations(fixed, moving, _BAND)
+
+    def correlation(self, x: FloatArray) -> FloatArray:
+        """Correlation of each feature over A's area, if A's sphere is x: as it was given, else of each width."""
+        fixed = self._levels[1].at(x, self._raw[1])
+        centred = fixed - weighted_sum(self.weights, fixed)
+        return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
+
+
+def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int], names: tuple[str, str]) -> list[FloatArray]:
+    """Rows for all vertices, finite and not constant, the same number of columns of either."""
+    checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
+    for each, name in zip(checked, names, strict=True):
+        check_varies(each, name)
+    k, other = (each.shape[1] for each in checked)
+    if k != other:
+        raise ValueError(f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both")
+    return checked
