@@ -18,6 +18,7 @@ from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..shapes.rotation import RotationCandidate
+from ..untangle.local_repair import unfolded
 from . import STAGES, USUAL
 from .descent import Descent, Stage
 from .features import FeaturePair
@@ -119,10 +120,10 @@ def register(
         see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and
         compared at unit variance.
     stages : sequence of str
-        Which of these, by default the first and the last: "rotation" (that correlates best; of several that correlate
-        nearly alike the one that leads to the least energy), "moebius" (Gauss-Newton over Moebius maps) and "elastic"
-        (Newton's method on the strain from one surface to the other and on that of the moving sphere, with the
-        features' difference). A warp is found on some 10,000 points of the sphere, which carry the vertices.
+        Which of these, by default the first and the last: "rotation" (that correlates best; before "elastic", of the
+        four best the one that leads to the least energy from surface to surface), "moebius" (Gauss-Newton over Moebius
+        maps) and "elastic" (Newton's method on the strain from one surface to the other and on that of the moving
+        sphere, with the features' difference, on up to 10,242 points of the sphere, which carry the vertices).
     stiffness : float, default 0.5
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
@@ -178,9 +179,10 @@ def register(
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            y, candidates = descent.start(first, moebius=False)
+            candidates = descent.start(first, moebius=False)[1] if "elastic" in stages else tuple(pair.rotations(first))
             with course.stage("rotation"):
-                course(y, 1 - candidates[0].correlation)
+                turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
+                course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
                 fit_moebius(course.x, a.f, pair.weights, pair.moving([first]), pair.fixed([first]), course)

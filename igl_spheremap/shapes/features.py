@@ -48,7 +48,7 @@ class FeatureSurface:
         normals = np.asarray(igl.per_vertex_normals(self.v, self.f))
         bending = np.einsum("ij,ij->i", self.L @ self.v, normals)  # 2 H times the vertex area
         rest = bending - self.areas * (bending.sum() / self.areas.sum())
-        return factorize(sp.csr_matrix(self.L + sp.diags_array(self.areas / ell**2))).solve(rest)  # shapes (7)
+        return factorize(sp.csr_matrix(self.L + sp.diags_array(self.areas / ell**2))).solve(rest)  # shapes (6)
 
     @cached_property
     def curvature_and_depth(self) -> FloatArray:

@@ -169,7 +169,7 @@ def _on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
         a, b, U = f[ell - 1, inside], g[ell - 1, inside], spins[ell - 1, inside, inside]
         pairs = (phase[inside, None] * a.conj()) @ (phase.conj()[inside, None] * b).T
         where = np.arange(-ell, ell + 1)  # negative frequencies from the end
-        spectrum[np.ix_(where, where, where)] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (6)
+        spectrum[np.ix_(where, where, where)] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (7)
     return np.asarray(np.fft.fftn(spectrum).real)
 
 
