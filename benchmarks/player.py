@@ -1,4 +1,4 @@
-"""What a window costs a run: frames and iterates a second, with the player's window live and asleep.
+"""What a window costs a run: frames and iterates a second, with the player's window live, and without drawing.
 
     python -m benchmarks player [--vertices 200000] [--seconds 8]      # needs a display; `xvfb-run` makes one
 """
@@ -82,11 +82,12 @@ def main(argv: list[str]) -> None:
             time.sleep(0.01)
         for _ in range(args.cycles):
             live = np.array(frames(lambda: app._live(player), args.seconds))
-            asleep = time.monotonic()
-            time.sleep(args.seconds)
+            taken = time.monotonic()
+            while time.monotonic() < taken + args.seconds:
+                player.run.poll(seconds=0.1, wait=0.1)
             iterates = np.fromfile(clock)
             rates = [((iterates > begin) & (iterates < begin + args.seconds)).sum() / args.seconds
-                     for begin in (live[0], asleep)]
+                     for begin in (live[0], taken)]
             print(f"{len(live) / (live[-1] - live[0]):.1f} frames/s, longest {np.diff(live).max():.2f} s; "
-                  f"{rates[0]:.1f} iterates/s, {rates[1]:.1f} with the window asleep: {rates[0] / rates[1]:.0%}")
+                  f"{rates[0]:.1f} iterates/s, {rates[1]:.1f} without drawing: {rates[0] / rates[1]:.0%}")
         player.close()

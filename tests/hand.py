@@ -35,6 +35,7 @@ class Widget:
 
     kind: str
     label: str
+    value: object
     rectangle: tuple[float, float, float, float]
     window: tuple[float, float, float, float]
     enabled: bool
@@ -134,15 +135,18 @@ class Hand:
             self.frame()
 
     def reach(self, label, kind=None):
-        """Scroll until a widget is in sight."""
+        """Scroll until a widget is in sight, and wait until it stays where it is."""
         for _ in range(_NOTCHES):
             widget = self.find(label, kind)
             left, top, _, bottom = widget.window
             (_, y), beyond = widget.at(), ps.get_window_size()[1]
-            if max(top, 0) < y < min(bottom, beyond):
+            if not max(top, 0) <= y <= min(bottom, beyond):
+                self.wheel(left + 3, (max(top, 0) + min(bottom, beyond)) / 2, 1 if y < top else -1)
+                continue
+            self.frame()
+            if self.find(label, kind).rectangle == widget.rectangle:
                 return widget
-            self.wheel(left + 3, (max(top, 0) + min(bottom, beyond)) / 2, 1 if y < top else -1)
-        raise AssertionError(f"{label!r} can't be scrolled to: {widget}")
+        raise AssertionError(f"{label!r} can't be reached: {widget}")
 
     def click(self, label, kind=None):
         """Click on a widget; on the arrow of what opens, and on the left of all others, where a short label ends."""
@@ -167,7 +171,9 @@ class Hand:
         """Open a menu, and return the labels of its entries."""
         before = [w.label for w in self.widgets if w.kind == "Selectable"]
         self.click(label, "BeginCombo")
-        return [w.label for w in self.widgets if w.kind == "Selectable" and w.label not in before]
+        entries = [w.label for w in self.widgets if w.kind == "Selectable" and w.label not in before]
+        assert entries, f"{label!r} does not open"
+        return entries
 
     def choose(self, label, entry):
         """Choose an entry of a menu."""
@@ -260,12 +266,14 @@ class Hand:
     def _record(self, kind, draw, label, *args, **options):
         width = imgui.CalcItemWidth()
         (x, y), (w, h) = imgui.GetWindowPos(), imgui.GetWindowSize()
+        content = y + imgui.GetCursorStartPos()[1] + imgui.GetScrollY()  # below the title
         result = draw(label, *args, **options)
         (left, top), (right, bottom) = imgui.GetItemRectMin(), imgui.GetItemRectMax()
         if kind in (*_MENUS, *_DRAGGED, *_TYPED):  # else with the label, which takes no drag
             right = left + width
-        rectangles = (left, top, right, bottom), (x, y, x + w, y + h)
-        self._drawing.append(Widget(kind, label, *rectangles, enabled=not any(self._disabled)))
+        rectangles = (left, top, right, bottom), (x, content, x + w, y + h)
+        value = args[0] if args else None
+        self._drawing.append(Widget(kind, label, value, *rectangles, enabled=not any(self._disabled)))
         return result
 
     def _read(self, draw, *args, **options):

@@ -191,7 +191,12 @@ def _failure_widgets(app: App) -> None:
     width, height = ps.get_window_size()
     imgui.SetNextWindowPos((0.5 * width, height - 8), imgui.ImGuiCond_Always, (0.5, 1.0))
     imgui.SetNextWindowSize((0.8 * width, 0))
-    imgui.Begin("failure", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings)
+    imgui.Begin(
+        "failure",
+        imgui.ImGuiWindowFlags_NoDecoration
+        | imgui.ImGuiWindowFlags_NoSavedSettings
+        | imgui.ImGuiWindowFlags_NoFocusOnAppearing,
+    )
     paragraph(FAILED + app.failure)
     if imgui.Button("close"):
         app.failure = ""

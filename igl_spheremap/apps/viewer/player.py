@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -24,10 +25,9 @@ from .colouring import colouring
 from .result_view import count_foldings, edge_width
 from .stage import Inset, Stage
 
-#: Seconds of each frame that a window spends on new iterates at the most.
-_POLL = 0.02
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
+_NONE = np.empty(0, dtype=np.int64)
 #: Widths of the surface and of both spheres, in a window and in pictures, which have no panel.
 _IN_WINDOWS, _IN_PICTURES = (0.3, 0.35, 0.35), (0.5, 0.25, 0.25)
 
@@ -56,8 +56,7 @@ class Player(App):
         self._load, self._up, self._budget = load, up, budget
         self.stage = Stage(1, 3, panel=panel, foot=foot, shares=_IN_WINDOWS if panel else _IN_PICTURES)
         self.subject, self.zoom = SUBJECTS[0], 1.0
-        #: What the lens can be on, and what it is on.
-        self.clusters, self.cluster = Clusters(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), 0
+        self._updated = time.monotonic()
         self.start(name, method)
 
     def start(self, name: str, method: Method) -> None:
@@ -67,6 +66,8 @@ class Player(App):
         self.before: Frame | None = None
         self.after: Frame | None = None
         self._shown: object = None
+        self.clusters = Clusters(_NONE, _NONE)
+        self._followed = _NONE
         solve = partial(spherical_conformal_map, method=method)
         self.run = BackgroundRun(partial(self._load, name), solve, budget=self._budget)
 
@@ -133,7 +134,7 @@ class Player(App):
     def show(self, before: Frame, after: Frame | None) -> None:
         """Show two frames of the run through the same lens; where there is no second one yet, the first."""
         self.before, self.after = before, after
-        state = before, after, self.run.result, self.subject, self.zoom, self.cluster
+        state = before, after, self.run.result, self.subject, self.zoom
         if self.mesh is None or state == self._shown:
             return
         self._shown = state
@@ -141,14 +142,14 @@ class Player(App):
             self._set_images()
         aim = after if after is not None and after.foldings and not before.foldings else before
         self.clusters = Clusters.of(self.mesh.f, aim.folded)
-        self.cluster = min(self.cluster, max(len(self.clusters) - 1, 0))
+        self._followed = self.clusters[self.cluster] if aim.foldings else _NONE
         for frame, body, word in zip((before, after), self.images, ("Before", "After"), strict=True):
             body.visible = frame is not None
             if frame is None:
                 body.caption = f"{word}\nbeing computed"
                 continue
             x = frame.iterate.x @ self.turn.T
-            lens = look_at(x, self.mesh.f[self.clusters[self.cluster]]) if self.clusters else Lens()
+            lens = look_at(x, self.mesh.f[self._followed]) if aim.foldings else Lens()
             lens = Lens(lens.place, lens.power * self.zoom)
             body.set_positions(lens(x))
             body.magnified = lens.power > 1
@@ -160,9 +161,23 @@ class Player(App):
                 colours.apply(self.source)
                 self.inset.show(x, lens, colours)
 
+    @property
+    def cluster(self) -> int:
+        """The cluster of folded faces that the lens shows: the one that goes on from what it showed, or the largest."""
+        shared = np.isin(self.clusters.faces, self._followed)
+        return int(np.argmax(self.clusters.sums(shared.astype(np.float64)))) if len(self.clusters) else 0
+
+    def follow(self, cluster: int) -> None:
+        """Show another cluster of folded faces through the lens."""
+        assert self.before is not None
+        self._followed, self._shown = self.clusters[cluster], None
+        self.show(self.before, self.after)
+
     def _update(self) -> None:
         """Take over what the run has done since the last time."""
-        self.run.poll(_POLL)
+        began = time.monotonic()
+        self.run.poll(began - self._updated)  # as long as all else took: the run waits for a window that is behind
+        self._updated = time.monotonic()
         if self.run.mesh is not None and self.mesh is None:
             self._set_mesh(self.run.mesh)
 

@@ -104,7 +104,12 @@ class PlayerWindow(Player):
         width, height = ps.get_window_size()
         imgui.SetNextWindowPos((self.stage.panel, height - self.stage.foot))
         imgui.SetNextWindowSize((width - self.stage.panel, self.stage.foot))
-        imgui.Begin("curves", imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings)
+        imgui.Begin(
+            "curves",
+            imgui.ImGuiWindowFlags_NoDecoration
+            | imgui.ImGuiWindowFlags_NoSavedSettings
+            | imgui.ImGuiWindowFlags_NoFocusOnAppearing,  # which would close a menu
+        )
         wide, high = imgui.GetContentRegionAvail()
         size = (wide - 8) / 2, high
         goal = energy_plot(self.run.history, shown, size)
@@ -246,10 +251,10 @@ class PlayerWindow(Player):
 
     def _view_widgets(self) -> None:
         self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
-        if (chosen := cluster_widgets(self.clusters.sizes, self.cluster)) is not None:
-            self.cluster = chosen
         assert self.before is not None
         self.show(self.before, self.after)
+        if (chosen := cluster_widgets(self.clusters.sizes, self.cluster)) is not None:
+            self.follow(chosen)
 
 
 @takes_mesh
@@ -265,9 +270,9 @@ def play(
 ) -> list[dict[str, Any]]:
     """Show a map coming about: before and after each iteration, with its folded faces in red.
 
-    The surface stands beside the sphere before and after an iteration. A Moebius map magnifies the largest cluster of
-    folded faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own:
-    call this below ``if __name__ == "__main__":``, for that process imports the program anew.
+    The surface stands beside the sphere before and after an iteration. A Moebius map magnifies a cluster of folded
+    faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own: call
+    this below ``if __name__ == "__main__":``, for that process imports the program anew.
 
     Parameters
     ----------

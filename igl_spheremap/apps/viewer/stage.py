@@ -25,7 +25,7 @@ _LEGEND = 44
 _GROUND = 0xD0FFFFFF
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
-#: Pixels between an inset and what is next to it.
+#: Pixels between an inset, or a caption, and what is next to it.
 _GAP = 6
 #: Radius of the circle that marks the place of the lens, in pixels.
 _CIRCLE = 7
@@ -167,7 +167,8 @@ class Stage:
         body = self.bodies[place]
         # The spheres of a row are of one size.
         row = {k: one for (r, k), one in self.bodies.items() if r == place[0]}
-        above = 8 + _LINE * max(len(wrapped(one.caption, self.cell(place[0], k)[2])) for k, one in row.items())
+        widths = {k: self.cell(place[0], k)[2] - 2 * _GAP for k in row}
+        above = 8 + _LINE * max(len(wrapped(one.caption, widths[k])) for k, one in row.items())
         below = _LEGEND if any(one.legend is not None for one in row.values()) else 0.0
         below = max([below, *(self._strip(self.cell(*each)[2]) for each in self.insets if each[0] == place[0])])
         room = h - above - below
@@ -238,7 +239,7 @@ class Stage:
     def _annotate(self, place: Place, body: Body) -> None:
         left, top, w, h = self.cell(*place)
         canvas = imgui.GetBackgroundDrawList()
-        for k, line in enumerate(wrapped(body.caption, w)):
+        for k, line in enumerate(wrapped(body.caption, w - 2 * _GAP)):
             text(canvas, left + w / 2, top + 8 + _LINE * k, line)
         if body.legend is not None:
             draw_legend(canvas, left + w / 2, top + h - _LEGEND + 4, w, body.legend)

@@ -2,9 +2,11 @@
 
 from drawing import needs_drawing, use
 
+import igl_spheremap as ism
+
 
 @needs_drawing
-def test_every_widget_of_the_player_can_be_used(tmp_path):
+def test_every_widget_of_the_player_can_be_used_and_leads_where_it_says(tmp_path):
     figures = use(f"""
 import os
 from igl_spheremap.maps.options import METHODS
@@ -12,17 +14,36 @@ os.chdir({str(tmp_path)!r})
 app.LENGTH = 3
 
 def script(hand):
+    def at():
+        return hand.find('##iteration').value
+
     def done():
         hand.wait(lambda: hand.has('##iteration') and not hand.has('stop'))
+
     done()
-    figures['used'] = sorted(hand.everything(leave=('run',), typed={{'max iterations': '100000', '##name': 'saved'}}))
+    hand.click('pause')
+    hand.click_at(*hand.find('folded faces').at(0.5))
+    figures['pressed'] = at()
+    for act in (lambda: hand.click('next'), lambda: hand.click('previous'), lambda: hand.click('>'),
+                lambda: hand.key(app.imgui.ImGuiKey_DownArrow), lambda: hand.key(app.imgui.ImGuiKey_LeftArrow)):
+        act()
+        hand.frame(2)
+        figures['visited'].append(at())
+    typed = {{'max iterations': '9', '##name': 'saved'}}
+    figures['used'] = sorted(hand.everything(leave=('run', 'play '), typed=typed))
+    hand.choose('speed', 'x100')
+    hand.choose('stops', 'Gauss map')
+    figures['visited'].append(at())
+    hand.key(app.imgui.ImGuiKey_Space)
+    hand.wait(lambda: hand.has('play '))
+    figures['visited'].append(at())
     for size in ((1400, 900), (500, 300), (800, 500)):
         hand.resize(*size)
-    hand.type('mesh', 'sample:spheroid:n_vertices=200')
-    hand.choose('method', 'lai2014')
+    hand.type('mesh', 'sample:unicorn')
     hand.click('run')
-    done()
+    hand.wait(lambda: hand.shows('unicorn'))
     hand.type('mesh', 'sample:dumbbell:n_vertices=3000')
+    hand.choose('method', 'lai2014')
     hand.click('run')
     hand.wait(lambda: hand.has('stop'))
     hand.click('stop')
@@ -36,14 +57,27 @@ def script(hand):
     hand.click('replace it')
     hand.wait(lambda: hand.shows('wrote saved.png'))
 
-figures = {{}}
+figures = dict(visited=[])
 v, f = ism.samples.make('dumbbell', n_vertices=300)
 Hand().run(lambda: ism.play(v, f, size=(800, 500)), script)
 figures['methods_there'] = list(METHODS)
 figures['files'] = sorted(os.listdir())
 """)
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    recording = ism.Recording(f)
+    ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    repeated = "harmonic", 0
+    shown = [frame for frame in recording.frames if (frame.iterate.stage, frame.iterate.iteration) != repeated]
+    counts = [frame.foldings for frame in shown]
+    changes = [k for k in range(len(counts) - 1) if counts[k] != counts[k + 1]]
+    start = figures["pressed"]
+    assert 0.3 < start / len(counts) < 0.6  # the numbers of the axis lie to the left of the curve
+    after = min(k for k in changes if k > start)
+    before = max(k for k in changes if k < after)
+    again = min(k for k in changes if k > before + 1)
+    assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, len(counts) - 1]
     assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "next", "stops",
-            "lens", "picture", "map", "folded faces"} <= set(figures["used"])
+            "lens", "picture", "map", "folded faces", "clusters", "next cluster"} <= set(figures["used"])
     assert figures["methods"] == figures["methods_there"]
     assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]
 
