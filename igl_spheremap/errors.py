@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import astuple, dataclass
 from importlib import import_module
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
@@ -19,6 +20,30 @@ R = TypeVar("R")
 #: Control characters, ends of lines, and marks that turn the direction of writing.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Options of `repair_mesh` that correct a mesh. A front end says the call, or the flags that stand for it.
+
+    >>> Remedy(holes=True).call, Remedy(holes=True).options
+    ("repair_mesh(v, f, holes='fill')", {'holes': 'fill'})
+    """
+
+    keep_largest: bool = False
+    holes: bool = False
+    handles: bool = False
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those that are not the defaults."""
+        words: tuple[tuple[str, Any], ...] = (("keep_largest", True), ("holes", "fill"), ("handles", "cut"))
+        return {name: value for (name, value), on in zip(words, astuple(self), strict=True) if on}
+
+    @property
+    def call(self) -> str:
+        """The call with these options."""
+        return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in self.options.items())))})"
 
 
 class MeshError(ValueError):

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, Remedy, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
 from .edges import HalfEdges, half_edges
-from .explain import Refusal, Remedy
+from .explain import Refusal
 from .measure import corner_angles, face_areas, vertex_shares
 from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
 from .timings import stage

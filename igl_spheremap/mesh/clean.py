@@ -8,10 +8,9 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, Remedy, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .check import check_mesh, check_positions, checked
-from .explain import Remedy
 from .objects import takes_mesh
 from .surface import Surface
 

@@ -2,42 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError
+from ..errors import MeshError, Remedy
 from .arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
 from .edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
 from .surface import Surface, holes_text
-
-
-@dataclass(frozen=True)
-class Remedy:
-    """Options of `repair_mesh`. The command line prints the call as the flags that stand for it.
-
-    >>> Remedy(holes=True).call, Remedy(holes=True).options
-    ("repair_mesh(v, f, holes='fill')", {'holes': 'fill'})
-    """
-
-    keep_largest: bool = False
-    holes: bool = False
-    handles: bool = False
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Those that are not the defaults."""
-        words: tuple[tuple[str, Any], ...] = (("keep_largest", True), ("holes", "fill"), ("handles", "cut"))
-        return {name: value for (name, value), on in zip(words, astuple(self), strict=True) if on}
-
-    @property
-    def call(self) -> str:
-        """The call with these options."""
-        return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in self.options.items())))})"
 
 
 class Refusal:

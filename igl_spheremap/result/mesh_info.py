@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, Remedy, own_errstate
 from ..mesh.arrays import check_rows, check_triangles, listed_words
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh
 from ..mesh.disk import check_disk
-from ..mesh.explain import Remedy
 from ..mesh.objects import takes_mesh
 from ..mesh.quality import MeshQuality, mesh_quality
 from ..mesh.topology import Topology, topology_of, usable_faces

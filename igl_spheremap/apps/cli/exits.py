@@ -1,10 +1,10 @@
 """How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
-import re
 import signal
 import threading
 from collections.abc import Callable
 from enum import IntEnum
+from itertools import product
 from types import FrameType
 from typing import Any
 
@@ -64,10 +64,15 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),
 )
 
-#: Options in calls of `repair_mesh` that messages name, and the flags in the place of these calls.
-_REPAIR = {"keep_largest=True": " --keep-largest", "holes='fill'": " --fill-holes", "handles='cut'": " --cut-handles"}
-#: Other calls and arguments, and their flags.
+#: The flags for each option of `repair_mesh`.
+_REPAIR = {"keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles"}
+_REMEDIES = [errors.Remedy(*options) for options in product((False, True), repeat=3)]
+#: Calls and arguments that messages name, and what the shell has in their place.
 _FLAGS = {
+    **{remedy.call: " ".join(("--repair", *(_REPAIR[option] for option in remedy.options))) for remedy in _REMEDIES},
+    "option of repair_mesh": "flag of --repair",
+    "(spherical_conformal_map)": "(the command map)",
+    "with repair_foldings": "by the command repair",
     "read_mesh(path, triangulate=True)": "--repair",
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
@@ -94,11 +99,7 @@ def with_flags(line: str) -> str:
     """A line of the library with flags in the place of its calls."""
     for call, flag in _FLAGS.items():
         line = line.replace(call, flag)
-    return re.sub(r"repair_mesh\(v, f(?:, (.*?))?\)", _repair_flags, line)
-
-
-def _repair_flags(call: re.Match[str]) -> str:
-    return "--repair" + "".join(_REPAIR[option] for option in (call[1] or "").split(", ") if option)
+    return line
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import os
 import sys
 import tempfile
@@ -51,6 +52,8 @@ _FIELD_OF_VIEW = 45.0
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
 MAX_FPS = 25
 PICTURES = (".png", ".jpg")
+#: The last bytes of their files.
+_ENDS = (b"IEND\xaeB`\x82", b"\xff\xd9")
 Picture = NDArray[np.uint8]
 #: Takes a picture and how often it is shown.
 Write = Callable[[Picture, int], None]
@@ -199,6 +202,8 @@ def save(path: str | os.PathLike[str]) -> None:
     _settle()
     with replacing(path, force=True) as partial:
         ps.screenshot(os.fspath(partial), transparent_bg=False, include_UI=True)
+        if not partial.read_bytes().endswith(_ENDS):  # polyscope does not say so
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), os.fspath(path))
 
 
 def _settle() -> None:

@@ -1,10 +1,13 @@
 """Videos: as many pictures as were written, each as long as asked, folded faces red after compression."""
 
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from igl_spheremap.apps.viewer import window
 from igl_spheremap.apps.viewer.window import check_video, open_video
 from igl_spheremap.draw.palette import BACKGROUND, FOLDED
 from igl_spheremap.errors import FileError
@@ -68,6 +71,16 @@ def test_a_video_is_a_file_of_a_known_kind_or_a_folder(tmp_path):
     (tmp_path / "v1.0").mkdir()
     for name in ("pictures", "v1.0"):
         check_video(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.jpg"])
+def test_a_picture_that_a_full_disk_cut_off_is_an_error(name, tmp_path, monkeypatch):
+    cut_off = SimpleNamespace(screenshot=lambda path, **_: Path(path).write_bytes(b"\x89PNG"))
+    monkeypatch.setattr(window, "ps", cut_off)  # which reports nothing
+    monkeypatch.setattr(window, "_settle", lambda: None)
+    with pytest.raises(FileError, match="No space left"):
+        window.save(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_mp4_needs_the_extra_video_alone(tmp_path, monkeypatch):

@@ -61,7 +61,7 @@ def run_flatten(args: Namespace) -> Exit:
 
 def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     """Map, write, certify what was written, and report."""
-    check_outputs(args, surface=not is_patch(args.target))
+    check_outputs(args, surface=not is_patch(args.target) and args.target != STREAM)
     check_plots(args)
     source = _load(args)
     args.progress.stage(f"mapping {source.name}")

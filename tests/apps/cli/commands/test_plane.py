@@ -38,6 +38,13 @@ def test_a_map_is_written_and_checked(face, tmp_path, command, name, capsys):
     assert main(["check", *own, "-q"]) == Exit.OK
 
 
+def test_the_image_goes_to_no_stream_and_a_closed_surface_to_the_command_map(tmp_path, capsys):
+    assert main(["flatten", "sample:sphere", "-"]) == 64
+    assert "not stdout" in capsys.readouterr().err
+    assert main(["flatten", "sample:sphere", str(tmp_path / "a.obj")]) == 2
+    assert "map it to the sphere (the command map)" in capsys.readouterr().err
+
+
 def test_patches_go_in_and_out(tmp_path):
     whole, cut, flat = (str(tmp_path / name) for name in ("lh.ply", "lh.half.patch.3d", "lh.half.patch.flat"))
     ism.write_mesh(whole, V, F)
