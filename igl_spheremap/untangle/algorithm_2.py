@@ -88,10 +88,11 @@ def _star_map(mesh: Mesh, problem: Problem, L: csr_matrix, last: Iterate, round:
 
 def _first(mesh: Mesh, start: Iterate, repair: bool) -> Iterate:
     """What Algorithm 1 gets: a star map, if asked, repaired where few faces are folded, for only then are none kept."""
-    certificate = Certificate.of(start.x, mesh.f)
-    if not repair or start.round == 0 or not certificate.foldings or not has_few_foldings(certificate, mesh.f):
-        return replace(start, safeguards=None)
-    return replace(start, x=repair_locally(mesh, start.x), safeguards={"repaired": certificate.foldings})
+    if repair and start.round > 0:
+        certificate = Certificate.of(start.x, mesh.f)
+        if certificate.foldings and has_few_foldings(certificate, mesh.f):
+            return replace(start, x=repair_locally(mesh, start.x), safeguards={"repaired": certificate.foldings})
+    return replace(start, safeguards=None)
 
 
 def _stopped_at(start: Iterate, listener: Listener | None) -> Minimum | None:
