@@ -29,8 +29,8 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "factors", "peers", "player", "random_meshes", "repairs", "scaling",
-           "shapes", "stages", "versions")
+OPTIONS = ("balanced_maps", "convergence", "factors", "gather", "peers", "player", "random_meshes", "repairs",
+           "scaling", "shapes", "stages", "versions")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
