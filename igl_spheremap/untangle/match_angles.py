@@ -55,7 +55,7 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
-                 damping: float, quick: bool = False, rough: bool = False, goal: float = np.inf) -> FloatArray:
+                 damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
@@ -63,7 +63,6 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     that together gain less than half of it. The gain of one that had to be damped more than the first predicts little:
     after it they end when it is below the square of the least gain. Sweeps help where limbs are too fine for steps. If
     `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
-    All ends where the third step or a later one predicts a mean above the `goal`.
     """
     loss = AngleLoss(mesh.angles.T)
     problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
@@ -75,8 +74,6 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         if gains[-1] <= 0 or not steps.systems:
             break
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
-        if len(gains) > 2 and (1 - further) * mean > goal:
-            return x
         if len(gains) > 2 and 2 * sum(gains[-3:]) < effort.least_gain:
             break
         if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:

@@ -199,20 +199,16 @@ class _Steps:
             whole = (small or not free) if itself else (not small and mean < self.least)
             effort = replace(self.effort, systems=self.effort.systems if itself or whole else few,
                              sweeps=self.effort.sweeps if whole else 0)
-            # Maps that win over layouts are within 1.22 times the mean of the first one after their first run.
-            goal = np.inf
-            if itself and self.layout is not None:
-                goal = 4 / 3 * mean_angle_difference(self.mesh, self.layout)
             with self.attempt("newton"):
                 for _ in count() if small and whole else range(1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
-                                     damping=HALF_DIGITS, rough=not whole, goal=goal)
+                                     damping=HALF_DIGITS, rough=not whole)
                     self.accept("newton", x)
-                    if not self.found[-1][0] < min((1 - self.effort.least_gain) * mean, goal):
+                    if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
                         break
                     mean, start = self.found[-1]
             self.ends.append(min((mean, start), self.found[-1], key=itemgetter(0)))
-            if whole and self.ends[-1][0] <= goal:
+            if whole:
                 self.done = self.ends[-1][1]
 
     def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
