@@ -79,9 +79,9 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
             worth = worth or bool(polish and steps.found and is_worth_steps(mesh, steps.best.sphere))
         if poor or not few:
             with steps.attempt("angles"):
-                deep = steps.angles(centred, effort.holes if poor else 0)
+                deep, layout = steps.angles(centred, effort.holes if poor else 0)
                 if poor and effort.holes and (small or not deep):
-                    steps.compete(effort.holes)
+                    steps.compete(effort.holes, layout)
         # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
         if not steps.found or (small and not few and not steps.ends):
             with steps.attempt("embedding"):
@@ -100,8 +100,6 @@ class _Steps:
 
     #: Damping with which steps begin.
     damping = HALF_DIGITS
-    #: The map in the plane by the angles of `angles`, on the sphere, if it competes with others.
-    layout: FloatArray | None = None
     #: The last candidate that has taken all its steps.
     done: SphereMap | None = None
 
@@ -162,16 +160,15 @@ class _Steps:
         if self.listener is not None:
             self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
 
-    def angles(self, centred: bool, holes: int) -> bool:
-        """Lay the body out by angles that close, its limbs as deep as float64 holds; True if they are deeper.
+    def angles(self, centred: bool, holes: int) -> tuple[bool, FloatArray | None]:
+        """Lay the body out by angles that close, its limbs as deep as float64 holds; whether they are deeper.
 
-        With `holes`, a layout that is not deep is only one of the candidates.
+        With `holes`, a layout that is not deep is only one of the candidates, and is handed back.
         """
         placed = unroll(self.mesh, self.first.sphere, self._system)
         deep = placed is not None and bool(placed.depth.max() > floors(np.float64)[0])
         if placed is None or (holes and not deep):
-            self.layout = None if placed is None else onto_sphere(placed, placed.z)
-            return deep
+            return deep, None if placed is None else onto_sphere(placed, placed.z)
         self.damping = DAMPED
         for y, stretch, gauge in placements(placed, self.mesh.angles, centred):
             if self.accept("angles", y, stretch, gauge):
@@ -180,16 +177,16 @@ class _Steps:
             self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
             if not is_worse(self.rounds[-1].mean_angle_difference, before):
                 break
-        return deep
+        return deep, None
 
-    def compete(self, holes: int) -> None:
+    def compete(self, holes: int, layout: FloatArray | None) -> None:
         """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule.
 
         Above 1,000 vertices, where few compete, a layout that is the best one as it is takes whole steps at once.
         """
         small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
         few = min(2 * _SEVERAL, self.effort.systems)
-        for name, y, mended in self._candidates(holes):
+        for name, y, mended in self._candidates(holes, layout):
             known = free and name == "map"
             if not (known or self.accept(name, y)
                     or self.accept("embedding", repair_locally(self.mesh, y, sweeps=5, mended=mended))):
@@ -211,7 +208,7 @@ class _Steps:
             if whole:
                 self.done = self.ends[-1][1]
 
-    def _candidates(self, holes: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+    def _candidates(self, holes: int, layout: FloatArray | None) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Maps to try, and what small moves make of them, until several in a row gain nothing.
 
         Those that small moves do not free of foldings are moved to the gauge that folds least, and left out above 1,000
@@ -222,14 +219,11 @@ class _Steps:
         mended = small_moves(x, f)
         if badness.folded(x) <= FEW and (small or not folded_faces(mended, f).any()):
             yield "map", x, mended
-            enough = 2 * GOOD if small else GOOD
-            if not small and self.layout is not None:  # of which steps gain less than 30 percent
-                enough = max(enough, 0.7 * mean_angle_difference(self.mesh, self.layout))
-            if self.least < enough:
+            if self.least < (2 * GOOD if small else GOOD):
                 return
         wanted, tried, idle = max(len(self.ends) + 1, holes * SMALL // (2 * n)), set[float](), 0
         left = list[tuple[float, FloatArray, FloatArray]]()
-        for y in chain([] if self.layout is None else [self.layout], layouts(self.mesh, self._system, holes)):
+        for y in chain([] if layout is None else [layout], layouts(self.mesh, self._system, holes)):
             bad = badness(y)
             if round(bad, 6) in tried:  # around the same face
                 continue
