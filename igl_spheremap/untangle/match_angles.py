@@ -59,8 +59,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain, or after three
-    that together gain less than half of it. The gain of one that had to be damped more than the first predicts little:
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one that had to be damped more than the first predicts little:
     after it they end when it is below the square of the least gain. Sweeps help where limbs are too fine for steps. If
     `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
     """
@@ -74,8 +73,6 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         if gains[-1] <= 0 or not steps.systems:
             break
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
-        if len(gains) > 2 and 2 * sum(gains[-3:]) < effort.least_gain:
-            break
         if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:
             break
     return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
