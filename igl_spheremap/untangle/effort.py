@@ -18,14 +18,12 @@ class Effort:
         Linear systems with two unknowns a vertex that are solved at the most in a run of Newton steps, one for each
         step that is tried. Only bodies with limbs of 60 nepers and more take 20. Maps that came good take fewer: one to
         four from 1,000 vertices on.
-    sweeps : int, default 10
-        Sweeps over all vertices after these steps, at the most.
     holes : int, default 5
         Faces that are cut out in turn, where the map of a coarse mesh is poor, to lay it out by angles that close,
         until three in a row gain nothing. Above 1,000 vertices fewer layouts take steps.
     least_gain : float, default 0.025
-        Steps and sweeps end when all further steps together, or a sweep, would lower the mean angle difference by less
-        than this share; so do runs, of which meshes up to 1,000 vertices and poor maps take several.
+        Steps end when all further ones together would lower the mean angle difference by less than this share; so do
+        runs, of which meshes up to 1,000 vertices and poor maps take several.
     polish_gain : float, default 0.004
         The same for a polish.
 
@@ -40,20 +38,19 @@ class Effort:
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("octopus", n_vertices=3000)
-    >>> quick = ism.Auto(effort=ism.Effort(systems=2, sweeps=0))
+    >>> quick = ism.Auto(effort=ism.Effort(systems=2))
     >>> ism.spherical_conformal_map(v, f, quick).certificate.folding_free
     True
     """
 
     systems: int = 20
-    sweeps: int = 10
     holes: int = 5
     least_gain: float = 0.025
     polish_gain: float = 0.004
 
     def __post_init__(self) -> None:
         """Refuse what is no count and no share."""
-        for name, value in (("systems", self.systems), ("sweeps", self.sweeps), ("holes", self.holes)):
+        for name, value in (("systems", self.systems), ("holes", self.holes)):
             if not isinstance(value, Integral) or isinstance(value, bool):
                 raise TypeError(f"effort: {name} is {value!r}; give a whole number")
             if value < 0:

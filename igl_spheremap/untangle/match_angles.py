@@ -1,4 +1,4 @@
-"""Lower the angle differences of a whole map without changing the sign of any face: Newton steps, then sweeps.
+"""Lower the angle differences of a whole map without changing the sign of any face, by Newton steps.
 
 Relaxation vertex by vertex takes thousands of sweeps to move the end of a limb; one sparse solve moves it at once. The
 loss is the sum of sizes, not of squares (iteratively reweighted), so that single bad faces do not dominate. Moebius
@@ -26,7 +26,7 @@ from .embedding import dilate, embed_locally
 from .local_repair import FEW, RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
-#: Smoothing of the angle differences, in units of their mean: of sweeps, and of steps, which stall with less.
+#: Smoothing of the angle differences, in units of their mean: of a sample's sweep, and of steps, which stall with less.
 _SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
 #: A map without foldings takes no steps if its mean angle difference is below GOOD degrees, or the prediction below
 #: WORTH: steps then gain 7 percent up to 2,000 vertices, where they cost milliseconds, and 10 to 20 above.
@@ -56,15 +56,14 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
                  damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
-    """Lower the angle differences of a map free of foldings, by damped Newton steps and sweeps over the vertices.
+    """Lower the angle differences of a map free of foldings, by damped Newton steps.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one that had to be damped more than the first predicts little:
-    after it they end when it is below the square of the least gain. Sweeps help where limbs are too fine for steps. If
-    `quick`, steps are not exact, and there are no sweeps. If `rough`, what steps fold is repaired by small moves only.
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The
+    gain of one that had to be damped more than the first predicts little: after it they end when it is below the square
+    of the least gain. If `quick`, steps are not exact. If `rough`, what steps fold is repaired by small moves only.
     """
-    loss = AngleLoss(mesh.angles.T)
-    problem = AngleProblem(mesh.f, loss.source, mesh.A, centroid, rough=rough)
+    problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
     mean, gains = problem.value(x), list[float]()
     for trial in newton(problem, steps, x) if effort.systems else ():
@@ -75,8 +74,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
         if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:
             break
-    return x if quick else relax_angles(x, mesh.f, _smoothed(loss, mean), sweeps=effort.sweeps,
-                                    tolerance=effort.least_gain)
+    return x
 
 
 def _further(gains: list[float]) -> float:
@@ -103,14 +101,9 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, harmonic: bool = False) -> bool:
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
-    y = relax_angles(x, around, _smoothed(AngleLoss(source.T), mean), movable, sweeps=1)
+    y = relax_angles(x, around, AngleLoss(source.T, _SMOOTHING * np.radians(mean)), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
     return bool(gain * lowerable * thin > _WORTH[len(x) > 2 * SMALL])
-
-
-def _smoothed(loss: AngleLoss, mean: float) -> AngleLoss:
-    """The loss for a map whose mean difference is given, in degrees."""
-    return replace(loss, smoothing=_SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS))))
 
 
 class AngleProblem:

@@ -194,8 +194,7 @@ class _Steps:
             mean, start = self.found[0 if known else -1]
             itself = name == "map" and not self.ends  # not as the last resort
             whole = (small or not free) if itself else (not small and mean < self.least)
-            effort = replace(self.effort, systems=self.effort.systems if itself or whole else few,
-                             sweeps=self.effort.sweeps if whole else 0)
+            effort = replace(self.effort, systems=self.effort.systems if itself or whole else few)
             with self.attempt("newton"):
                 for _ in count() if small and whole else range(1):
                     x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,

@@ -66,16 +66,16 @@ def test_settings_are_what_is_not_at_its_default():
 def test_less_effort_costs_angles_and_no_certificate_and_settings_say_so():
     v, f = ism.samples.make("octopus", n_vertices=2000)
     least, most = (ism.spherical_conformal_map(v, f, effort=effort)
-                   for effort in (ism.Effort(systems=0, sweeps=0), ism.Effort()))
+                   for effort in (ism.Effort(systems=0), ism.Effort()))
     assert least.certificate.folding_free
     assert np.abs(least.angle_differences()).mean() > 1.02 * np.abs(most.angle_differences()).mean()
-    assert least.settings == {"effort": {"systems": 0, "sweeps": 0}}
-    assert METHODS["auto"](**least.settings) == ism.Auto(effort=ism.Effort(systems=0, sweeps=0))
+    assert least.settings == {"effort": {"systems": 0}}
+    assert METHODS["auto"](**least.settings) == ism.Auto(effort=ism.Effort(systems=0))
 
 
 @pytest.mark.parametrize(("wrong", "error", "message"), [
     ({"systems": -1}, ValueError, "systems is -1; give 0 or more"),
-    ({"sweeps": 2.5}, TypeError, "sweeps is 2.5; give a whole number"),
+    ({"systems": 2.5}, TypeError, "systems is 2.5; give a whole number"),
     ({"least_gain": float("nan")}, ValueError, "least_gain is nan"),
     ({"least_gain": "little"}, TypeError, "least_gain is 'little'; give a number"),
 ])

@@ -62,7 +62,7 @@ def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
 
 @pytest.mark.parametrize(("name", "bound"), [
     ("spheroid", 1e-8),
-    ("dino", 1e-3),  # its angles are poor: sweeps over the vertices lower them, in the order of the numbers
+    ("dino", 1e-3),  # its angles are poor: the foldings of steps are relaxed in the order of the numbers
 ])
 def test_renumbering_the_input_renumbers_the_sphere(name, bound):
     rng, (v, f) = np.random.default_rng(1), ism.samples.make(name, n_vertices=1500)
