@@ -30,8 +30,6 @@ DAMPED = 3e-4
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Added to a diagonal, or the share of it that is added: without it a vertex whose faces have no weight is singular.
 RIDGE = 1e-12
-#: Residual at which conjugate gradients stop, after some 10 iterations: a step gains .9 to 1 of what an exact one does.
-_ACCURACY = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,14 +188,12 @@ class Levenberg:
         Share of the Hessian's diagonal that is added at each vertex.
     systems : int
         How many more systems may be solved.
-    exact : bool
-        Whether they are factorised, as limbs require, which move as wholes; else conjugate gradients stop early.
     at_once : bool
         Whether the last step was taken with the damping that it began with, so that its gain predicts the next.
     """
 
-    def __init__(self, system: VertexSystem, damping: FloatArray, systems: int, exact: bool = True) -> None:
-        self.system, self.damping, self.systems, self.exact, self.at_once = system, damping, systems, exact, True
+    def __init__(self, system: VertexSystem, damping: FloatArray, systems: int) -> None:
+        self.system, self.damping, self.systems, self.at_once = system, damping, systems, True
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever more damped steps that lowers the value."""
@@ -206,7 +202,7 @@ class Levenberg:
         while self.systems > 0:
             self.systems -= 1
             try:
-                factor = self._factor(values)
+                factor = self.system.factorise(self.system.damped(values, self.damping, RIDGE), within_memory=True)
             except FactorisationFailed:
                 return None
             trial = problem.accept(x, problem.move(x, model, bordered_step(self.system, factor, model)))
@@ -220,10 +216,6 @@ class Levenberg:
             failed = many, trial.value
             self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
         return None
-
-    def _factor(self, values: FloatArray) -> Factor:
-        damped = self.system.damped(values, self.damping, RIDGE)
-        return self.system.factorise(damped, within_memory=True) if self.exact else self.system.approximate(damped)
 
     def _grow(self, folded: BoolArray) -> None:
         """Damp the vertices around folded faces, and their neighbours."""
@@ -242,13 +234,9 @@ def bordered_step(system: VertexSystem, factor: Factor, model: Model) -> FloatAr
         [C   0 ] [m] = [ c]        C H^-1 C^T m = -(c + C H^-1 g)
     """
     if model.border is None:
-        return -system.solve(factor, model.gradient, _ACCURACY)
+        return -system.solve(factor, model.gradient)
     C, c = model.border
-    # The conditions are met by any inverse in the columns of C^T, so that one that is not exact will do.
-    if factor.exact:
-        free, *columns = system.solve(factor, np.concatenate((model.gradient[None], C)))
-        HC = np.stack(columns)
-    else:
-        free, HC = system.solve(factor, model.gradient, _ACCURACY), system.precondition(factor, C)
+    free, *columns = system.solve(factor, np.concatenate((model.gradient[None], C)))
+    HC = np.stack(columns)
     m = np.linalg.lstsq(np.einsum("ian,jan->ij", C, HC), -(c + np.einsum("ian,an->i", C, free)), rcond=None)[0]
     return np.asarray(-free - np.einsum("i,ian->an", m, HC))

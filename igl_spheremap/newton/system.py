@@ -13,7 +13,6 @@ import scipy.sparse as sp
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import shared_edges
-from ..operators.factor.conjugate_gradients import block_jacobi
 from ..operators.factor.factor import Analysis, Entries, Factor
 from ..operators.factor.factorize import analyse, fits_memory, refactorize
 
@@ -59,26 +58,11 @@ class VertexSystem:
             self._analysis = analyse(self._entries, self._backend)
         return refactorize(self._analysis, values)
 
-    def approximate(self, values: FloatArray) -> Factor:
-        """Factor that solves by conjugate gradients, preconditioned by the vertices' blocks."""
-        A, place = self._full
-        A.data = values.take(place)
-        return block_jacobi(A)
-
-    def solve(self, factor: Factor, load: FloatArray, accuracy: float = 1e-8) -> FloatArray:
+    def solve(self, factor: Factor, load: FloatArray) -> FloatArray:
         """Solutions of systems with the right-hand sides (..., 2, n)."""
-        return self._by_vertices(factor.solve(self._columns(load), accuracy), load)
-
-    def precondition(self, factor: Factor, load: FloatArray) -> FloatArray:
-        """Approximate solutions in one application of what preconditions a factor."""
-        return self._by_vertices(factor.apply(self._columns(load)), load)
-
-    def _columns(self, load: FloatArray) -> FloatArray:
         columns = np.ascontiguousarray(load.reshape(-1, 2, self.n).transpose(2, 1, 0)).reshape(2 * self.n, -1)
-        return columns if load.ndim > 2 else columns[:, 0]
-
-    def _by_vertices(self, columns: FloatArray, load: FloatArray) -> FloatArray:
-        return np.ascontiguousarray(columns.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(load.shape)
+        solved = factor.solve(columns if load.ndim > 2 else columns[:, 0])
+        return np.ascontiguousarray(solved.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(load.shape)
 
     def gathered(self, parts: FloatArray) -> FloatArray:
         """Sums (2, n) at the vertices of what faces add to their corners, (2, 3, m)."""
@@ -131,12 +115,6 @@ class VertexSystem:
         ends = np.concatenate((loops, larger, smaller)), np.concatenate((loops, smaller, larger))
         graph = sp.csr_matrix((np.ones(len(ends[0])), ends), shape=(self.n, self.n))
         return Entries(graph, rows, columns, unknowns=2, repeated=True, limbs=self._limbs)
-
-    @cached_property
-    def _full(self) -> tuple[sp.csr_matrix, IntArray]:
-        """Both triangles of a matrix, and the entry at each place."""
-        A, place = self._entries.full(np.arange(2 * self.n))
-        return A.T, place
 
 
 def gram_blocks(left: FloatArray, right: FloatArray) -> FloatArray:

@@ -55,16 +55,16 @@ def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArr
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
-                 damping: float, quick: bool = False, rough: bool = False) -> FloatArray:
+                 damping: float, rough: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
     further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The
     gain of one that had to be damped more than the first predicts little: after it they end when it is below the square
-    of the least gain. If `quick`, steps are not exact. If `rough`, what steps fold is repaired by small moves only.
+    of the least gain. If `rough`, what steps fold is repaired by small moves only.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
-    steps = Levenberg(system, np.full(len(x), damping), effort.systems, exact=not quick)
+    steps = Levenberg(system, np.full(len(x), damping), effort.systems)
     mean, gains = problem.value(x), list[float]()
     for trial in newton(problem, steps, x) if effort.systems else ():
         gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))

@@ -48,8 +48,8 @@ from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair
 from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
 from .poles import placements
 
-#: One number for several: quick steps in a run, and half the rough steps that compare candidates; candidates in a row
-#: without a gain, after which no more are tried.
+#: One number for several: half the rough steps that compare candidates; candidates in a row without a gain, after
+#: which no more are tried.
 _SEVERAL = 3
 
 
@@ -88,7 +88,7 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
                 steps.accept("embedding", repair_locally(mesh, x))
         if steps.found and (poor or not few or worth):
             with steps.attempt("newton"):
-                steps.newton(quick=few and not poor)
+                steps.newton()
         if steps.found and polish == "angles":
             with steps.attempt("polish"):
                 steps.polish()
@@ -245,19 +245,18 @@ class _Steps:
         if not self.found and left:
             yield "angles", *min(left, key=lambda entry: entry[0])[1:]
 
-    def newton(self, quick: bool) -> None:
+    def newton(self) -> None:
         """Lower the angle differences of the map and of the best one, or of the best candidates, by runs of steps.
 
-        Maps that need no repair are improved by few factorised steps, and above 4,000 vertices, where factorisations
-        take most of the time, by quick steps with conjugate gradients. Up to 1,000 vertices, and where candidates
-        competed, the best map takes further runs while they gain.
+        Maps that need no repair are improved by few steps. Up to 1,000 vertices, and where candidates competed, the
+        best map takes further runs while they gain.
         """
         if self.best is self.done:
             return
         n, small = len(self.mesh.v), len(self.mesh.v) <= SMALL
-        effort, quick = self.effort, quick and n > (_SEVERAL + 1) * SMALL
-        if quick or (self.first.certificate.folding_free and not self.ends):
-            effort = replace(effort, systems=min(effort.systems, _SEVERAL if quick else 1 + _SEVERAL * SMALL // n))
+        effort = self.effort
+        if self.first.certificate.folding_free and not self.ends:
+            effort = replace(effort, systems=min(effort.systems, 1 + _SEVERAL * SMALL // n))
         starts = [self.found[0][1], self.best]
         if self.ends:
             ends = sorted(self.ends, key=itemgetter(0))  # one in a hundred wins that is further off
@@ -266,7 +265,7 @@ class _Steps:
         for run in count():
             before = self.mean
             for start in starts:
-                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort, quick=quick,
+                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
                                  damping=self.damping)
                 self.accept("newton", x, start.run.stretch, start.run.gauge)
             gained = self.mean < (1 - effort.least_gain) * before

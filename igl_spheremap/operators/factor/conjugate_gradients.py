@@ -7,9 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import scipy.sparse as sp
 
-from ...errors import FactorisationFailed
-from .factor import Factor
-
 Rows = list[tuple[slice, sp.csr_matrix]]
 
 #: Steps of conjugate gradients at the most: meshes took up to 85.
@@ -65,21 +62,3 @@ def by_rows(A: sp.csr_matrix) -> Rows:
 def times(block: sp.csr_matrix, x: np.ndarray) -> np.ndarray:
     """Product with fields in rows: column by column takes two thirds of the time of all at once."""
     return np.array([block @ field for field in x])
-
-
-def block_jacobi(P: sp.csr_matrix) -> Factor:
-    """Conjugate gradients for two unknowns a vertex, preconditioned by the 2 x 2 blocks on the diagonal.
-
-    So the choice of the axes at a vertex makes no difference.
-    """
-    (a, c), b = P.diagonal().reshape(-1, 2).T, P.diagonal(1)[::2]
-    det = a * c - b * b
-    if not min(a.min(), det.min()) > 0.0:
-        raise FactorisationFailed("the matrix is not positive definite")
-    blocks, n = np.stack((c, -b, -b, a), axis=1) / det[:, None], len(det)
-    inverse = sp.bsr_matrix((blocks.reshape(n, 2, 2), np.arange(n), np.arange(n + 1))).tocsr()
-
-    def refined(b: np.ndarray, accuracy: float) -> np.ndarray:
-        return conjugate_gradients(by_rows(P), lambda r, _: (inverse @ r.T).T, b.T.copy(), accuracy).T
-
-    return Factor("block-jacobi", 2 * n, inverse.__matmul__, refined=refined)
