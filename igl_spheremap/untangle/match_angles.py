@@ -129,7 +129,6 @@ class AngleProblem:
                  smoothing: float | None = None, rough: bool = False) -> None:
         self.f, self.source, self.A, self.centroid, self._fixed = f, source, A, centroid, smoothing
         self._smoothing, self._rough = smoothing or 0.0, rough
-        self._failed = 2 * len(f)  # foldings whose embedding failed
 
     def value(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -153,10 +152,7 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, they are embedded and relaxed with what is around them.
-
-        Where that failed it is tried again with half as many foldings only: shorter steps fold the same limbs.
-        """
+        """The map x + move; if it folds few faces, they are embedded and relaxed with what is around them."""
         y = unit_rows(x + move)
         bad = folded = folded_faces(y, self.f)
         if bad.sum() > FEW * len(self.f):
@@ -164,10 +160,9 @@ class AngleProblem:
         if bad.any():
             z = small_moves(y, self.f)
             bad = folded_faces(z, self.f)
-            if not self._rough and 0 < 2 * bad.sum() <= self._failed:
-                z, many = embed_locally(z, self.f, persistent=False), int(bad.sum())
+            if not self._rough and bad.any():
+                z = embed_locally(z, self.f, persistent=False)
                 bad = folded_faces(z, self.f)
-                self._failed = many if bad.any() else 2 * len(self.f)
             if not self._rough and not bad.any():
                 movable = dilate(self.f, (z != y).any(axis=1), RINGS)
                 around = touching(self.f, movable)
