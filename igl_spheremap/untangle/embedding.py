@@ -19,7 +19,7 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import components, marked, touching
+from ..mesh.edges import touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
@@ -88,44 +88,24 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
                   listener: PositionsListener | None = None, persistent: bool = True) -> FloatArray:
     """Repair foldings by progressive embedding around them; the degree of the map stays.
 
-    `grid` rounds unit rows to the positions that are allowed. Where it is too coarse, groups of foldings that lie apart
-    are repaired one by one, and around each ever larger regions are rebuilt, if `persistent`. What that does not repair
+    `grid` rounds unit rows to the positions that are allowed. Where it is too coarse, ever larger regions around the
+    foldings are rebuilt, if `persistent`. What that does not repair
     stays as it is, and the map if more than half of the faces are folded.
     """
     bad = folded_faces(x, f)
-    groups = [bad] if bad.sum() <= len(f) / 2 else []
-    while groups:
-        x, apart = _embed_group(x, f, groups.pop() & folded_faces(x, f), grid or unit_rows, listener, persistent)
-        groups += apart
-    return x
-
-
-def _embed_group(x: FloatArray, f: IntArray, bad: BoolArray, grid: Grid, listener: PositionsListener | None,
-                 persistent: bool) -> tuple[FloatArray, list[BoolArray]]:
-    """The map with some foldings repaired; or the map as it is, and groups of them to be repaired one by one."""
     forced, rings, reach, keep = np.zeros(len(x), dtype=bool), 2 * RINGS, 2 * RINGS, True
-    while bad.any():
+    while 0 < bad.sum() <= len(f) / 2:
         try:
-            return _rebuild_locally(x, f, bad, forced, grid, listener, reach, keep), []
+            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, reach, keep)
         except _TooCoarse as failure:
-            apart = _apart(f, bad, len(x)) if keep and persistent else []
-            if not persistent or len(apart) > 1 or forced.all():
-                return x, apart if len(apart) > 1 else []
+            if not persistent or forced.all():
+                break
             if not keep:
                 forced[failure.vertices] = True
                 forced = dilate(f, forced, rings)
                 rings *= 2
             keep, reach = False, failure.reach  # smaller regions were too small
-    return x, []
-
-
-def _apart(f: IntArray, bad: BoolArray, n: int) -> list[BoolArray]:
-    """Groups of faces from the smallest to the largest, more than two times `RINGS` edges from each other."""
-    near = dilate(f, marked(f[bad], n), RINGS)
-    inside = f[near[f].all(axis=1)]
-    label = components(inside.ravel(), inside[:, [1, 2, 0]].ravel(), n)[1][f[:, 0]]
-    found, size = np.unique(label[bad], return_counts=True)
-    return [bad & (label == k) for k in found[np.argsort(size, kind="stable")]]
+    return x
 
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
