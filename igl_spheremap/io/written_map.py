@@ -21,10 +21,10 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
-from ..untangle.float32 import certified_float32
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz
 from .files import read_sphere
+from .float32 import certified_float32
 from .formats import PathLike, format_of
 from .gifti import structure_of
 from .reading import reading

@@ -19,7 +19,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
-from .layout import LongComplex, Placed, log_sum, plane_angles
+from ..sphere.stereographic import LongComplex, log_sum, plane_angles
+from .layout import Placed
 
 #: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
 #: its own if its tip is as much deeper than where it begins.
@@ -29,6 +30,7 @@ _ONSET = 4.0
 _MARGINS = (1.0, 3.0)
 #: Step of kappa, from 1 down to this: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
+_KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
@@ -218,11 +220,6 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     return found + [(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
 
 
-def _kappas() -> FloatArray:
-    """The slopes to choose from: 1, .95, ... .05."""
-    return np.asarray(1 - _STEP * np.arange(round(1 / _STEP)))
-
-
 def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:
     """Solve for the least cost V of the limb, for every gain g in nepers outside its rim, from the tip outwards.
 
@@ -246,7 +243,7 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
     cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
-    thinner = -np.log(_kappas())[:, None]
+    thinner = -np.log(_KAPPAS)[:, None]
     steps = int((placed.depth.max() + thinner[-1, 0] - floor) / step) + cost.shape[1]
     limb.useful = np.full(bins, steps)
     if np.isinf(finer_at[limb.tip]):
@@ -268,12 +265,11 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
 
 def _follow(limb: DeepLimb, gained: int) -> None:
     """Read the kappas off the choices, given the steps that are gained outside the rim."""
-    kappas = _kappas()
     limb.kappa = np.empty(len(limb.choice))
     last = limb.choice.shape[1] - 1
     for b, choice in enumerate(limb.choice):
         step = choice[min(gained, last)]
-        limb.kappa[b] = kappas[step]
+        limb.kappa[b] = _KAPPAS[step]
         gained += int(step)
         for branch, where in limb.branches:
             if where == b:
@@ -289,9 +285,8 @@ def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> Fl
     log, unit = limb.log.real[f[faces]], np.exp(1j * limb.log.imag[f[faces]])
     middle = log.mean(axis=1, keepdims=True)
     at = np.minimum(limb.bins(limb.log_radius - middle[:, 0]), bins - 1)
-    kappas = _kappas()
-    cost = np.empty((bins, len(kappas)))
-    for i, kappa in enumerate(kappas):
+    cost = np.empty((bins, len(_KAPPAS)))
+    for i, kappa in enumerate(_KAPPAS):
         angles = plane_angles(np.exp(kappa * (log - middle)) * unit)
         cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), bins)
     return cost - cost[:, :1]
@@ -302,4 +297,4 @@ def _equilateral_costs() -> FloatArray:
     """Mean angle difference, in degrees, of equilateral triangles of all directions squashed by each kappa."""
     turn = np.exp(1j * (np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None] + np.arange(3) * 2 * np.pi / 3))
     return np.array([np.degrees(np.abs(np.abs(plane_angles(k * turn.real + 1j * turn.imag)) - np.pi / 3).mean())
-                     for k in _kappas()])
+                     for k in _KAPPAS])

@@ -13,11 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from ..mesh.arrays import HALF_DIGITS, ComplexArray, FloatArray, IntArray
@@ -26,16 +24,15 @@ from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
 from ..operators.flips import twins
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
-from ..sphere.rows import INFINITE, tangent_axes, to_chart, unit_rows
+from ..sphere.rows import to_chart, unit_rows
+from ..sphere.stereographic import LongComplex, exponential, log_sum, logarithm, plane_angles, to_ball
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
-from .local_repair import FEW
 
-LongComplex = NDArray[np.clongdouble]
-LongFloat = NDArray[np.longdouble]
-AnyComplex = TypeVar("AnyComplex", ComplexArray, LongComplex)
-
+#: Share of folded faces beyond which a map says nothing, not even around the hole. Measured: angles of the dumbbell, of
+#: which 30 percent are folded, close in 9 steps without its map, and not in 26 with it.
+_LOST = 0.25
 #: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape,
 #: and few enough to lie in the body's middle.
 _LARGEST = 60
@@ -74,9 +71,7 @@ def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
     """
     source = proper_angles(mesh.angles)
-    # Where more than a quarter is folded, the map is of no use, not even around the hole. Measured: angles of the
-    # dumbbell, of which 30 percent are folded, close in 9 steps without its map, and not in 26 with it.
-    lost = bool(folded_faces(x, mesh.f).mean() > 25 * FEW)
+    lost = bool(folded_faces(x, mesh.f).mean() > _LOST)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
     if closed.residual > HALF_DIGITS:
@@ -217,61 +212,10 @@ def centred(mesh: Mesh, layout: Layout) -> Placed:
     return Placed(layout.f, log, depth, lambda tip: layout.about(tip) - unit, turn=turn)
 
 
-def logarithm(z: ComplexArray | complex) -> ComplexArray:
-    """Complex logarithms; that of 0 has the real part -inf."""
-    with np.errstate(divide="ignore"):
-        return np.log(np.asarray(z, dtype=np.complex128))
 
-
-def exponential(log: ComplexArray) -> ComplexArray:
-    """Numbers of given logarithms, none larger than what is as good as infinite."""
-    return np.asarray(np.exp(np.minimum(log.real, np.log(INFINITE)) + 1j * log.imag))
-
-
-def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
-    """Logarithms of sums, given those of the terms.
-
-    >>> complex(np.exp(log_sum(np.log(np.array([3j])), np.log(4 + 0j)))[0].round(9))
-    (4+3j)
-    """
-    unit = np.maximum(np.maximum(a.real, np.asarray(b).real), np.finfo(float).min)
-    return unit + logarithm(np.exp(a - unit) + np.exp(b - unit))
-
-
-def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
-    """A map as stereographic projection from the point opposite to a pole, a (1, 3) unit row, takes it to the plane."""
-    z = to_chart(x, pole) / 2  # in a chart the plane touches the sphere, for `to_ball` it holds the equator
-    turn = np.vstack((*tangent_axes(pole), pole))
-    return Placed(f, logarithm(z), -log_edges(x, f), lambda tip: logarithm(z - z[tip]), turn=turn)
 
 
 def onto_sphere(placed: Placed, z: ComplexArray | LongComplex) -> FloatArray:
     """Unit rows at positions relative to the anchors of a placement."""
     x = to_ball(z, placed.anchor) @ placed.turn.astype(np.longdouble)
     return (x / np.sqrt((x * x).sum(axis=1))[:, None]).astype(np.float64)
-
-
-def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
-    """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
-
-    Beside an anchor, 0 or of length 1, `z` and two of the coordinates keep their relative precision.
-    """
-    z = from_anchor(z.astype(np.clongdouble), anchor)
-    far = np.abs(z) > 1
-    u = np.where(far, 1 / np.where(far, z, 1).conj(), z)
-    q = u.real**2 + u.imag**2
-    x, height = 2 * u / (1 + q), np.where(far, q - 1, 1 - q) / (1 + q)
-    along = x * np.conj(anchor)  # its imaginary part is the coordinate across
-    plane = np.where(anchor == 0, x, anchor * (height + 1j * along.imag))
-    return np.column_stack((plane.real, plane.imag, np.where(anchor == 0, height, -along.real)))
-
-
-def from_anchor(z: AnyComplex, anchor: ComplexArray | complex) -> AnyComplex:
-    """Positions relative to anchors after the rotations of the sphere that take these to 0."""
-    return np.asarray(z / (1 + np.abs(anchor) ** 2 + np.conj(anchor) * z))
-
-
-def plane_angles(z: ComplexArray) -> FloatArray:
-    """Signed corner angles of triangles in the plane, (m, 3): negative where folded, 0 where corners coincide."""
-    after, before = np.roll(z, -1, axis=1) - z, np.roll(z, 1, axis=1) - z
-    return np.angle(before * after.conj())

@@ -14,8 +14,9 @@ from itertools import permutations
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
+from ..sphere.stereographic import exponential, log_sum, logarithm, to_ball
 from .deep_limbs import floors, normal_range, shorten_limbs, suits_shortening, tips_beyond
-from .layout import Placed, exponential, log_sum, logarithm, onto_sphere, to_ball
+from .layout import Placed, onto_sphere
 
 
 def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
@@ -24,10 +25,8 @@ def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tu
     gauge = "centred"
     if not (centred or suits_shortening(placed, source, deepest)):
         gauge, placed = "poles", at_poles(placed, deepest)
-    shortened = shorten_limbs(placed, source, deepest)
-    yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
     # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
-    for floor in shallower if placed.depth.max() < 2 * deepest else ():
+    for floor in (deepest, *(shallower if placed.depth.max() < 2 * deepest else ())):
         shortened = shorten_limbs(placed, source, floor)
         yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
 

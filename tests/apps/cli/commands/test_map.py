@@ -20,9 +20,9 @@ from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.inputs import read_points
 from igl_spheremap.apps.cli.parser import build_parser
 from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.float32 import Float32Map
 from igl_spheremap.io.written_map import read_map
 from igl_spheremap.maps.options import METHODS, Auto
-from igl_spheremap.untangle.float32 import Float32Map
 from igl_spheremap.verify.certificate import certify
 
 

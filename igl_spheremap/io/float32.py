@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.measure import corner_angles, face_areas
-from ..sphere.rows import unit_rows
+from ..mesh.measure import corner_angles, face_areas, log_edges
+from ..sphere.rows import tangent_axes, to_chart, unit_rows
+from ..sphere.stereographic import logarithm
+from ..untangle.deep_limbs import floors, shorten_limbs
+from ..untangle.embedding import embed_locally
+from ..untangle.layout import Placed, onto_sphere
 from ..verify.certificate import Certificate
 from ..verify.signs import orientation_signs
-from .deep_limbs import floors, shorten_limbs
-from .embedding import embed_locally
-from .layout import as_mapped, onto_sphere
 
 Float32Array = NDArray[np.float32]
 
@@ -76,6 +77,13 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     for floor in floors(np.float32):
         yield onto_sphere(placed, shorten_limbs(placed, angles, floor).z)
     yield x
+
+
+def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
+    """A map as stereographic projection from the point opposite to a pole, a (1, 3) unit row, takes it to the plane."""
+    z = to_chart(x, pole) / 2  # in a chart the plane touches the sphere, for `to_ball` it holds the equator
+    turn = np.vstack((*tangent_axes(pole), pole))
+    return Placed(f, logarithm(z), -log_edges(x, f), lambda tip: logarithm(z - z[tip]), turn=turn)
 
 
 def _certificate(x: FloatArray, f: IntArray) -> Certificate:

@@ -1,0 +1,66 @@
+"""Stereographic projection at any depth: positions in the plane as complex logarithms, points in long doubles.
+
+A complex logarithm is a log distance and a direction. Distances in the plane range over thousands of nepers where limbs
+are deep, and float64 ends at 709.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.arrays import ComplexArray, FloatArray
+from .rows import INFINITE
+
+LongComplex = NDArray[np.clongdouble]
+LongFloat = NDArray[np.longdouble]
+AnyComplex = TypeVar("AnyComplex", ComplexArray, LongComplex)
+
+
+def logarithm(z: ComplexArray | complex) -> ComplexArray:
+    """Complex logarithms; that of 0 has the real part -inf."""
+    with np.errstate(divide="ignore"):
+        return np.log(np.asarray(z, dtype=np.complex128))
+
+
+def exponential(log: ComplexArray) -> ComplexArray:
+    """Numbers of given logarithms, none larger than what is as good as infinite."""
+    return np.asarray(np.exp(np.minimum(log.real, np.log(INFINITE)) + 1j * log.imag))
+
+
+def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
+    """Logarithms of sums, given those of the terms.
+
+    >>> complex(np.exp(log_sum(np.log(np.array([3j])), np.log(4 + 0j)))[0].round(9))
+    (4+3j)
+    """
+    unit = np.maximum(np.maximum(a.real, np.asarray(b).real), np.finfo(float).min)
+    return unit + logarithm(np.exp(a - unit) + np.exp(b - unit))
+
+
+def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
+    """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
+
+    Beside an anchor, 0 or of length 1, `z` and two of the coordinates keep their relative precision.
+    """
+    z = from_anchor(z.astype(np.clongdouble), anchor)
+    far = np.abs(z) > 1
+    u = np.where(far, 1 / np.where(far, z, 1).conj(), z)
+    q = u.real**2 + u.imag**2
+    x, height = 2 * u / (1 + q), np.where(far, q - 1, 1 - q) / (1 + q)
+    along = x * np.conj(anchor)  # its imaginary part is the coordinate across
+    plane = np.where(anchor == 0, x, anchor * (height + 1j * along.imag))
+    return np.column_stack((plane.real, plane.imag, np.where(anchor == 0, height, -along.real)))
+
+
+def from_anchor(z: AnyComplex, anchor: ComplexArray | complex) -> AnyComplex:
+    """Positions relative to anchors after the rotations of the sphere that take these to 0."""
+    return np.asarray(z / (1 + np.abs(anchor) ** 2 + np.conj(anchor) * z))
+
+
+def plane_angles(z: ComplexArray) -> FloatArray:
+    """Signed corner angles of triangles in the plane, (m, 3): negative where folded, 0 where corners coincide."""
+    after, before = np.roll(z, -1, axis=1) - z, np.roll(z, 1, axis=1) - z
+    return np.angle(before * after.conj())
