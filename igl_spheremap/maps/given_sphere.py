@@ -18,6 +18,7 @@ from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
+from ..untangle.effort import Effort
 from ..untangle.local_repair import repair_locally
 from ..untangle.match_angles import is_worth_steps, polish_map
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
@@ -167,8 +168,10 @@ def repair_foldings(
     if not before.folding_free:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
-    if polish == "angles" or (polish == "auto" and is_worth_steps(mesh, y)):
-        y = polish_map(mesh, y)
+    effort = Effort()
+    price = effort.polish_gain if polish == "angles" else effort.price(len(y))
+    if polish == "angles" or (polish == "auto" and is_worth_steps(mesh, y, price)):
+        y = polish_map(mesh, y, effort.systems, price)
         record("polished", y)
     after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]

@@ -228,6 +228,8 @@ class Run:
     stretch : float
         Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
         there is none.
+    plan : str
+        Which maps a repair was to try, and why; empty where none was asked for. Files don't keep it.
     """
 
     status: Status
@@ -242,6 +244,7 @@ class Run:
     notes: tuple[str, ...] = ()
     gauge: str = "centred"
     stretch: float = 1.0
+    plan: str = field(default="", compare=False)
 
     @property
     def iterations(self) -> int:

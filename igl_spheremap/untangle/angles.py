@@ -20,8 +20,9 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..newton.loop import RIDGE
 from ..newton.system import VertexSystem, gram_blocks
-from .local_repair import SMALL_ANGLE
 
+#: Radians: no angle to come near is smaller, so that those of slivers can shrink.
+_LEAST_ANGLE = 1e-3
 #: Steps towards the given angles; those after them only close the conditions, and converge quadratically.
 _AIMING = 2
 #: Steps at the most: twice what meshes take whose angles close at all.
@@ -41,7 +42,7 @@ class ClosedAngles:
 
 def proper_angles(angles: FloatArray) -> FloatArray:
     """Angles near the given ones, none below 1e-3: those of slivers must be able to shrink. Three sum to pi."""
-    angles = np.maximum(angles, SMALL_ANGLE)
+    angles = np.maximum(angles, _LEAST_ANGLE)
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 

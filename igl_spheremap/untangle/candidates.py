@@ -7,8 +7,9 @@ what folds, and is chosen before anything is repaired.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain, islice
+from operator import itemgetter
 
 import numpy as np
 from scipy.optimize import minimize
@@ -20,21 +21,52 @@ from ..newton.system import VertexSystem
 from ..sphere.moebius import moebius
 from ..start.punctured import candidate_faces
 from ..verify.distortion import mean_difference
-from ..verify.signs import signed_volumes
+from ..verify.signs import folded_faces, signed_volumes
 from .angles import close_angles, proper_angles
-from .layout import Layout, centred, onto_sphere
-from .local_repair import SMALL_ANGLE
-from .match_angles import SMALL, covers_once
+from .layout import Layout, Placed, centred, onto_sphere
+from .local_repair import small_moves
+from .match_angles import covers_once
+
+#: Nepers: rounding turns the edges of a body whose limbs are no deeper by .001, float64's eps times exp(29), at the
+#: most. With 18 a part of a robot ends at 11.8 degrees, not 9.2.
+_DEEPEST = 29.0
+#: Faces whose angles are compared where gauges are.
+_SAMPLE = 1000
+#: Degrees of mean angle difference that count as much as if all faces folded, where gauges are compared.
+_FOLDED = 30.0
+#: Moebius maps that are tried, and how far the first ones move the sphere's centre.
+_GAUGES, _FIRST = 60, 0.4
 
 
-def layouts(mesh: Mesh, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
-    """Maps laid out by the mesh's own angles around so many holes in turn; none of limbs too deep for Moebius maps."""
+def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Maps in the gauge that folds least, and what small moves make of them.
+
+    Those that small moves do not free of foldings come last, the least bad first: embedding spoils many of them.
+    """
+    badness, folded = Badness(mesh), list[tuple[float, FloatArray, FloatArray]]()
+    for y in maps:
+        mended = small_moves(y, mesh.f)
+        if badness.folded(mended):
+            y = least_folded(y, badness)
+            mended = small_moves(y, mesh.f)
+        if folded_faces(mended, mesh.f).any():
+            folded.append((badness(y), y, mended))
+        else:
+            yield y, mended
+    for _, y, mended in sorted(folded, key=itemgetter(0)):
+        yield y, mended
+
+
+def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
+    """A layout, and others by the mesh's own angles around so many holes; none of limbs too deep for Moebius maps."""
+    if placed is not None:
+        yield onto_sphere(placed, placed.z)
     source = proper_angles(mesh.angles)
     for hole in islice(_holes(mesh), holes):
         closed = close_angles(system, source, hole)
         if closed.residual <= HALF_DIGITS:
             placed = centred(mesh, Layout(mesh.f, closed.angles, hole))
-            if placed.depth.max() < np.log(SMALL_ANGLE / np.finfo(float).eps):  # rounding turns edges by no more
+            if placed.depth.max() < _DEEPEST:
                 yield onto_sphere(placed, placed.z)
 
 
@@ -49,29 +81,28 @@ class Badness:
     """Mean angle difference of maps of a mesh in degrees, by a sample of the faces, and what their foldings count."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), SMALL)]
+        self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), _SAMPLE)]
         self.source = corner_angles(mesh.v, self.sample)
 
     def __call__(self, x: FloatArray) -> float:
         """Badness of a map, by floating-point signs: a percent of folded faces counts as .3 degrees."""
-        return mean_difference(self.source, x, self.sample) + 30 * self.folded(x)
+        return mean_difference(self.source, x, self.sample) + _FOLDED * self.folded(x)
 
     def folded(self, x: FloatArray) -> float:
         """Share of the faces that fold; all, unless the degree is 1: it is 0 if one face, folded, holds all others."""
         return float((by_blocks(signed_volumes, x, self.f) <= 0).mean()) if covers_once(x, self.f) else 1.0
 
 
-def least_folded(x: FloatArray, badness: Badness) -> tuple[float, FloatArray]:
-    """The least badness of Moebius maps of a map, and the map; itself if none folds fewer faces."""
+def least_folded(x: FloatArray, badness: Badness) -> FloatArray:
+    """The least bad Moebius map of a map; itself if that does not fold fewer faces."""
 
     def moved(b: FloatArray) -> FloatArray:
         return moebius(x, b / np.sqrt(1 + b @ b))
 
-    before = badness(x)
     if not badness.folded(x):
-        return before, x
-    simplex = np.vstack((np.zeros(3), 0.4 * np.eye(3)))
-    options = {"maxfev": 60, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
+        return x
+    simplex = np.vstack((np.zeros(3), _FIRST * np.eye(3)))
+    options = {"maxfev": _GAUGES, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
     found = minimize(lambda b: badness(moved(b)), simplex[0], method="Nelder-Mead", options=options)
     y = moved(found.x)
-    return (float(found.fun), y) if badness.folded(y) < badness.folded(x) else (before, x)
+    return y if badness.folded(y) < badness.folded(x) else x

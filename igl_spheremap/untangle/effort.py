@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral, Real
+
+from ..errors import check_number, check_whole
+
+#: Vertices that the layouts may have together, of which several start: so many that they cost as much on all meshes.
+_TOGETHER = 3000
+#: Vertices at which the price of steps has grown by half of what it grows by, as factors grow faster than the mesh.
+_MIDDLING = 3000
+#: Times the least gain that the price grows by.
+_GROWTH = 4
 
 
 @dataclass(frozen=True)
@@ -15,24 +23,23 @@ class Effort:
     Parameters
     ----------
     systems : int, default 20
-        Linear systems with two unknowns a vertex that are solved at the most in a run of Newton steps, one for each
-        step that is tried. Only bodies with limbs of 60 nepers and more take 20. Maps that came good take fewer: one to
-        four from 1,000 vertices on.
+        Linear systems with two unknowns a vertex that are solved at the most in a round of Newton steps, one for each
+        step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
-        Faces that are cut out in turn, where the map of a coarse mesh is poor, to lay it out by angles that close,
-        until three in a row gain nothing. Above 1,000 vertices fewer layouts take steps.
+        Faces that are cut out in turn, where a map is poor, to lay the mesh out by angles that close. On large meshes
+        fewer layouts take steps (`layouts`).
     least_gain : float, default 0.025
-        Steps end when all further ones together would lower the mean angle difference by less than this share; so do
-        runs, of which meshes up to 1,000 vertices and poor maps take several.
+        Steps end when all further ones together would lower the mean angle difference by less than this share, on
+        small meshes; on large ones, where a step costs more, by up to five times as much (`price`).
     polish_gain : float, default 0.004
-        The same for a polish.
+        The same for a polish, of meshes of all sizes.
 
     Raises
     ------
     TypeError
         If a number is none.
     ValueError
-        If a number is negative, or a gain not below 1.
+        If a number is negative, or a gain above 1.
 
     Examples
     --------
@@ -50,13 +57,23 @@ class Effort:
 
     def __post_init__(self) -> None:
         """Refuse what is no count and no share."""
-        for name, value in (("systems", self.systems), ("holes", self.holes)):
-            if not isinstance(value, Integral) or isinstance(value, bool):
-                raise TypeError(f"effort: {name} is {value!r}; give a whole number")
-            if value < 0:
-                raise ValueError(f"effort: {name} is {value}; give 0 or more")
-        for name, gain in (("least_gain", self.least_gain), ("polish_gain", self.polish_gain)):
-            if not isinstance(gain, Real) or isinstance(gain, bool):
-                raise TypeError(f"effort: {name} is {gain!r}; give a number")
-            if not 0 <= gain < 1:
-                raise ValueError(f"effort: {name} is {gain:g}; give 0 or more, below 1")
+        for name in ("systems", "holes"):
+            check_whole(getattr(self, name), f"effort: {name}")
+        for name in ("least_gain", "polish_gain"):
+            check_number(getattr(self, name), f"effort: {name}", most=1)
+
+    def layouts(self, n: int) -> int:
+        """How many layouts of a mesh of n vertices may start.
+
+        >>> [Effort().layouts(n) for n in (100, 500, 1000, 10_000)]
+        [5, 5, 3, 1]
+        """
+        return min(self.holes, max(1, round(_TOGETHER / n)))
+
+    def price(self, n: int) -> float:
+        """Share of the mean angle difference that further steps have to gain on a mesh of n vertices.
+
+        >>> [round(Effort().price(n), 3) for n in (0, 1000, 3000, 100_000)]
+        [0.025, 0.05, 0.075, 0.122]
+        """
+        return self.least_gain * (1 + _GROWTH * n / (n + _MIDDLING))

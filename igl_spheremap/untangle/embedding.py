@@ -26,11 +26,9 @@ from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, independent
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
-#: Rings around foldings within which small moves move vertices, and around what embedding moved that are relaxed with
-#: it. Vertices are removed within twice as many rings, around foldings and where float64 was too coarse; the number is
-#: doubled until it suffices. With 3 for small moves one of 231 maps gains .3 percent; with 3 for relaxation ten gain
-#: and seven lose, up to a tenth.
-RINGS = 2
+#: Rings around foldings, and where float64 was too coarse, within which vertices are removed at first; the number is
+#: doubled until it suffices.
+_REMOVED_RINGS = 4
 #: Batches of collapses after which foldings that are left have a further ring around them removed as well. A mesh of
 #: 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
 _PATIENCE = 8
@@ -48,11 +46,11 @@ class _RegionTooSmall(Exception):
 
 
 class _TooCoarse(Exception):
-    """Float64 has no position for some vertices inside the kernels of their stars, in a region of so many rings."""
+    """Float64 has no position for some vertices inside the kernels of their stars."""
 
-    def __init__(self, vertices: IntArray, reach: int = 0) -> None:
+    def __init__(self, vertices: IntArray) -> None:
         super().__init__()
-        self.vertices, self.reach = vertices, reach
+        self.vertices = vertices
 
 
 #: Called with the whole map; vertices that are still removed lie on those that they were collapsed to.
@@ -76,11 +74,9 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
     y = embed_locally(fix_orientation(x, f), f, listener=listener)
     if Certificate.of(y, f).folding_free:
         return y
-    everywhere = np.ones(len(x), dtype=bool)
     with suppress(_TooCoarse):
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # bad positions must not decide what collapses where
-        _rebuild(Complex(f, y, ~everywhere, unit_rows), everywhere, listener)
-        return y
+        return _rebuild_locally(y, f, np.ones(len(f), bool), np.ones(len(x), bool), unit_rows, listener, 0, False)
     return x
 
 
@@ -93,10 +89,12 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     stays as it is, and the map if more than half of the faces are folded.
     """
     bad = folded_faces(x, f)
-    forced, rings, reach, keep = np.zeros(len(x), dtype=bool), 2 * RINGS, 2 * RINGS, True
+    forced, rings, keep = np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
     while 0 < bad.sum() <= len(f) / 2:
         try:
-            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, reach, keep)
+            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, rings, keep)
+        except _RegionTooSmall:
+            rings *= 2
         except _TooCoarse as failure:
             if not persistent or forced.all():
                 break
@@ -104,7 +102,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
                 forced[failure.vertices] = True
                 forced = dilate(f, forced, rings)
                 rings *= 2
-            keep, reach = False, failure.reach  # smaller regions were too small
+            keep = False
     return x
 
 
@@ -127,45 +125,30 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
 
 def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
                      listener: PositionsListener | None, rings: int, keep_positions: bool) -> FloatArray:
-    """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both or more.
+    """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both.
 
     With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
     """
     around = forced.copy()
     around[f[bad]] = True
-    while True:
-        region = dilate(f, around, rings)
-        faces = touching(f, region)
-        vertices = np.unique(f[faces])
-        local = np.full(len(x), -1)
-        local[vertices] = np.arange(len(vertices))
-        frozen = np.zeros(len(x), dtype=bool)
-        frozen[f[~faces]] = True
-        part = x[vertices]
-        try:
-            mesh = Complex(local[f[faces]], part, frozen[vertices], grid)
-            _rebuild(mesh, forced[vertices] & ~mesh.frozen, _of_whole(x, vertices, listener), keep_positions)
-        except _RegionTooSmall:
-            rings *= 2
-            continue
-        except _TooCoarse as failure:
-            raise _TooCoarse(vertices[failure.vertices], rings) from None
-        y = x.copy()
-        y[vertices] = part
-        return y
+    faces = touching(f, dilate(f, around, rings))
+    vertices, local = np.unique(f[faces], return_inverse=True)
+    frozen = np.zeros(len(x), dtype=bool)
+    frozen[f[~faces]] = True
+    mesh = Complex(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
+    notify = None if listener is None else lambda part: listener(with_rows(x, vertices, part))
+    try:
+        _rebuild(mesh, forced[vertices] & ~mesh.frozen, notify, keep_positions)
+    except _TooCoarse as failure:
+        raise _TooCoarse(vertices[failure.vertices]) from None
+    return with_rows(x, vertices, mesh.x)
 
 
-def _of_whole(x: FloatArray, vertices: IntArray, listener: PositionsListener | None) -> PositionsListener | None:
-    """A listener to some vertices of a map that hands on the whole map."""
-    if listener is None:
-        return None
-
-    def notify(part: FloatArray) -> None:
-        y = x.copy()
-        y[vertices] = part
-        listener(y)
-
-    return notify
+def with_rows(x: FloatArray, vertices: IntArray, rows: FloatArray) -> FloatArray:
+    """A map with other positions for some vertices."""
+    x = x.copy()
+    x[vertices] = rows
+    return x
 
 
 def _rebuild(mesh: Complex, forced: BoolArray, listener: PositionsListener | None,

@@ -28,9 +28,9 @@ _CHART_RADIUS = 1.5
 #: A point is in view of a chart if the cosine of its angle from the chart's centre is above this: the chart's point is
 #: then at most 10 from the centre, and rounding moves it by at most 100 eps.
 _IN_VIEW = 0.1
-#: Moves end at 70 percent of the distance to the kernel's boundary, or to the nearest neighbour: vertices inserted or
-#: moved later need part of the kernel.
-REACH = 0.7
+#: Moves end at this share of the distance to the kernel's boundary: vertices that are inserted or moved later need part
+#: of the kernel.
+_REACH = 0.7
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArr
     h = planes.offset + row_dots(planes.normal, z[planes.owner])
     approach = -row_dots(planes.normal, way[planes.owner])
     share = np.where(approach > 0, h, np.inf) / np.where(approach > 0, approach, 1.0)
-    share = REACH * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
+    share = _REACH * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
     inside = planes.lift(z + np.minimum(share, 1.0)[:, None] * way)
     return np.where((seen & (share >= 1))[:, None], wanted, inside)
 

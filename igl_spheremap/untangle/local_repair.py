@@ -11,24 +11,32 @@ import numpy as np
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
-from ..mesh.measure import surface_area
 from ..sphere.moebius import fix_gauge
 from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
-from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import column_signs, folded_faces
-from .embedding import RINGS, PositionsListener, dilate, fix_orientation, progressive_embedding
+from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding, with_rows
 from .relax import AngleLoss, relax_angles
 
 #: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
 #: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
-#: of 1.1. Other shares follow from it: relaxing ends when a sweep gains less than this; a map is worse than another
-#: if its angle differences are larger by five times this, and useless if 25 times as many faces are folded.
+#: of 1.1 (`python -m benchmarks repairs maps`).
 FEW = 0.01
-#: Angles up to this, .06 degrees, are small. Small moves give folded faces such angles, and targets of closed angles
-#: are no smaller. A map whose centroid is farther than this from the origin is centred even if that folds faces.
-SMALL_ANGLE = 1e-3
+#: Rings around foldings within which small moves move vertices. With 3 one of 231 maps gains .3 percent.
+_MOVED_RINGS = 2
+#: Rings around what a repair moved that are relaxed with it. With 3 ten of 231 maps gain and seven lose, up to a tenth.
+RELAXED_RINGS = 2
+#: Relaxing ends after so many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike.
+_SWEEPS, _SETTLED = 30, 0.01
+#: Twice the area that small moves give folded faces, over the square of their longest side: about their least angle in
+#: radians.
+_LEAST_AREA = 1e-3
+#: A map is worse than another if its mean angle difference is so many times that: centring always changes it a little.
+_WORSE = 1.05
+#: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
+#: folds faces.
+_OFF_CENTRE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor.
 _OVER_RELAXATION = 1.3
 #: Small moves end after so many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8 degrees.
@@ -40,7 +48,7 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None, sweeps: int = 30,
+def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None,
                    mended: FloatArray | None = None) -> FloatArray:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
@@ -49,9 +57,10 @@ def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None
     """
     x = fix_orientation(x, mesh.f)
     y = progressive_embedding(small_moves(x, mesh.f, listener) if mended is None else mended, mesh.f, listener)
-    moved = dilate(mesh.f, (y != x).any(axis=1), RINGS)
+    moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
     around = touching(mesh.f, moved)
-    return relax_angles(y, mesh.f[around], AngleLoss(mesh.angles[around].T), moved, sweeps=sweeps, tolerance=FEW)
+    return relax_angles(y, mesh.f[around], AngleLoss(mesh.angles[around].T), moved, sweeps=_SWEEPS,
+                        tolerance=_SETTLED)
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -71,7 +80,7 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     >>> folded_faces(x, f).tolist(), bool(folded_faces(small_moves(x, f), f).any())
     ([False, True, False, False], False)
     """
-    near = dilate(f, marked(f[folded_faces(x, f)], len(x)), RINGS)
+    near = dilate(f, marked(f[folded_faces(x, f)], len(x)), _MOVED_RINGS)
     vertices, local = np.unique(f[touching(f, near)], return_inverse=True)
     corners, start, movable = local.reshape(-1, 3).T, x[vertices].T.copy(), near[vertices]
     y = best = start
@@ -80,17 +89,10 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     while bad.size and since < _PATIENCE:
         y = _projected(y, bad, movable)
         if listener is not None:
-            listener(_replaced(x, vertices, y))
+            listener(with_rows(x, vertices, y.T))
         bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
         best, fewest, since = (y, bad, 0) if bad.size < fewest.size else (best, fewest, since + 1)
-    return _replaced(x, vertices, _without_failures(start, best, corners.T, fewest.T))
-
-
-def _replaced(x: FloatArray, vertices: IntArray, columns: FloatArray) -> FloatArray:
-    """A map with other positions for some vertices."""
-    x = x.copy()
-    x[vertices] = columns.T
-    return x
+    return with_rows(x, vertices, _without_failures(start, best, corners.T, fewest.T).T)
 
 
 def _without_failures(x: FloatArray, y: FloatArray, f: IntArray, folded: IntArray) -> FloatArray:
@@ -117,7 +119,7 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     size = sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
     side /= size
     square = column_dots(side, side)
-    lack = SMALL_ANGLE * square.max(axis=0) - column_dots(outward, column_crosses(side[:, 1], side[:, 2]))
+    lack = _LEAST_AREA * square.max(axis=0) - column_dots(outward, column_crosses(side[:, 1], side[:, 2]))
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
     corners, n, moves = folded.ravel(), x.shape[1], length * column_crosses(outward[:, None], side)
     count = np.bincount(corners, minlength=n)
@@ -129,23 +131,18 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
 
 
 def is_worse(mean: float, before: float) -> bool:
-    """True if a mean angle difference is 5 percent above another: centring always changes angles a little."""
-    return mean >= (1 + 5 * FEW) * before
+    """True if a mean angle difference is 5 percent above another."""
+    return mean >= _WORSE * before
 
 
-def restore_gauge(mesh: Mesh, x: FloatArray, embed: bool = True) -> FloatArray:
+def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
-    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or at all
-    unless `embed`, or would spoil the angles of huge faces.
+    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
+    the angles of huge faces.
     """
     y = fix_gauge(mesh, x)
-    free = Certificate.of(y, mesh.f).folding_free
-    if free and not is_coarse(surface_area(x, mesh.f)):
-        return y
-    if not free:
-        if not embed or not is_off_centre(mesh, x):
-            return x
+    if is_off_centre(mesh, x) and not Certificate.of(y, mesh.f).folding_free:
         y = repair_locally(mesh, y)
     worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))
     return y if not worse and Certificate.of(y, mesh.f).folding_free else x
@@ -153,4 +150,4 @@ def restore_gauge(mesh: Mesh, x: FloatArray, embed: bool = True) -> FloatArray:
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:
     """True if the centroid of the source's area is more than 1e-3 from the origin."""
-    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > SMALL_ANGLE
+    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > _OFF_CENTRE

@@ -7,72 +7,72 @@ maps, which change flat angles only a little, are excluded: the centroid of the 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
-from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
+from ..mesh.measure import by_blocks, corner_angles, log_edges
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..verify.distortion import mean_angle_difference, mean_difference
 from ..verify.signs import folded_faces, signed_volumes
-from .effort import Effort
 from .embedding import dilate, embed_locally
-from .local_repair import FEW, RINGS, small_moves
+from .local_repair import FEW, RELAXED_RINGS, small_moves
+from .race import Candidate, race
 from .relax import AngleLoss, relax_angles
 
-#: Smoothing of the angle differences, in units of their mean: of a sample's sweep, and of steps, which stall with less.
-_SMOOTHING, _STEP_SMOOTHING = 0.03, 0.1
-#: A map without foldings takes no steps if its mean angle difference is below GOOD degrees, or the prediction below
-#: WORTH: steps then gain 7 percent up to 2,000 vertices, where they cost milliseconds, and 10 to 20 above.
-GOOD, _WORTH = 1.2, (0.006, 0.028)
+#: Differences below this share of their mean count by their squares in steps, which stall with less: with .03 the sword
+#: ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
+_SMOOTHING = 0.1
+#: The same in the sweep over a sample.
+_SAMPLE_SMOOTHING = 0.03
+#: Degrees: a map without foldings takes no steps if its mean angle difference is below.
+_GOOD = 1.2
+#: Steps gain so many times what a sweep over the vertices gains of the differences that can be lowered.
+_STEPS_PER_SWEEP = 4
 #: Mean least angle of the faces of a harmonic map of which steps gain as much as of any other map.
 _THIN = np.radians(30)
-#: Vertices up to which most of the time of a step is the overhead of calls. Samples that decide on steps are half as
-#: large: faces for the mean, stars of vertices for the gain of a sweep. With twice the faces 231 meshes decide alike.
-SMALL = 1000
+#: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
+#: alike.
+_SAMPLE = 500
 
 
 @stage("polish")
-def polish_map(mesh: Mesh, x: FloatArray, effort: Effort = Effort()) -> FloatArray:  # noqa: B008 - it is frozen
-    """Lower the mean size of the angle differences of a map that is certified free of foldings.
+def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatArray:
+    """Lower the angle differences of a map that is certified free of foldings, where it is, by rounds of steps.
 
-    The mean falls by 10 to 20 percent on many meshes; that is partly fitting the measure. Runs go on while they gain.
+    A round of up to `systems` systems has to gain the share `price`.
     """
-    effort = replace(effort, least_gain=min(effort.polish_gain, effort.least_gain))
     system, centroid = VertexSystem(mesh.f, len(x), limbs=True), weighted_sum(mesh.A, x)
-    before, mean = np.inf, mean_angle_difference(mesh, x)
-    while mean < (1 - effort.least_gain) * before:
-        y = match_angles(mesh, x, centroid, system, effort, damping=HALF_DIGITS)
-        before, mean = mean, mean_angle_difference(mesh, y)
-        x = y if mean < before else x
-    return x
+
+    def steps(before: Candidate) -> Candidate:
+        y = match_angles(mesh, before.x, centroid, system, systems, price, damping=HALF_DIGITS)
+        after = Candidate(y, mean_angle_difference(mesh, y))
+        return after if after.mean < before.mean else before
+
+    return race([Candidate(x, mean_angle_difference(mesh, x))], steps, price).x
 
 
-def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, effort: Effort, *,
-                 damping: float, rough: bool = False) -> FloatArray:
+def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
+                 least_gain: float, *, damping: float, rough: bool = False) -> FloatArray:
     """Lower the angle differences of a map free of foldings, by damped Newton steps.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The
-    gain of one that had to be damped more than the first predicts little: after it they end when it is below the square
-    of the least gain. If `rough`, what steps fold is repaired by small moves only.
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
+    that had to be damped more than the first predicts little: after it they end when it is below the square of the
+    least gain. If `rough`, what steps fold is repaired by small moves only.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
-    steps = Levenberg(system, np.full(len(x), damping), effort.systems)
+    steps = Levenberg(system, np.full(len(x), damping), systems)
     mean, gains = problem.value(x), list[float]()
-    for trial in newton(problem, steps, x) if effort.systems else ():
+    for trial in newton(problem, steps, x):
         gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))
         x, mean = trial.x, trial.value
-        if gains[-1] <= 0 or not steps.systems:
-            break
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
-        if further < effort.least_gain if undamped else gains[-1] < effort.least_gain**2:
+        if further < least_gain if undamped else gains[-1] < least_gain**2:
             break
     return x
 
@@ -83,27 +83,25 @@ def _further(gains: list[float]) -> float:
     return gains[-1] * q / (1 - q) if q < 1 else np.inf
 
 
-def is_worth_steps(mesh: Mesh, x: FloatArray, harmonic: bool = False) -> bool:
-    """True if steps are predicted to lower the angle differences of a map without foldings enough, by a sample.
+def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = False) -> bool:
+    """True if steps are predicted, by a sample, to lower the angle differences of a map by more than the share `price`.
 
     The prediction is what a sweep gains, times the share of the differences that can be lowered: those at a vertex add
     up to its curvature, less that of the image. A harmonic map is conformal already where faces are well shaped.
     """
-    sample = mesh.f[spread(len(mesh.f), SMALL // 2)]
-    source = corner_angles(mesh.v, sample)
-    if mean_difference(source, x, sample) <= GOOD:
-        return False
-    thin = _THIN / source.min(axis=1).mean() if harmonic else 1.0
-    movable = marked(np.arange(0, len(x), max(1, len(x) // (SMALL // 2))), len(x))
+    movable = marked(np.arange(0, len(x), max(1, len(x) // _SAMPLE)), len(x))
     around = mesh.f[touching(mesh.f, movable)]
     source = corner_angles(mesh.v, around)
     difference, own = corner_angles(x, around) - source, movable[around]
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
-    y = relax_angles(x, around, AngleLoss(source.T, _SMOOTHING * np.radians(mean)), movable, sweeps=1)
+    if mean <= _GOOD:
+        return False
+    thin = _THIN / source.min(axis=1).mean() if harmonic else 1.0
+    y = relax_angles(x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(gain * lowerable * thin > _WORTH[len(x) > 2 * SMALL])
+    return bool(_STEPS_PER_SWEEP * gain * lowerable * thin > price)
 
 
 class AngleProblem:
@@ -139,7 +137,7 @@ class AngleProblem:
         axes = column_axes(x.T) * np.exp(log_edges(x, self.f))
         difference, J = self.linearised(x, axes)
         mean = float(np.degrees(np.abs(difference).mean()))
-        self._smoothing = self._fixed or _STEP_SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))
+        self._smoothing = self._fixed or _SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))
         weight = 1 / np.sqrt(difference**2 + self._smoothing**2)
         corners, slopes = self.f.T.ravel(), np.einsum("im,ijam->ajm", weight * difference, J)
         gradient = np.array([np.bincount(corners, slope.ravel(), len(x)) for slope in slopes], dtype=np.float64)
@@ -164,7 +162,7 @@ class AngleProblem:
                 z = embed_locally(z, self.f, persistent=False)
                 bad = folded_faces(z, self.f)
             if not self._rough and not bad.any():
-                movable = dilate(self.f, (z != y).any(axis=1), RINGS)
+                movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
                 around = touching(self.f, movable)
                 loss = AngleLoss(self.source[:, around], self._smoothing)
                 z = relax_angles(z, self.f[around], loss, movable, sweeps=2)

@@ -16,7 +16,7 @@ from ..mesh.edges import next_corners
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
 from ..verify.signs import column_signs
 from .collapse import ranked
-from .kernel import REACH, Stars, solve_symmetric, stars_of
+from .kernel import Stars, solve_symmetric, stars_of
 
 #: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
 #: over-relaxation, as neighbours will move the same way.
@@ -35,7 +35,8 @@ class AngleLoss:
 
     def at(self, corner: IntArray) -> AngleLoss:
         """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
-        return AngleLoss(_turned(self.source, corner), self.smoothing)
+        flat = np.ascontiguousarray(self.source.T).ravel()
+        return AngleLoss(np.stack([flat.take(each) for each in (corner, *next_corners(corner))]), self.smoothing)
 
     def take(self, faces: IntArray) -> AngleLoss:
         """The loss of some of the faces."""
@@ -75,12 +76,6 @@ class AngleLoss:
         return angles - self.source, normal, double_area
 
 
-def _turned(per_corner: FloatArray, corner: IntArray) -> FloatArray:
-    """Rows (p, a, b) of a quantity given for the three corners of each face, p being the given corner."""
-    flat = np.ascontiguousarray(per_corner.T).ravel()
-    return np.stack([flat.take(each) for each in (corner, *next_corners(corner))])
-
-
 def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
                  sweeps: int, tolerance: float = 2e-3) -> FloatArray:
     """Lower the angle differences vertex by vertex, keeping a map that is free of foldings so.
@@ -98,8 +93,6 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     >>> bool(np.degrees(np.abs(corner_angles(y, f) - corner_angles(x, f)).mean()) < 0.5)
     True
     """
-    if not sweeps:
-        return x
     columns = x.T.copy()  # so that loops run over faces, not over three coordinates
     classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
     for _ in range(sweeps):
@@ -157,7 +150,8 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     u, w = u / unit, w / unit
     old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=-1)
                               for part in loss.model(u, w, axes.take(owner, axis=2)))
-    steps = _newton(gradient, hessian, REACH * np.sqrt(np.minimum.reduceat(column_dots(u, u), stars.start)))
+    # Models that are flatter are rounding.
+    steps = solve_symmetric(hessian[0], hessian[1], hessian[2], -gradient.T, least=1e-12).T
     move = size * (steps[0] * axes[0] + steps[1] * axes[1])
     new, rows, part = old.copy(), np.arange(len(old)), stars
     for length in _LENGTHS:
@@ -175,11 +169,3 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
         loss, a, b, part = loss.take(faces), a.take(faces, axis=1), b.take(faces, axis=1), part.take(left)
         x[:, part.vertices] = p
     return float(old.sum()), float(new.sum())
-
-
-def _newton(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
-    """Minimiser (2, k) of each quadratic model in the plane, within a radius."""
-    xx, xy, yy = hessian
-    x, y = solve_symmetric(xx, xy, yy, -gradient.T, least=1e-12).T  # flatter models are rounding
-    length = np.sqrt(x * x + y * y)
-    return np.minimum(1, longest / np.where(length > 0, length, 1)) * (x, y)

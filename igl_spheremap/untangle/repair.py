@@ -1,15 +1,16 @@
-"""The repair: from a map with foldings to one that is certified to have none, near the mesh's angles, in four steps.
+"""The repair: from a map with foldings to one that is certified to have none, near the mesh's angles.
 
-1. *map*: the harmonic map is certified. Step 2 is left out if at most 1 percent of its faces are folded.
-2. *angles*: the body is laid out in the plane by angles that close, which can't underflow, and put on the sphere. Limbs
+A good map is handed back as it is. For others a plan (plan.py) says which maps start, and they race (race.py):
+
+1. *map*: the map itself, if at most 1 percent of its faces fold.
+2. *angles*: the body laid out in the plane by angles that close, which can't underflow, and put on the sphere. Limbs
    deeper than float64 are shortened (deep_limbs.py); where that costs angles, the deepest tips are first put where
-   coordinates are finer (poles.py).
-3. *embedding*: foldings that are left are repaired by small moves, or else by progressive embedding.
+   coordinates are finer (poles.py). If no limb is deep, layouts around other holes follow (candidates.py).
+3. *embedding*: what is folded starts after it was repaired by small moves, or else by progressive embedding; layouts
+   that small moves don't suffice for start after the others, and a map that mostly folds starts last.
 4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
 
-The map of a step is taken if it is certified and its angle differences are the least so far. A step that fails leaves
-the map as it is, and a note. A poor map competes with layouts around several holes (candidates.py): each takes a few
-rough steps, and the best goes on.
+A map enters or replaces another one only if it is certified. A step that fails leaves the map as it is, and a note.
 """
 
 from __future__ import annotations
@@ -18,16 +19,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property
-from itertools import chain, count
-from operator import itemgetter
+from functools import cached_property, partial
+from itertools import chain, islice
+from operator import attrgetter
 
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
 from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
-from ..mesh.measure import surface_area
 from ..mesh.timings import stage
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
@@ -35,22 +35,21 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Status
 from ..result.sphere_map import SphereMap
 from ..sphere.rows import weighted_sum
-from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from ..verify.signs import folded_faces
-from .candidates import Badness, layouts, least_folded
+from .candidates import layouts, unfolded_first
 from .deep_limbs import floors
 from .effort import Effort
 from .embedding import fix_orientation
-from .layout import onto_sphere, unroll
-from .local_repair import FEW, has_few_foldings, is_off_centre, is_worse, repair_locally, restore_gauge, small_moves
-from .match_angles import GOOD, SMALL, is_worth_steps, match_angles, polish_map
+from .layout import Placed, unroll
+from .local_repair import is_off_centre, is_worse, repair_locally, restore_gauge
+from .match_angles import match_angles
+from .plan import POOR, Plan, plan_repair
 from .poles import placements
+from .race import Candidate, race
 
-#: One number for several: half the rough steps that compare candidates; candidates in a row without a gain, after
-#: which no more are tried.
-_SEVERAL = 3
+#: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share.
+_ROUGH_GAIN = 0.1
 
 
 @stage("repair")
@@ -61,70 +60,32 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
     Returns `first` if it is free of foldings, not poor, and steps are not asked for or would gain little. Bodies with
     limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    steps = _Steps(first, operators, listener, effort)
-    with steps.attempt("repair"):
-        mesh, x, free = first.mesh, first.sphere, first.certificate.folding_free
-        few = free or has_few_foldings(first.certificate, mesh.f)
-        small, medium = (len(mesh.v) <= n for n in (SMALL, (_SEVERAL + 1) * SMALL))
-        coarse = is_coarse(surface_area(x, mesh.f)) or (medium and not few)
-        poor = coarse and mean_angle_difference(mesh, x) > 2 * GOOD
-        worth = polish == "angles" or bool(free and not poor and polish and is_worth_steps(mesh, x, harmonic=True))
-        if free and not (poor or worth):
-            steps.notify(x, first.energy, 0)
-            return steps.result()
-        steps.accept("map", x)
-        if not free and few and not poor:
-            with steps.attempt("embedding"):
-                steps.accept("embedding", repair_locally(mesh, x))
-            worth = worth or bool(polish and steps.found and is_worth_steps(mesh, steps.best.sphere))
-        if poor or not few:
-            with steps.attempt("angles"):
-                deep, layout = steps.angles(centred, effort.holes if poor else 0)
-                if poor and effort.holes and (small or not deep):
-                    steps.compete(effort.holes, layout)
-        # Angles are poor at the hole, which is a large part of a small mesh: the map itself is embedded there, too.
-        if not steps.found or (small and not few and not steps.ends):
-            with steps.attempt("embedding"):
-                steps.accept("embedding", repair_locally(mesh, x))
-        if steps.found and (poor or not few or worth):
-            with steps.attempt("newton"):
-                steps.newton()
-        if steps.found and polish == "angles":
-            with steps.attempt("polish"):
-                steps.polish()
-    return steps.result()
+    if 2 * first.certificate.foldings > len(first.faces):
+        x = fix_orientation(first.sphere, first.faces)
+        first = replace(first, sphere=x, certificate=Certificate.of(x, first.faces))
+    run = _Repair(first, operators, listener, effort, plan_repair(first, polish, effort), centred)
+    try:
+        with run.attempt("repair"):
+            return run.result(run.best())
+        return run.result(None)
+    except _Stopped:
+        raise StopIteration from None
 
 
-class _Steps:
-    """The steps, and the best map so far."""
+class _Stopped(BaseException):
+    """A listener asked to stop: a generator can't raise its StopIteration."""
 
-    #: Damping with which steps begin.
-    damping = HALF_DIGITS
-    #: The last candidate that has taken all its steps.
-    done: SphereMap | None = None
 
-    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort) -> None:
+class _Repair:
+    """A plan that is carried out, and the record of what happened."""
+
+    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort, plan: Plan,
+                 centred: bool) -> None:
         self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
-        self.effort, self.found = effort, list[tuple[float, SphereMap]]()
-        self.ends = list[tuple[float, SphereMap]]()  # candidates after their first steps, with their mean differences
+        self.effort, self.plan, self.centred = effort, plan, centred
         self.rounds: list[Round] = []
         self.notes: list[str] = []
         self._began = time.perf_counter()
-
-    @property
-    def best(self) -> SphereMap:
-        """The certified map of least angle differences."""
-        return min(self.found, key=itemgetter(0))[1]
-
-    @property
-    def mean(self) -> float:
-        """Its mean angle difference."""
-        return min(mean for mean, _ in self.found)
-
-    @property
-    def least(self) -> float:
-        """The least mean angle difference of a candidate after its first steps."""
-        return min((mean for mean, _ in self.ends), default=np.inf)
 
     @cached_property
     def _system(self) -> VertexSystem:
@@ -136,168 +97,109 @@ class _Steps:
         """A step; if it fails, leave the map as it is, and a note."""
         try:
             yield
-        except StopIteration:  # by a listener
-            raise
         except Exception as error:  # whatever it is, the map at hand is not lost
             self.notes.append(left_out(name, error))
 
-    def accept(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> bool:
-        """Record a map; True if it is certified, and so may become the result."""
+    def best(self) -> Candidate | None:
+        """The best candidate, None if there is none."""
+        field, plan = list[Candidate](), self.plan
+        if self.first.certificate.folding_free and np.isinf(plan.price):
+            self._notify(self.first.sphere, self.first.energy, 0)
+            return None
+        for start in islice(self.starts(), plan.starts):
+            field.append(start if plan.starts == 1 else self.steps(start, _ROUGH_GAIN, rough=True))
+            if field[-1].mean <= POOR:
+                break
+        if not field and (last := self.embedded(self.first.sphere)):
+            field = [last]
+        if not field or np.isinf(plan.price):
+            return field[0] if field else None
+        return race(field, partial(self.steps, least_gain=plan.price), plan.price)
+
+    def starts(self) -> Iterator[Candidate]:
+        """Candidates in the order in which they start, each made when it is asked for."""
+        x = self.first.sphere
+        first = self.record("map", x)
+        if self.plan.itself and (start := first or self.embedded(x)):
+            yield start
+        if self.plan.layouts:
+            with self.attempt("angles"):
+                placed = unroll(self.mesh, x, self._system)
+                if placed is not None and placed.depth.max() > floors(np.float64)[0]:
+                    yield from self._shortened(placed)
+                else:
+                    yield from self._shallow(placed)
+
+    def _shortened(self, placed: Placed) -> Iterator[Candidate]:
+        """A body with limbs as deep as float64 holds; where embedding spoils that, with limbs that are less deep."""
+        spoilt = []
+        for y, stretch, gauge in placements(placed, self.mesh.angles, self.centred):
+            start = self.record("angles", y, stretch, gauge) or self.embedded(y, None, stretch, gauge)
+            if start and not is_worse(start.mean, mean_angle_difference(self.mesh, y)):
+                yield start
+                break
+            spoilt += [start] if start else []
+        yield from sorted(spoilt, key=attrgetter("mean"))
+
+    def _shallow(self, placed: Placed | None) -> Iterator[Candidate]:
+        """A layout, those around other holes, and a map that mostly folds."""
+        maps = layouts(self.mesh, placed, self._system, self.effort.holes)
+        for y, mended in unfolded_first(self.mesh, chain(maps, [] if self.plan.itself else [self.first.sphere])):
+            if start := self.record("angles", y) or self.embedded(y, mended):
+                yield start
+
+    def embedded(self, x: FloatArray, mended: FloatArray | None = None, stretch: float = 1.0,
+                 gauge: str = "centred") -> Candidate | None:
+        """A map repaired locally, given what small moves make of it, if that is known."""
+        with self.attempt("embedding"):
+            return self.record("embedding", repair_locally(self.mesh, x, mended=mended), stretch, gauge)
+        return None
+
+    def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
+        """A candidate after a round of steps, or itself if they make it no better."""
+        with self.attempt("newton"):
+            deep = start.gauge == "poles" or start.stretch > 1
+            held = deep or is_off_centre(self.mesh, start.x)
+            centroid = weighted_sum(self.mesh.A, start.x) if held else np.zeros(3)
+            x = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
+                             damping=DAMPED if deep else HALF_DIGITS, rough=rough)
+            after = self.record("newton", x, start.stretch, start.gauge)
+            return after if after and after.mean < start.mean else start
+        return start
+
+    def record(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> Candidate | None:
+        """Record a map; a candidate if it is certified."""
         certificate, mean = Certificate.of(x, self.mesh.f), mean_angle_difference(self.mesh, x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.DONE,
                                  now - self._began))
         self._began = now
-        self.notify(x, energy, certificate.foldings)
-        if certificate.folding_free:
-            run = replace(self.first.run, energy=energy, stretch=stretch, gauge=gauge)
-            self.found.append((mean, SphereMap(self.mesh, x, certificate, run)))
-        return certificate.folding_free
+        self._notify(x, energy, certificate.foldings)
+        return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
 
-    def notify(self, x: FloatArray, energy: float, foldings: int) -> None:
+    def _notify(self, x: FloatArray, energy: float, foldings: int) -> None:
         """Hand a map to the listener."""
-        if self.listener is not None:
-            self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
+        try:
+            if self.listener is not None:
+                self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
+        except StopIteration:
+            raise _Stopped from None
 
-    def angles(self, centred: bool, holes: int) -> tuple[bool, FloatArray | None]:
-        """Lay the body out by angles that close, its limbs as deep as float64 holds; whether they are deeper.
-
-        With `holes`, a layout that is not deep is only one of the candidates, and is handed back.
-        """
-        placed = unroll(self.mesh, self.first.sphere, self._system)
-        deep = placed is not None and bool(placed.depth.max() > floors(np.float64)[0])
-        if placed is None or (holes and not deep):
-            return deep, None if placed is None else onto_sphere(placed, placed.z)
-        self.damping = DAMPED
-        for y, stretch, gauge in placements(placed, self.mesh.angles, centred):
-            if self.accept("angles", y, stretch, gauge):
-                break
-            before = self.rounds[-1].mean_angle_difference
-            self.accept("embedding", repair_locally(self.mesh, y), stretch, gauge)
-            if not is_worse(self.rounds[-1].mean_angle_difference, before):
-                break
-        return deep, None
-
-    def compete(self, holes: int, layout: FloatArray | None) -> None:
-        """Let the map itself, its layout, and layouts around so many other faces take steps, rough ones as a rule.
-
-        Above 1,000 vertices, where few compete, a layout that is the best one as it is takes whole steps at once.
-        """
-        small, free = len(self.mesh.v) <= SMALL, self.first.certificate.folding_free
-        few = min(2 * _SEVERAL, self.effort.systems)
-        for name, y, mended in self._candidates(holes, layout):
-            known = free and name == "map"
-            if not (known or self.accept(name, y)
-                    or self.accept("embedding", repair_locally(self.mesh, y, sweeps=5, mended=mended))):
-                continue
-            mean, start = self.found[0 if known else -1]
-            itself = name == "map" and not self.ends  # not as the last resort
-            whole = (small or not free) if itself else (not small and mean < self.least)
-            effort = replace(self.effort, systems=self.effort.systems if itself or whole else few)
-            with self.attempt("newton"):
-                for _ in count() if small and whole else range(1):
-                    x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
-                                     damping=HALF_DIGITS, rough=not whole)
-                    self.accept("newton", x)
-                    if not self.found[-1][0] < (1 - self.effort.least_gain) * mean:
-                        break
-                    mean, start = self.found[-1]
-            self.ends.append(min((mean, start), self.found[-1], key=itemgetter(0)))
-            if whole:
-                self.done = self.ends[-1][1]
-
-    def _candidates(self, holes: int, layout: FloatArray | None) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-        """Maps to try, and what small moves make of them, until several in a row gain nothing.
-
-        Those that small moves do not free of foldings are moved to the gauge that folds least, and left out above 1,000
-        vertices, where embedding takes long, if there is another.
-        """
-        badness, f, n = Badness(self.mesh), self.mesh.f, len(self.mesh.v)
-        x, small = fix_orientation(self.first.sphere, f), n <= SMALL
-        mended = small_moves(x, f)
-        if badness.folded(x) <= FEW and (small or not folded_faces(mended, f).any()):
-            yield "map", x, mended
-            if self.least < (2 * GOOD if small else GOOD):
-                return
-        wanted, tried, idle = max(len(self.ends) + 1, holes * SMALL // (2 * n)), set[float](), 0
-        left = list[tuple[float, FloatArray, FloatArray]]()
-        for y in chain([] if layout is None else [layout], layouts(self.mesh, self._system, holes)):
-            bad = badness(y)
-            if round(bad, 6) in tried:  # around the same face
-                continue
-            tried.add(round(bad, 6))
-            mended = small_moves(y, f)
-            if badness.folded(mended):
-                bad, y = least_folded(y, badness)
-                mended = small_moves(y, f)
-            least, before = self.least, len(self.ends)
-            if small or not folded_faces(mended, f).any():
-                yield "angles", y, mended
-            if len(self.ends) == before:
-                left.append((bad, y, mended))
-            else:
-                idle = 0 if self.least < (1 - self.effort.least_gain) * least else idle + 1
-            if idle == _SEVERAL or (not small and len(self.ends) >= wanted):
-                break
-        if small and badness.folded(x) > FEW and 5 * GOOD < self.least < np.inf:
-            yield "map", x, small_moves(x, f)
-        if not self.found and left:
-            yield "angles", *min(left, key=lambda entry: entry[0])[1:]
-
-    def newton(self) -> None:
-        """Lower the angle differences of the map and of the best one, or of the best candidates, by runs of steps.
-
-        Maps that need no repair are improved by few steps. Up to 1,000 vertices, and where candidates competed, the
-        best map takes further runs while they gain.
-        """
-        if self.best is self.done:
-            return
-        n, small = len(self.mesh.v), len(self.mesh.v) <= SMALL
-        effort = self.effort
-        if self.first.certificate.folding_free and not self.ends:
-            effort = replace(effort, systems=min(effort.systems, 1 + _SEVERAL * SMALL // n))
-        starts = [self.found[0][1], self.best]
-        if self.ends:
-            ends = sorted(self.ends, key=itemgetter(0))  # one in a hundred wins that is further off
-            starts = [self.best, *(end for mean, end in ends if end is not self.done and mean < 4 / 3 * self.mean)]
-        starts = list(dict.fromkeys(starts))[:2 if small or not self.ends else 1]
-        for run in count():
-            before = self.mean
-            for start in starts:
-                x = match_angles(self.mesh, start.sphere, self._centroid(start), self._system, effort,
-                                 damping=self.damping)
-                self.accept("newton", x, start.run.stretch, start.run.gauge)
-            gained = self.mean < (1 - effort.least_gain) * before
-            if not ((small or self.ends) and (gained or (small and run == 0))):
-                return
-            starts = [self.best]
-
-    def _centroid(self, start: SphereMap) -> FloatArray:
-        """Where steps are to keep the centroid of the source's area."""
-        held = start.gauge == "poles" or is_off_centre(self.mesh, start.sphere)
-        return weighted_sum(self.mesh.A, start.sphere) if held else np.zeros(3)
-
-    def polish(self) -> None:
-        """Lower the angle differences further."""
-        best = self.best
-        self.accept("polish", polish_map(self.mesh, best.sphere, self.effort), best.stretch, best.gauge)
-
-    def result(self) -> SphereMap:
-        """The best map, in the package's gauge."""
-        best = self.best if self.found else self.first
-        if best.sphere is not self.first.sphere and best.gauge == "centred":
-            with self.attempt("gauge"):
-                self.found.append((-1.0, self._in_gauge(best)))
-            best = self.best
-        best = self.first if best.sphere is self.first.sphere else best
+    def result(self, best: Candidate | None) -> SphereMap:
+        """The best map in the package's gauge, or the first one, with the record."""
+        found = self.first
+        if best is not None and best.x is not found.sphere:
+            x = best.x
+            if best.gauge == "centred":
+                with self.attempt("gauge"):
+                    x = restore_gauge(self.mesh, x)
+            energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
+            run = replace(found.run, energy=energy, stretch=best.stretch, gauge=best.gauge)
+            found = replace(found, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
-        return replace(best, run=replace(best.run, rounds=rounds, notes=(*best.notes, *self.notes)))
-
-    def _in_gauge(self, found: SphereMap) -> SphereMap:
-        x = restore_gauge(self.mesh, found.sphere, not self.ends or len(self.mesh.v) <= SMALL)
-        run = replace(found.run, energy=HarmonicEnergy(self.operators.L).evaluate(x)[0])
-        return replace(found, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
+        notes, plan = (*found.notes, *self.notes), str(self.plan)
+        return replace(found, run=replace(found.run, rounds=rounds, notes=notes, plan=plan))
 
 
 def left_out(name: str, error: Exception) -> str:

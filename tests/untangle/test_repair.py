@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bodies import ring_floor, worm
 from scipy.spatial import ConvexHull, Delaunay
-from triangulations import icosphere, unit
+from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
 from igl_spheremap.descent.preconditioned import harmonic_map
@@ -17,7 +17,6 @@ from igl_spheremap.result.run import Run, Status
 from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.sphere.moebius import center, fix_gauge
 from igl_spheremap.untangle.candidates import Badness
-from igl_spheremap.untangle.float32 import certified_float32
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.untangle.repair import left_out, repair
 from igl_spheremap.verify.certificate import Certificate, certify
@@ -31,9 +30,9 @@ def _mapped(name, **parameters):
     return mesh, operators, fix_gauge(mesh, harmonic_map(mesh, operators).last.x)
 
 
-def _repaired(mesh, operators, x, listener=None, *, centred=False):
+def _repaired(mesh, operators, x, listener=None, **options):
     first = SphereMap(mesh, x, Certificate.of(x, mesh.f), Run(Status.CONVERGED, np.nan))
-    return repair(first, operators, listener, centred=centred)
+    return repair(first, operators, listener, **options)
 
 
 def _mean(mesh, x):
@@ -43,12 +42,6 @@ def _mean(mesh, x):
 @pytest.fixture(scope="module")
 def spheroid():
     return _mapped("spheroid", n_vertices=2000)
-
-
-@pytest.fixture(scope="module")
-def arms():
-    """Mesh, operators and harmonic map of an octopus, without foldings in float64."""
-    return _mapped("octopus", n_vertices=3000, arm_length=3.0)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +95,6 @@ def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(long_arms):
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(mesh.A @ z) < max(1e-3, np.linalg.norm(mesh.A @ y) / 10)
     assert not certify(fix_gauge(mesh, y), mesh.f).folding_free
-    assert restore_gauge(mesh, y, embed=False) is y
 
 
 def test_angles_of_a_coarse_map_are_improved_and_good_maps_are_left():
@@ -133,14 +125,14 @@ def test_a_coarse_map_whose_own_steps_bring_it_to_the_angles_needs_no_layout(ref
     assert _mean(mesh, repaired.sphere) < 0.3
 
 
-def test_layouts_compete_around_so_many_holes_until_three_in_a_row_gain_nothing():
-    v, f = _rod(taper=0.3)
-    one, all_three = (spherical_conformal_map(v, f, effort=Effort(holes=holes)).rounds for holes in (1, 5))
-    assert [r.start for r in one].count("angles") == 2  # by angles as the map has them, and by the mesh's own
-    assert [r.start for r in all_three].count("angles") == 3
-    own, *ends = [r.mean_angle_difference for r in all_three[:-1] if r.start == "newton"]
-    assert len(ends) == 3
-    assert min(ends) > (1 - Effort().least_gain) * own
+@pytest.mark.parametrize("taper", [0.3, 1.0])
+def test_layouts_around_several_holes_are_no_worse_than_the_map_alone(taper):
+    v, f = _rod(taper)
+    alone, several = (spherical_conformal_map(v, f, effort=Effort(holes=holes)) for holes in (0, 5))
+    assert alone.certificate.folding_free
+    assert several.certificate.folding_free
+    assert np.abs(several.angle_differences()).mean() <= 1.01 * np.abs(alone.angle_differences()).mean()
+    assert "angles" not in [r.start for r in alone.rounds]
 
 
 def test_a_map_within_one_of_its_faces_counts_as_folded_everywhere_and_not_once():
@@ -157,8 +149,8 @@ def test_a_map_within_one_of_its_faces_counts_as_folded_everywhere_and_not_once(
 
 def test_a_map_without_foldings_keeps_its_gauge_where_steps_lower_its_angles():
     mesh, operators, x = _mapped("bird", n_vertices=1500)
-    improved = _repaired(mesh, operators, x)
-    assert [r.start for r in improved.rounds] == ["map", "newton"]
+    improved = _repaired(mesh, operators, x, polish="angles")
+    assert {r.start for r in improved.rounds} == {"map", "newton"}
     assert _mean(mesh, improved.sphere) < 0.98 * _mean(mesh, x)
     assert improved.certificate.folding_free
     assert np.linalg.norm(mesh.A @ improved.sphere) < 1e-9
@@ -253,30 +245,6 @@ def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     repaired = _repaired(mesh, operators, x)
     assert repaired.gauge == "centred"
     assert (repaired.sphere == x).all()
-
-
-@pytest.mark.parametrize("radius", [1.0, 100.0, 3e-3])
-def test_float32_positions_are_certified_as_they_are(arms, radius):
-    mesh, _, x = arms
-    assert certify(x, mesh.f).folding_free
-    rounded = (radius * x).astype(np.float32)
-    assert certify(unit(rounded.astype(float)), mesh.f).foldings
-    single = certified_float32(x, mesh.f, radius)
-    assert single.positions.dtype == np.float32
-    assert single.certificate.folding_free
-    # the certificate is that of the very numbers: a power of two is exact to divide by
-    exact = single.positions.astype(float) / 2.0 ** np.round(np.log2(radius))
-    assert (certify(exact, mesh.f).foldings, certify(exact, mesh.f).degree) == (0, 1)
-    stayed = np.setdiff1d(np.arange(len(x)), single.moved)
-    assert (single.positions[stayed] == rounded[stayed]).all()
-    assert len(stayed) > len(x) / 3
-
-
-def test_float32_reports_where_it_has_no_room():
-    x, f = icosphere(3)
-    crowded = unit(x + 3e9)
-    single = certified_float32(crowded, f)
-    assert not single.certificate.folding_free
 
 
 def test_a_centroid_off_the_origin_is_off_centre(spheroid):

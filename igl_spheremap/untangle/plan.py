@@ -1,0 +1,74 @@
+"""The plan of a repair: which maps start, what steps have to gain, and why; it can be read before it runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..mesh.measure import surface_area
+from ..result.sphere_map import SphereMap
+from ..start.punctured import is_coarse
+from ..verify.distortion import mean_angle_difference
+from .effort import Effort
+from .local_repair import has_few_foldings
+from .match_angles import is_worth_steps
+
+#: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
+#: starts after one that is not poor.
+POOR = 2.4
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a repair will try, and why.
+
+    Attributes
+    ----------
+    itself : bool
+        Whether the map starts, repaired where it folds; if not, it is embedded where there is room after the layouts.
+    layouts : int
+        How many layouts by angles that close may start.
+    price : float
+        Share of the mean angle difference that further steps have to gain; infinite if none are taken.
+    why : str
+        What decided.
+    """
+
+    itself: bool
+    layouts: int
+    price: float
+    why: str
+
+    @property
+    def starts(self) -> int:
+        """How many candidates may start."""
+        return self.itself + self.layouts
+
+    def __str__(self) -> str:
+        """The plan in a sentence."""
+        several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"
+        names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (self.layouts > 0)
+        if np.isinf(self.price):
+            return f"{self.why}; so no steps are taken"
+        percent = f"{100 * self.price:.2g} percent"
+        return f"{self.why}; so {' and '.join(names)} may start, and steps go on while further ones gain {percent}"
+
+
+def plan_repair(first: SphereMap, polish: str | None, effort: Effort) -> Plan:
+    """The plan for a map, by what folds, its angles, and what steps are predicted to gain."""
+    mesh, x, certificate = first.mesh, first.sphere, first.certificate
+    free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
+    price = effort.polish_gain if polish == "angles" else effort.price(n)
+    folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
+    if not few or is_coarse(surface_area(x, mesh.f)):
+        mean = mean_angle_difference(mesh, x)
+        if mean > POOR or not few:
+            layouts = effort.layouts(n) if mean > POOR else 0
+            why = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
+            return Plan(few, layouts if few else max(1, layouts), price, why)
+    if polish is None:
+        return Plan(True, 0, np.inf, folded)
+    if polish == "angles" or is_worth_steps(mesh, x, price, harmonic=True):
+        return Plan(True, 0, price, f"{folded}, and steps are predicted to pay" if polish == "auto" else folded)
+    return Plan(True, 0, np.inf, f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent")
