@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import dist
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import components
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import marked, touching
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from .walk import Segments, Triangulation
 
 #: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
 _ROUNDING = 8 * np.finfo(float).eps
+#: Sides up to this length are collapsed: where edges that nearly coincide cross, rounding moves their crossing so far.
+SHORT = 32 * _ROUNDING
+#: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
+_FLAT = 4 * np.finfo(float).eps
 #: Rounds of moves at most.
 _ROUNDS = 40
 
@@ -46,18 +51,6 @@ class Sides:
         order = np.lexsort((self.start, self.cell))
         return Sides(self.cell[order], self.start[order], self.end[order])
 
-    def merged(self, node: IntArray) -> Sides:
-        """The sides that are left where nodes are replaced by others; two of a cell that run back and forth go."""
-        start, end = node[self.start], node[self.end]
-        there = start * len(node) + end
-        back = end * len(node) + start
-        order = np.lexsort((np.minimum(there, back), self.cell))
-        low, cell = np.minimum(there, back)[order], self.cell[order]
-        same = (low[1:] == low[:-1]) & (cell[1:] == cell[:-1])
-        keep = start != end
-        keep[order] &= ~(np.append(same, False) | np.append(False, same))
-        return Sides(self.cell[keep], start[keep], end[keep])._sorted()
-
     def triangles(self, x: FloatArray) -> tuple[IntArray, IntArray]:
         """Triangles that make up the cells, (m, 3), and the cell of each; `x` are the nodes' positions."""
         fresh = np.append(True, self.cell[1:] != self.cell[:-1])
@@ -80,50 +73,160 @@ class Sides:
         return np.concatenate(found), np.concatenate(owners)
 
 
-def merge_close(faces: IntArray, least: FloatArray, x: FloatArray, on_a: FloatArray, on_b: FloatArray, own: IntArray,
-                other: IntArray) -> IntArray:
-    """The node that takes the place of each, where faces between edges that nearly coincide are as thin as rounding.
+class Coincidences:
+    """A refinement in floating point, in which what lies within rounding of each other is merged.
 
-    A face goes if its area is below its `least` one, and two of its corners are as good as one on the sphere, on A or
-    on B. No two vertices of A, which have the numbers `own`, are merged, and no two of B, `other`; `on_b` is changed so
-    that these keep their positions.
+    The refinement comes from exact signs, but its nodes are rounded, so that a face between nodes, or between a node
+    and an edge, that float64 can't tell apart may come out flat or negative. Such a face is taken out by the collapse
+    of a side as short as rounding, or by the flip of its longest side where that hands over no area but rounding. Both
+    keep a triangulated sphere: a collapse if its ends have two common neighbours, a flip if its new side is not there
+    yet. Each leaves fewer such faces.
+
+    Attributes
+    ----------
+    faces : (m, 3) int64 array
+        The faces, of which `left` are left.
+    owners : (2, m) int64 array
+        The face of A and of B that each is a part of.
+    on : pair of (k, 3) float64 arrays
+        The nodes on A and on B, in each one's own unit.
+    node : (k,) int64 array
+        The node that each has become.
     """
-    n = len(x)
-    node, left, rows = np.arange(n), np.ones(len(faces), dtype=bool), np.arange(len(faces))
-    vertices_b, single, shapes = on_b[other], (own, other), (x, on_a, on_b)
-    while True:
-        rows = rows[_areas(x, node[faces[rows]]) < least[rows]]
-        corners = node[faces[rows]]
-        ends = np.stack((corners, np.roll(corners, -1, axis=1)), axis=2)
-        gap = np.min([_squares(p[ends[..., 0]] - p[ends[..., 1]]) / np.abs(p).max() ** 2 for p in shapes], axis=0)
-        closest = gap.argmin(axis=1)
-        every = np.arange(len(ends))
-        shortest = ends[every, closest][gap[every, closest] <= _ROUNDING**2]
-        while True:
-            _, group = components(shortest[:, 0], shortest[:, 1], n)
-            refused = np.zeros(n, dtype=bool)
-            for nodes in single:
-                refused[np.bincount(group[np.unique(node[nodes])], minlength=n) > 1] = True
-            new = np.full(n, n)
-            np.minimum.at(new, group, np.arange(n))
-            new = new[group]
-            merged = np.bincount(new, minlength=n)[new] > 1
-            touched = np.flatnonzero(left & merged[node[faces]].any(axis=1))
-            corners = new[node[faces[touched]]]
-            flat = (corners == np.roll(corners, -1, axis=1)).any(axis=1)
-            sides, times = np.unique(_sides(corners[~flat], n), return_counts=True)
-            double = sides[times > 1]  # beside one of these, faces would be folded together
-            refused[group[double // n]] = refused[group[double % n]] = True
-            keep = ~refused[group[shortest[:, 0]]]
-            if keep.all():
-                break
-            shortest = shortest[keep]
-        if not len(shortest):
-            return node
-        node = new[node]
-        on_b[node[other]] = vertices_b
-        left[touched[flat]] = False
-        rows = touched[~flat]
+
+    def __init__(self, faces: IntArray, owners: IntArray, on: tuple[FloatArray, FloatArray],
+                 surfaces: tuple[FloatArray, FloatArray], vertices: tuple[IntArray, IntArray]) -> None:
+        self.faces, self.owners, self.on = faces, owners, on
+        self.left, self.node = np.ones(len(faces), dtype=bool), np.arange(len(on[0]))
+        self._normals = tuple(_normals(surface) for surface in surfaces)
+        self._vertex = tuple(marked(rows, len(self.node)) for rows in vertices)
+
+    def merge(self) -> int:
+        """Take out what faces a collapse or a flip takes out; how many are left that are not positive."""
+        rows = np.flatnonzero(self.left)
+        flat = rows[self._flat(rows)].tolist()
+        if not flat:
+            return 0
+        inner = marked(self.faces[touching(self.faces, marked(self.faces[flat], len(self.node))) & self.left],
+                       len(self.node))
+        near = np.flatnonzero(touching(self.faces, inner) & self.left)
+        # Few faces at a time are looked at: lists of numbers are faster than arrays then.
+        self._whole = set(np.flatnonzero(inner).tolist())  # nodes whose faces are all in `_at`
+        self._corners = dict(zip(near.tolist(), self.faces[near].tolist(), strict=True))
+        self._owner = dict(zip(near.tolist(), self.owners[:, near].T.tolist(), strict=True))
+        self._at: dict[int, set[int]] = {}
+        for i, corners in self._corners.items():
+            for v in corners:
+                self._at.setdefault(v, set()).add(i)
+        self._bad = set(flat)
+        while any([self._collapse(i) or self._flip(i) for i in flat if i in self._bad]):
+            pass
+        kept = list(self._corners)
+        self.left[near] = False
+        self.left[kept] = True
+        self.faces[kept], self.owners[:, kept] = list(self._corners.values()), np.transpose(list(self._owner.values()))
+        return len(self._bad)
+
+    def _flat(self, rows: IntArray) -> BoolArray:
+        """Which faces are not positive beyond rounding on a surface whose face there is not flat itself, or have a side
+        as short as rounding on both."""
+        faces, flat, square = self.faces[rows], np.zeros(len(rows), dtype=bool), np.zeros((3, len(rows)))
+        for p, normals, owner in zip(self.on, self._normals, self.owners[:, rows], strict=True):
+            a, b, c = p[faces].transpose(1, 0, 2)
+            normal, own = normals[owner], np.stack([_squares(side) for side in (b - a, c - b, a - c)])
+            flat |= ~(row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)) & normal.any(axis=1)
+            square = np.maximum(square, own)
+        return flat | (square.min(axis=0) <= _ROUNDING**2)
+
+    def _is_flat(self, corners: list[int], owners: list[int]) -> bool:
+        """The same of one face."""
+        sides = [0.0, 0.0, 0.0]
+        for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (p[v].tolist() for v in corners)
+            nx, ny, nz = normals[owner].tolist()
+            bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+            own = [bx * bx + by * by + bz * bz, (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2,
+                   cx * cx + cy * cy + cz * cz]
+            twice = (by * cz - bz * cy) * nx + (bz * cx - bx * cz) * ny + (bx * cy - by * cx) * nz
+            if not twice > _FLAT * max(own) and (nx or ny or nz):
+                return True
+            sides = list(map(max, sides, own))
+        return bool(min(sides) <= _ROUNDING**2)
+
+    def _neighbours(self, v: int) -> set[int]:
+        return {w for i in self._at[v] for w in self._corners[i]} - {v}
+
+    def _distance(self, v: int, w: int) -> float:
+        """Of two nodes, the larger one of both surfaces."""
+        return max(dist(p[v].tolist(), p[w].tolist()) for p in self.on)
+
+    def _collapse(self, i: int) -> bool:
+        """Collapse the shortest side of a face if it is as short as rounding; whether it did."""
+        a, b, c = self._corners[i]
+        length, v, w = min((self._distance(v, w), v, w) for v, w in ((a, b), (b, c), (c, a)))
+        first, second = ([fixed[u] for fixed in self._vertex] for u in (v, w))
+        if length > SHORT or (first[0] and second[0]) or (first[1] and second[1]):
+            return False
+        if any(first) and any(second):
+            return self._onto(v, w) if second[0] else self._onto(w, v)  # the vertex of A stays
+        return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
+
+    def _onto(self, out: int, into: int) -> bool:
+        """Collapse the edge between two nodes onto one of them, if that leaves fewer flat faces."""
+        if not {out, into} <= self._whole or len(self._neighbours(out) & self._neighbours(into)) != 2:
+            return False
+        around = self._at[out] | self._at[into]
+        gone = self._at[out] & self._at[into]
+        old = [p[into].copy() for p in self.on]
+        for p, fixed in zip(self.on, self._vertex, strict=True):
+            if fixed[out]:
+                p[into] = p[out]
+        corners = {i: [into if v == out else v for v in self._corners[i]] for i in around - gone}
+        bad = {i for i, each in corners.items() if self._is_flat(each, self._owner[i])}
+        if len(bad) >= len(self._bad & around):
+            for p, place in zip(self.on, old, strict=True):
+                p[into] = place
+            return False
+        for fixed in self._vertex:
+            fixed[into] |= fixed[out]
+        for i in gone:
+            for v in self._corners.pop(i):
+                self._at[v].discard(i)
+            del self._owner[i]
+        self._corners |= corners
+        self._at[into] |= self._at.pop(out)
+        self._bad = self._bad - around | bad
+        self.node[out] = into
+        return True
+
+    def _flip(self, i: int) -> bool:
+        """Flip the longest side of a face that is as thin as rounding; whether it did."""
+        if i not in self._bad:
+            return False
+        a, b, c = self._corners[i]
+        _, v, p, q = max((self._distance(p, q), v, p, q) for v, p, q in ((a, b, c), (b, c, a), (c, a, b)))
+        if not {v, p, q} <= self._whole:
+            return False
+        (j,) = self._at[p] & self._at[q] - {i}
+        (u,) = set(self._corners[j]) - {p, q}
+        if u == v or u in self._neighbours(v):
+            return False
+        for x, own, other in zip(self.on, self._owner[i], self._owner[j], strict=True):
+            height = np.linalg.norm(np.cross(x[p] - x[v], x[q] - x[v])) / (dist(x[p], x[q]) or 1.0)
+            if own != other and height > SHORT:
+                return False
+        corners = {i: [v, p, u], j: [v, u, q]}
+        bad = {k for k, each in corners.items() if self._is_flat(each, self._owner[j])}
+        if len(bad) >= len(self._bad & {i, j}):
+            return False
+        self._corners |= corners
+        self._owner[i] = self._owner[j]
+        self._at[q].discard(i)
+        self._at[p].discard(j)
+        self._at[v].add(j)
+        self._at[u].add(i)
+        self._bad = self._bad - {i, j} | bad
+        return True
 
 
 def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
@@ -131,16 +234,12 @@ def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray,
 
     `surface` are the corners (m, 3, 3) of the surface's faces, `owners` those that faces are parts of. Each one that
     is not positive asks for the least moves of its corners that give it a height above rounding; where several move a
-    node, their moves are averaged. Faces as small as what `merge_close` takes for one point stay as they are.
+    node, their moves are averaged. Faces whose sides are as short as rounding stay as they are.
     """
     height = _ROUNDING / 4 * np.abs(p).max()
     movable = np.ones(len(p), dtype=bool)
     movable[fixed] = False
-    a, b, c = surface.transpose(1, 0, 2)
-    normals = row_crosses(b - a, c - a)
-    length = np.sqrt(row_dots(normals, normals))
-    normals[length <= height * np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))] = 0
-    normals = unit_rows(normals)
+    normals = _normals(surface)
     rows = np.arange(len(faces))
     for _ in range(_ROUNDS):
         f, normal = faces[rows], normals[owners[rows]]
@@ -163,15 +262,13 @@ def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray,
             break
 
 
-def _sides(f: IntArray, n: int) -> IntArray:
-    """A number for each half-edge of faces."""
-    return (f * n + np.roll(f, -1, axis=1)).ravel()
-
-
-def _areas(x: FloatArray, f: IntArray) -> FloatArray:
-    """Areas of flat triangles; libigl's lengths of sides lose those of thin ones."""
-    a, b, c = (x[f[:, k]] for k in range(3))
-    return np.sqrt(_squares(row_crosses(b - a, c - a))) / 2
+def _normals(surface: FloatArray) -> FloatArray:
+    """Unit normals of faces (m, 3, 3); zero where rounding decides them."""
+    a, b, c = surface.transpose(1, 0, 2)
+    normals = row_crosses(b - a, c - a)
+    longest = np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))
+    normals[np.sqrt(_squares(normals)) <= _ROUNDING / 4 * np.abs(surface).max() * longest] = 0
+    return unit_rows(normals)
 
 
 def _squares(d: FloatArray) -> FloatArray:

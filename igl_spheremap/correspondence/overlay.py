@@ -5,16 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..errors import own_errstate
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
-from ..mesh.measure import face_areas
+from ..mesh.edges import marked
 from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
-from .cells import Sides, merge_close, nudge
+from ..verify.signs import orientation_signs
+from .cells import SHORT, Coincidences, Sides, nudge
 from .walk import Segments, Triangulation, places, walk
+
+#: Rounds of merging and moving at most; two do nearly always.
+_ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +39,8 @@ class Overlay:
         The face of A and of B that each face is a part of.
     vertex_b : (n_B,) int64 array
         Which vertices are those of B.
+    merged : int
+        Vertices that float64 could not tell from others, which took their places.
     """
 
     faces: IntArray
@@ -44,6 +51,7 @@ class Overlay:
     face_a: IntArray
     face_b: IntArray
     vertex_b: IntArray
+    merged: int = 0
 
     def __repr__(self) -> str:
         return f"Overlay({len(self.on_a)} vertices, {len(self.faces)} faces)"
@@ -56,9 +64,11 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
     nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
-    Vertices that differ by rounding, as those of a map that was turned there and back, are merged, and so are edges
-    between them. Where edges are nearer to each other than some 1e-13 and yet apart, float64 can't tell the places of
-    their crossings: these are moved by some 1e-15 of the size, so that faces are positive on A and on B. Where a whole
+    What float64 can't tell apart is merged on purpose, and counted: vertices of B within some 6e-14 of vertices of A,
+    as those of a map that was turned there and back, lie where these do; edges up to that length on both surfaces are
+    collapsed, and faces of such a height flipped away, where they would be flat or negative. Every step keeps a
+    triangulated sphere and hands over areas of that order at most. Other nodes are moved by some 1e-15 of the size. So
+    the result is a closed oriented sphere whose faces are positive on A and on B. Where a whole
     limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
     that one.
 
@@ -86,7 +96,7 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     >>> len(common.faces) == 2 * len(common.on_a) - 4
     True
     """
-    A, B = Triangulation(a.mesh, a.sphere), Triangulation(b.mesh, b.sphere)
+    A, B = Triangulation(a.mesh, a.sphere), Triangulation(b.mesh, _snapped(b, a.sphere))
     of_a, of_b = places(A.x, B), places(B.x, A)
     alone = of_b.vertex < 0
     own = np.arange(len(A.x))
@@ -102,19 +112,42 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     on_a, on_b = interpolate(own_a, A.f, location_a), interpolate(own_b, B.f, location_b)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
     faces, cell = sides.triangles(x)
-    least = HALF_DIGITS * np.minimum(face_areas(A.x, A.f)[cell // len(B.f)], face_areas(B.x, B.f)[cell % len(B.f)])
-    node = merge_close(faces, least, x, on_a, on_b, own, other)
-    if (node != np.arange(len(node))).any():
-        faces, cell = sides.merged(node).triangles(x)
-        location_b.face[node[other]], location_b.weights[node[other]] = at_vertices(B.f)
-    owners = cell // len(B.f), cell % len(B.f)
-    for surface, positions, owner, vertices in ((own_a[A.f], on_a, owners[0], own),
-                                                (own_b[B.f], on_b, owners[1], node[other])):
-        nudge(positions, faces, surface, owner, vertices)
-    used, corners = np.unique(faces, return_inverse=True)
+    merged = Coincidences(faces, np.stack((cell // len(B.f), cell % len(B.f))), (on_a, on_b),
+                          (own_a[A.f], own_b[B.f]), (own, other))
+    for _ in range(_ROUNDS):
+        if not merged.merge():
+            break
+        kept = merged.faces[merged.left]
+        for positions, surface, owner, fixed in ((on_a, own_a[A.f], merged.owners[0], own),
+                                                 (on_b, own_b[B.f], merged.owners[1], other)):
+            nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
+    vertex_b = merged.node[other]
+    location_b.face[vertex_b], location_b.weights[vertex_b] = at_vertices(B.f)
+    used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
     on_a, on_b = np.ldexp(on_a[used], unit_a), np.ldexp(on_b[used], unit_b)
+    face_a, face_b = merged.owners[:, merged.left]
     return Overlay(corners.reshape(-1, 3), on_a, on_b, take_points(location_a, used), take_points(location_b, used),
-                   *owners, np.searchsorted(used, node[other]))
+                   face_a, face_b, np.searchsorted(used, vertex_b), len(x) - len(used))
+
+
+def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
+    """The sphere of a map whose vertices lie exactly where other points are that are as near as rounding.
+
+    Their edges then coincide exactly, too. A vertex keeps its place if its faces would fold otherwise.
+    """
+    y, own = b.sphere.copy(), np.arange(len(b.sphere))
+    distance, nearest = cKDTree(x).query(y, distance_upper_bound=SHORT)
+    near = np.flatnonzero(distance < np.inf)
+    back = cKDTree(y).query(x[nearest[near]])[1]
+    near = near[back == own[near]]
+    while len(near):
+        y[near] = x[nearest[near]]
+        folded = marked(b.faces[orientation_signs(unit_rows(y), b.faces) <= 0], len(y))
+        if not folded[near].any():
+            break
+        y[folded] = b.sphere[folded]
+        near = near[~folded[near]]
+    return y
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:

@@ -131,6 +131,38 @@ def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float, n
     assert np.abs(common.on_a - common.on_b).max() < tolerance + 1000 * noise
 
 
+def halved(v: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The ends of each edge, and faces with vertices in the middle of their sides, numbered after the others."""
+    sides = np.sort(f[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    ends, number = np.unique(sides, axis=0, return_inverse=True)
+    (a, b, c), (p, q, r) = f.T, number.reshape(-1, 3).T + len(v)
+    return ends, np.concatenate([np.column_stack(each) for each in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5, 9, 13, 14])
+def test_random_coincidences_are_merged_on_purpose(seed: int) -> None:
+    """Points, and middles of edges, that were turned there and back, shaken, or triangulated otherwise."""
+    rng = np.random.default_rng(seed)
+    a = hull(rng.normal(size=(int(rng.integers(20, 150)), 3)) * rng.uniform(0.3, 3, 3))
+    turn, noise = Rotation.random(random_state=seed).as_matrix(), 10 ** rng.uniform(-16.5, -10)
+    x = a.sphere @ turn @ turn.T
+    if seed % 4 == 0:
+        x, v, f = x + noise * rng.normal(size=x.shape), a.vertices, a.faces
+    else:
+        ends, f = halved(a.vertices, a.faces)
+        v, x = (np.concatenate((p, p[ends].mean(axis=1))) for p in (a.vertices, x))
+        x += noise * rng.normal(size=x.shape) * (seed % 4 - 1)
+    b = ism.sphere_map(v, f, x / np.linalg.norm(x, axis=1, keepdims=True))
+    common = overlay(a, b)
+    assert half_edges(common.faces, len(common.on_a)) is not None
+    assert len(common.faces) == 2 * len(common.on_a) - 4
+    assert np.array_equal(common.on_b[common.vertex_b], b.vertices)
+    for result, positions, owner in (a, common.on_a, common.face_a), (b, common.on_b, common.face_b):
+        areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
+        assert (areas > 0).all()
+        assert np.isclose(areas.sum(), whole.sum(), rtol=1e-12, atol=0)
+
+
 def test_faces_without_area_on_b_have_none_there_and_keep_theirs_on_a() -> None:
     a, b = turned(mapped("spheroid", 300), 3), mapped("pear", 400)
     flat = b.vertices.copy()
