@@ -21,11 +21,11 @@ def angles_or_areas(v, f, up, target, progress):
     bodies, spheres = [], []
     for balance in (0, 0.5, 1):
         result = ism.balanced_spherical_map(v, f, balance, listener=progress.listener(f))
-        checks = checkerboard(mesh, result.sphere, poles).checks
+        board = checkerboard(mesh, result.sphere, poles)
         angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.area_ratios()).mean())
-        bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=checks))
+        bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=board.checks))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-        spheres.append(Part(caption, result.sphere @ turn.T, f, checks=checks))
+        spheres.append(Part(caption, result.sphere @ turn.T, f, folded=board.folded, checks=board.checks))
     progress.close()
     show_parts([bodies, spheres], target, size=(1000, 720))
 

@@ -26,9 +26,10 @@ def every_iteration(v, f, up, target, progress):
 
     ism.spherical_conformal_map(v, f, "lai2014", listener=listener)
     progress.close()
+    frames = run.frames[1:]  # the first is the Gauss map, which is the start of the iterations, too
 
     def step(k):  # the surface, and the sphere before and after a step, through a lens
-        before, after = run.frames[k : k + 2]
+        before, after = frames[k : k + 2]
         folded = before.folded if before.foldings else after.folded
         parts = [Part(f"{len(v):,} vertices", fit(v, turn), f, folded=folded, legend=FOLDED_MARKS)]
         for word, frame in (("before", before), ("after", after)):
@@ -37,8 +38,8 @@ def every_iteration(v, f, up, target, progress):
             parts.append(Part(caption, x, f, folded=frame.folded, lens=follow(x, f, folded), edges=0.5))
         return [parts]
 
-    steps = len(run.frames) - 1
-    last_fold = max((k for k in range(steps) if run.frames[k].foldings), default=0)
+    steps = len(frames) - 1
+    last_fold = max((k for k in range(steps) if frames[k].foldings), default=0)
     show_parts(step, target, steps=steps, first=last_fold if target else 0, size=(1200, 560))
 
 

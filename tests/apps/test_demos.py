@@ -104,7 +104,7 @@ figures['files'] = os.listdir()
 """)
     assert figures.pop("files") == []
     used = {name.split("/")[-1]: set(labels) for name, labels in figures.items()}
-    assert used["every_iteration.py"] == {"<", ">", "##step"}
+    assert used["every_iteration.py"] == {"play ", "pause", "<", ">", "##step"}
     assert "colours" in used["compare_methods.py"]
     assert {"balance", "colours", "squares", "lens", "Moebius map"} <= used["checkerboard.py"]
 

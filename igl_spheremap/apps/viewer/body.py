@@ -126,6 +126,8 @@ class Body:
         In place of the colours, `checks` shows a checkerboard of unit squares: coordinates (3 m, 2) of the corners.
         """
         folded = _NONE if folded is None else folded
+        # On a sphere a checkerboard is to be seen, not the faces: those that are thin would look like scratches.
+        self.mesh.set_smooth_shade(self.lift and checks is not None)
         if checks is not None:
             both = (tuple(linear(np.array(colour))) for colour in palette.CHECKS)
             self.mesh.add_parameterization_quantity(

@@ -28,7 +28,7 @@ from .body import Body, Legend, Lens
 from .choices import COMPARISON_SIZE
 from .colouring import FOLDED_MARKS, SQUARES, Colouring, colouring, relief
 from .result_view import count_foldings, edge_width
-from .stage import Inset, Stage, draw_legend
+from .stage import Inset, Stage, draw_legend, text_width
 from .window import imgui, implot, is_offscreen, ps
 
 #: In standard deviations: the ends of the colours of a feature.
@@ -73,7 +73,7 @@ class PartsView(App):
 
     def __init__(self, rows: Rows | Callable[[int], Rows], steps: int = 1, first: int = 0) -> None:
         self._rows = rows if callable(rows) else lambda step: rows
-        self._steps, self.step = steps, first
+        self._steps, self.step, self._playing = steps, first, False
         shown = self._rows(first)
         bar = steps > 1 and not is_offscreen()
         self.stage = Stage(len(shown), max(map(len, shown)), panel=0, foot=_BAR if bar else 0)
@@ -96,14 +96,23 @@ class PartsView(App):
         steps = np.unique(np.linspace(0, self._steps - 1, length).astype(int)).tolist()
         return [(partial(self.go_to, step), step == steps[-1]) for step in steps]
 
+    def tick(self) -> None:
+        if self._playing:
+            self.go_to(self.step + 1)
+            self._playing = self.step + 1 < self._steps
+
     def panel(self) -> None:
         for inset in self._insets:
             inset.annotate()
         if not self.stage.foot:
             return
         width, height = ps.get_window_size()
-        with _bare_window("steps", (0, height - _BAR), (width, _BAR)):
+        with _strip("steps", (0, height - _BAR), (width, _BAR)):
             step, last = self.step, self._steps - 1
+            if imgui.Button("pause" if self._playing else "play "):
+                self._playing = not self._playing
+                step = 0 if step == last else step
+            imgui.SameLine()
             for label, move in (("<", -1), (">", 1)):
                 if imgui.Button(label):
                     step = min(max(step + move, 0), last)
@@ -111,7 +120,10 @@ class PartsView(App):
             imgui.PushItemWidth(-1)
             moved, slid = imgui.SliderInt("##step", step, 0, last, f"%d of {last:,}")
             imgui.PopItemWidth()
-        self.go_to(min(max(slid, 0), last) if moved else step)
+        slid = min(max(slid, 0), last) if moved else step
+        if slid != self.step:
+            self._playing &= slid == 0
+            self.go_to(slid)
 
     def _place(self, rows: Rows) -> None:
         """Put the parts of a step on the stage, in place of those of another."""
@@ -234,8 +246,8 @@ class Comparison(ColouredApp):
             draw_legend(canvas, 0.82 * width, 8, 0.34 * width, FOLDED_MARKS)
         if is_offscreen():
             return
-        with _bare_window("show", (8, 4), (290, 44)):
-            imgui.PushItemWidth(180)
+        with _strip("show", (8, 4), (250, 38)):
+            imgui.PushItemWidth(160)
             subject = subject_combo(self.subject)
             imgui.PopItemWidth()
         if subject != self.subject:
@@ -245,32 +257,33 @@ class Comparison(ColouredApp):
         """Angle differences of each map under its column, on the same axes; bars at the ends are cut off."""
         top = max(float(share[1:-1].max()) for _, share in self._histograms.values())
         flags = implot.ImPlotFlags_CanvasOnly | implot.ImPlotFlags_NoInputs
-        ticks = np.linspace(-_DEGREES, _DEGREES, 5)
+        ticks, labels = np.linspace(-_DEGREES, _DEGREES, 5), ("degrees, image minus source", "degrees")
         for k, (name, (edges, share)) in enumerate(self._histograms.items()):
             left, upper, width, height = self.stage.cell(1, k)
-            with _bare_window(f"##histogram {k}", (left, upper + height), (width, _FOOT)):
+            with _strip(f"##histogram {k}", (left, upper + height), (width, _FOOT), ground=False):
+                label = next((label for label in labels if text_width(label) < 0.9 * width), labels[-1])
+                implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, (50.0, 50.0))
                 if implot.BeginPlot(f"##{k}", (-1, -1), flags):
-                    implot.SetupAxes("degrees, image minus source", "", 0, implot.ImPlotAxisFlags_NoDecorations)
+                    implot.SetupAxes(label, "", 0, implot.ImPlotAxisFlags_NoDecorations)
                     implot.SetupAxesLimits(-1.2 * _DEGREES, 1.2 * _DEGREES, 0, 1.05 * top, implot.ImPlotCond_Always)
                     implot.SetupAxisTicks(implot.ImAxis_X1, ticks, [f"{tick:g}" for tick in ticks])
                     implot.SetNextFillStyle((*LINES[0], 1.0))
                     implot.PlotShaded(name, (edges[1:] + edges[:-1]) / 2, np.minimum(share, top))
                     implot.EndPlot()
+                implot.PopStyleVar()
 
 
 @contextmanager
-def _bare_window(title: str, place: tuple[float, float], size: tuple[float, float]) -> Iterator[None]:
-    """Widgets at a place, without a frame and without a ground."""
+def _strip(
+    title: str, place: tuple[float, float], size: tuple[float, float], *, ground: bool = True
+) -> Iterator[None]:
+    """Widgets or a plot at a place, on a grey ground or on none."""
     imgui.StyleColorsLight()  # polyscope gives every context its own colours
     implot.StyleColorsLight()
     imgui.SetNextWindowPos(place)
     imgui.SetNextWindowSize(size)
-    imgui.Begin(
-        title,
-        imgui.ImGuiWindowFlags_NoDecoration
-        | imgui.ImGuiWindowFlags_NoBackground
-        | imgui.ImGuiWindowFlags_NoSavedSettings,
-    )
+    flags = imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings
+    imgui.Begin(title, flags if ground else flags | imgui.ImGuiWindowFlags_NoBackground)
     try:
         yield
     finally:
