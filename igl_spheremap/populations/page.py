@@ -30,7 +30,7 @@ from ..verify.distortion import area_distortion
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
 from .job import Options
-from .table import FIGURES, MAPPED, Row, fences, outlying, plain, worst_first
+from .table import FIGURES, MAPPED, OUTLIER, Row, fences, outlying, plain, worst_first
 
 SIZE = 180  # pixels of each of the four views
 _AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
@@ -99,7 +99,8 @@ def write_page(
             f"<p>Files {escape(where)}</p>" if where else "",
             f'<div class="plots">{"".join(_histograms(rows, limits))}</div>',
             "<h2>Maps</h2><p>Worst first: files without a map, then by foldings, then by the figure farthest above "
-            f"those of the others. Click bars to see their maps, a map to see all of it.{left_out}</p>",
+            f"those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. Click "
+            f"a bar to see its maps, a map to see all of it.{left_out}</p>",
             f'<div class="legends">{legend(ramp)}{legend(("folded face", FOLDED))}</div>', _toolbar(rows),
             f'<div class="sheet">{"".join(cards)}</div><dialog></dialog><script>{code}</script>']
     with replacing(path, force=True) as partial:
@@ -118,15 +119,18 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
 
     >>> _short(["a/b/c.ply", "a/d.ply"])
     ('a/', '.ply', {'a/b/c.ply': 'b/c', 'a/d.ply': 'd'})
+    >>> _short(["/a/b.ply", "c.obj"])
+    ('', '', {'/a/b.ply': '/a/b.ply', 'c.obj': 'c.obj'})
     """
-    try:
-        common = Path(os.path.commonpath([Path(name).parent for name in names]))
-    except ValueError:  # no names, or absolute and relative ones
-        common = Path()
     endings = {Path(name).suffix for name in names}
     ending = endings.pop() if len(endings) == 1 else ""
-    short = {name: Path(os.path.relpath(name, common)).as_posix().removesuffix(ending) for name in names}
-    return "" if common == Path() else f"{common.as_posix()}/", ending, short
+    try:
+        common = Path(os.path.commonpath([Path(name).parent for name in names]))
+    except ValueError:  # there are no names, or absolute and relative ones
+        common = Path()
+    short = {name: (Path(name).relative_to(common) if common != Path() else Path(name)).as_posix() for name in names}
+    folder = "" if common == Path() else f"{common.as_posix().rstrip('/')}/"
+    return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
 
 
 def _toolbar(rows: Sequence[Row]) -> str:
