@@ -99,8 +99,8 @@ def write_page(
             f"<p>Files {escape(where)}</p>" if where else "",
             f'<div class="plots">{"".join(_histograms(rows, limits))}</div>',
             "<h2>Maps</h2><p>Worst first: files without a map, then by foldings, then by the figure farthest above "
-            f"those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. Click "
-            f"a bar to see its maps, a map to see all of it.{left_out}</p>",
+            f"those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. "
+            f"Click a bar to see its maps, a map to see all of it.{left_out}</p>",
             f'<div class="legends">{legend(ramp)}{legend(("folded face", FOLDED))}</div>', _toolbar(rows),
             f'<div class="sheet">{"".join(cards)}</div><dialog></dialog><script>{code}</script>']
     with replacing(path, force=True) as partial:
