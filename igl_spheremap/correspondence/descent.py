@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mesh.arrays import FloatArray
+from ..mesh.timings import counted, log_share
 from ..newton.faces import FaceProblem, VertexTerm
 from ..newton.loop import LineSearch, newton
 from ..shapes.rotation import RotationCandidate
@@ -94,7 +95,7 @@ class Descent:
         """
         candidates = self._pair.rotations(width)
         starts = [self._turned(each, width if moebius else None) for each in candidates]
-        best = int(np.argmin([self._outlook(start) for start in starts]))
+        best = int(np.argmin([self._outlook(start) for start in counted("starts", starts)]))
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
@@ -119,10 +120,23 @@ class Descent:
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """The map that a start on A's own mesh leads to, and the level that it is on, refined near landmarks."""
+        work = [(stage, (size or len(self._a.x)) * stage.steps) for size, stages in self._plan for stage in stages]
+        total, ahead, now, step = sum(cost for _, cost in work), 0, 0, 0
+
+        def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
+            nonlocal ahead, now, step
+            while work[now][0] is not stage:
+                ahead, now, step = ahead + work[now][1], now + 1, 0
+            step += 1
+            log_share("steps", ahead + work[now][1] * step // (stage.steps + 1), total)
+            report(stage, level, y, energy)
+
+        log_share("steps", 0, total)
         level, y = self._a, start
         for size, stages in self._plan:
             a, b = self._level(size)
-            level, y = self.lowered(a, b, level.carried(y, a), stages, report)
+            level, y = self.lowered(a, b, level.carried(y, a), stages, take)
+        log_share("steps", total, total)
         return level, y
 
     def _level(self, size: int | None) -> tuple[Level, Level]:

@@ -29,6 +29,8 @@ _WIDEST = 0.7  # tells how bodies face each other: of a cortex a next rotation c
 #: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
 _CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.35, 0.12)),
           (10242, 0.9, (0.35, 0.12, 0.05)))
+#: The widths in use, from the widest: without data the depth potential of each is compared.
+WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
@@ -168,9 +170,8 @@ def register(
     moving = reflected(moving) if reflect else moving
     a = Level.of(moving, "moving", smoothing=_SMOOTHING)
     b = Level.of(fixed, "fixed", smoothing=_SMOOTHING)
-    widths = list(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
-    pair = FeaturePair(a, b, features, widths, ("features of the moving surface", "features of the fixed surface"))
-    first = _WIDEST if features is None else widths[-1]  # data are compared nearly as they are
+    pair = FeaturePair(a, b, features, WIDTHS, ("features of the moving surface", "features of the fixed surface"))
+    first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
     columns = pair.moving([first]).shape[1]
     plan = [Stage(min(size, len(a.x)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
             for size, share, each in _CHAIN]

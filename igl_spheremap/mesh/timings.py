@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from typing import TypeVar
 
 LOGGER = logging.getLogger(__name__)
-#: What `counted` logs; the arguments of the record are name, number done, and total.
+#: What `log_share` logs; the arguments of the record are name, number done, and total.
 _COUNT = "%s: %d of %d"
 T = TypeVar("T")
 _SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
@@ -33,9 +33,14 @@ def counted(name: str, items: Sequence[T]) -> Iterator[T]:
     ['a', 'b']
     """
     for done, item in enumerate(items):
-        LOGGER.info(_COUNT, name, done, len(items))
+        log_share(name, done, len(items))
         yield item
-    LOGGER.info(_COUNT, name, len(items), len(items))
+    log_share(name, len(items), len(items))
+
+
+def log_share(name: str, done: int, total: int) -> None:
+    """Log how much of some work is done: 0 when it begins, all when it ends."""
+    LOGGER.info(_COUNT, name, done, total)
 
 
 def timings() -> dict[str, float]:

@@ -43,7 +43,8 @@ class Progress(logging.Handler):
         self._bar: _Line | None = None
         self._stage = ""
         self._loop: object = None  # the outermost one that is counted
-        self._began = self._shown = 0.0
+        self._share = ""  # what is done of it, and the time that is left
+        self._began, self._shown = 0.0, -math.inf
 
     def __enter__(self) -> "Progress":
         LOGGER.addHandler(self)
@@ -103,16 +104,13 @@ class Progress(logging.Handler):
     def listener(self, f: IntArray) -> Listener:
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
 
-        shown = -math.inf
-
         def show(iterate: Iterate) -> None:
-            nonlocal shown
             bar, now = self._bar, time.monotonic()
-            if bar is not None and (bar.disable or now - shown < _INTERVAL):
+            if bar is not None and (bar.disable or now - self._shown < _INTERVAL):
                 return
-            shown = now
+            self._shown = now
             foldings = int(folded_faces(iterate.x, f).sum())
-            self._line(title_of(iterate), f"foldings {foldings}, {measures(iterate)}")
+            self._line(title_of(iterate) + self._share, f"foldings {foldings}, {measures(iterate)}")
 
         return show
 
@@ -125,7 +123,7 @@ class Progress(logging.Handler):
         """Clear the line."""
         if self._bar is not None:
             self._bar.close()
-        self._bar, self._stage, self._loop = None, "", None
+        self._bar, self._stage, self._loop, self._share = None, "", None, ""
 
     def _line(self, text: str, postfix: str = "") -> None:
         """Show a text in the place of the stage's name, without beginning its time anew."""
@@ -141,14 +139,15 @@ class Progress(logging.Handler):
             return
         now = time.monotonic()
         if done == 0:
-            self._loop, self._began, self._shown = name, now, now
+            self._loop, self._began, self._share = name, now, ""
         elif done == total:
-            self._loop = None
+            self._loop, self._share = None, ""
             self._line(self._stage)
-        elif now - self._shown > _INTERVAL and (now - self._began) * total > _LONG_LOOP * done:
-            left = (now - self._began) * (total - done) / done
-            self._shown = now
-            self._line(f"{self._stage}: {done / total:.0%}, {_duration(left)} left")
+        elif (now - self._began) * total > _LONG_LOOP * done:
+            self._share = f": {done / total:.0%}, {_duration((now - self._began) * (total - done) / done)} left"
+            if now - self._shown > _INTERVAL:
+                self._shown = now
+                self._line(self._stage + self._share)
 
     def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
         self.close()

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....correspondence import STAGES
-from ....correspondence.registration import Registration, reflected, register
+from ....correspondence.registration import WIDTHS, Registration, reflected, register
 from ....io.written_map import write_map
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
@@ -19,8 +19,8 @@ from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
 from ..output import Findings, check_outputs, write_target
 
-#: What is compared where no features are given.
-_GEOMETRY = ["curvature", "depth"]
+#: Depth potentials by their widths, which are compared without --feature.
+_GEOMETRY = [f"depth ({width:g})" for width in WIDTHS]
 
 
 def run_register(args: Namespace) -> Exit:

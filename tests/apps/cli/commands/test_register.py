@@ -35,7 +35,7 @@ def words(*options):
     return ["register", SOURCE, "moving.obj", SOURCE, "fixed.obj", *options]
 
 
-def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path):
+def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path, caplog):
     monkeypatch.chdir(folder)
     out, figures = str(tmp_path / "out.obj"), str(tmp_path / "figures.json")
     assert main(words(out, "--feature", "f=features.npz,features.npz", "--json", figures, "-q")) == 0
@@ -46,6 +46,20 @@ def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path):
     assert report["certificate"]["folding_free"]
     assert np.allclose(np.array(report["rotation"]) @ R, np.eye(3), atol=0.01)
     assert [stage["name"] for stage in report["stages"]] == ["start", "rotation", "elastic"]
+    shares = [record.args[1:] for record in caplog.records if record.args and record.args[0] == "steps"]
+    assert shares == sorted(shares)  # by which progress shows the time that is left
+    assert shares[0][0] == 0
+    assert shares[-1][0] == shares[-1][1]
+    assert len(set(shares)) > 3
+
+
+def test_without_features_depths_are_compared_and_named(folder, monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(folder)
+    body = "sample:pear:n_vertices=300"
+    ism.write_map("pear.obj", ism.spherical_conformal_map(ism.read_mesh(body)), force=True)
+    out = str(tmp_path / "out.obj")
+    assert main(["register", body, "pear.obj", body, "pear.obj", out, "--stages", "rotation"]) == 0
+    assert "of depth (0.7) 1.0000, of depth (0.35) 1.0000" in " ".join(capsys.readouterr().out.split())
 
 
 def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
