@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..sphere.rows import row_crosses, row_dots
+from ..sphere.rows import row_crosses, row_lengths
 
 #: Folded faces that colour less than the square of so many pixels get a mark, to be seen at all.
 SEEN = 3.0
@@ -86,13 +86,14 @@ class Marks:
 
     @classmethod
     def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
-        """Marks of faces that are folded, on a map to the sphere or on a surface whose faces turn outwards."""
+        """Marks of faces that are folded, on a map to the sphere or the plane z = 0, or on a surface."""
         clusters = Clusters.of(f, folded)
         a, b, c = (x[f[clusters.faces, k]] for k in range(3))
         outward, middles = row_crosses(b - a, c - a) / 2, (a + b + c) / 3
-        if sphere:  # a face that is flipped turns inwards
-            length = np.sqrt(row_dots(middles, middles))[:, None]
-            outward = middles * np.sqrt(row_dots(outward, outward))[:, None] / np.maximum(length, 1e-300)
+        plane = not x[:, 2].any()
+        if plane or sphere:  # of a map: a face that is flipped turns the other way
+            way = np.array([[0.0, 0.0, 1.0]]) if plane else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
+            outward = row_lengths(outward)[:, None] * way
         return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward)
 
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:

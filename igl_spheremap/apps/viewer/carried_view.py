@@ -68,7 +68,7 @@ class CarriedView(ColouredApp):
                       for name, each in figures.items()]
         errors = self.result.landmark_errors
         if len(errors):
-            lines.append(f"{len(errors)} landmarks, the farthest missed by {errors.max():.3g}")
+            lines.append(f"{len(errors)} landmark{'s' * (len(errors) > 1)}, the farthest missed by {errors.max():.3g}")
         return [*lines, *self.result.notes]
 
     def show_subject(self, subject: str) -> None:
