@@ -121,10 +121,10 @@ class Recording(History):
         """
         with self._lock:
             size = self._nbytes()
-            said = f"{size / 1e6:.{int(size < 1e7)}f} of {self._budget / 1e6:,.0f} MB"
+            said = f"{size / 1e6:,.{int(size < 1e7)}f} of {self._budget / 1e6:,g} MB"
             if len(self._frames) == len(self.steps):
                 return f"{said}: every iteration is kept"
-            others, changes = (f"2 of {stride}" if stride > 2 else "all" for stride in self._strides)
+            others, changes = (f"2 of {stride:,}" if stride > 2 else "all" for stride in self._strides)
             return (
                 f"{said}: {len(self._frames):,} of {len(self.steps):,} iterations are kept, the starts and ends of all "
                 f"stages, {changes} at which the number of foldings changes, and {others} others"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import queue
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -187,8 +189,17 @@ class _Sender:
         self._unsent = []
 
 
+def _end_with_window() -> None:
+    """End this process where the other one was killed: it would wait for ever for its messages to be taken."""
+    window = multiprocessing.parent_process()
+    if window is not None:
+        window.join()
+        os._exit(1)
+
+
 def _work(load: Callable[[], Source], solve: Solve, messages: Any, stopped: Event) -> None:
     """The process: whatever happens, its last message is the result or the error."""
+    threading.Thread(target=_end_with_window, daemon=True).start()
     try:
         v, f = load()
         check_mesh(v, f)

@@ -1,7 +1,9 @@
 """The player: every iterate of a run, its foldings always in sight, computed beside the window."""
 
 import json
+import subprocess
 import sys
+import time
 from functools import partial
 
 import numpy as np
@@ -105,6 +107,34 @@ def test_what_ends_a_run_in_its_process_is_known_here():
     run.wait()
     assert isinstance(run.error, TypeError | ValueError)
     assert not run.running
+
+
+@pytest.mark.posix
+def test_the_process_of_a_run_ends_with_a_window_that_is_killed():
+    code = """
+import time
+from functools import partial
+import igl_spheremap as ism
+from igl_spheremap.apps.viewer.background_run import BackgroundRun
+run = BackgroundRun(partial(ism.samples.make, 'dumbbell', n_vertices=300),
+                    partial(ism.spherical_conformal_map, method='lai2014'))
+while run.mesh is None:
+    run.poll(0.1, 0.1)
+print(run._process.pid, flush=True)
+time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as window:
+        process = int(window.stdout.readline())
+        window.kill()
+
+    def is_alive():
+        state = run(["ps", "-o", "stat=", "-p", str(process)]).stdout.strip()
+        return bool(state) and not state.startswith("Z")  # a process that ended may wait to be reaped
+
+    until = time.monotonic() + 30
+    while is_alive() and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not is_alive()
 
 
 def test_no_colour_but_that_of_folded_faces_is_red():
