@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..operators.laplacian import (
@@ -204,7 +204,13 @@ class OwnEnergy:
         if not isinstance(found, tuple | list) or len(found) != 2 or np.ndim(found[0]) != 0:
             raise TypeError(f"the fidelity term returned no number and array; return its value and its ({len(x)}, 3) "
                             "derivatives")
-        return float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")
+        value, derivatives = float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")
+        if np.isfinite(value) and not np.isfinite(derivatives).all():
+            bad = np.flatnonzero(~np.isfinite(derivatives).all(axis=1))
+            where = f"{count(bad, 'vertex', 'vertices')}, {examples(bad)}"
+            raise ValueError(f"derivatives of the fidelity term are not finite at {where}; return finite ones, or an "
+                             "infinite value")
+        return value, derivatives
 
 
 @dataclass(frozen=True, eq=False)

@@ -204,7 +204,8 @@ def fidelity_map(
     MeshError
         If the mesh is invalid, or `start` or the derivatives have not one row per vertex.
     ValueError
-        If the gauge is unknown, a number negative or NaN, or the term not finite at the start.
+        If the gauge is unknown, a number negative or NaN, or the term not finite at the start, or its derivatives
+        where its value is.
     TypeError
         If the term can't be called, or returns no number and array.
 

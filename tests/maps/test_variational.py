@@ -197,6 +197,7 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
     (lambda x: (x, x), TypeError, r"return its value and its \(642, 3\) derivatives"),
     (lambda x: (1.0, x[1:]), ism.MeshError, "derivatives of the fidelity term have 641 rows"),
     (lambda x: (np.nan, x), ValueError, "nan at the start"),
+    (lambda x: (1.0, x / (x[:, :1] != x[7, 0])), ValueError, r"not finite at \d+ vert\w+, e.g. "),
     (lambda x: (float(x.sort() or 0), x), ValueError, "read-only"),
 ])
 def test_terms_that_are_none_are_refused(term, error, message):
