@@ -14,6 +14,7 @@ from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.variational import check_landmarks, match_landmarks
 from ..mesh.arrays import FloatArray, listed_words
+from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
@@ -51,8 +52,8 @@ _NAMED = 5
 @own_errstate
 @timed()
 def match(
-    a: SphereMap | tuple[ArrayLike, ArrayLike],
-    b: SphereMap | tuple[ArrayLike, ArrayLike],
+    a: SphereMap | MeshLike,
+    b: SphereMap | MeshLike,
     landmarks: tuple[Points, Points] | None = None,
     features: tuple[ArrayLike, ArrayLike] | None = None,
     *,
@@ -70,8 +71,8 @@ def match(
 
     Parameters
     ----------
-    a, b : SphereMap or (v, f)
-        The surfaces with their maps, best area-preserving ones; arrays are mapped at balance 1.
+    a, b : SphereMap, (v, f) or another mesh object
+        The surfaces with their maps, best area-preserving ones; meshes are mapped at balance 1.
     landmarks : (points of A, points of B), optional
         Points that belong together, the same number of either: (k,) vertex indices, or a `Location`. They are met bit
         for bit on the sphere; three and more of them decide how the surfaces face each other. A's faces are divided
@@ -125,7 +126,7 @@ def match(
     history = History(listener)
     for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
         check_number(weight, name)
-    a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(*each, 1.0) for each in (a, b))
+    a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, 1.0) for each in (a, b))
     a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
     given = LandmarkPairs.of(landmarks, curves, a, b)
     vertices, goals = given.vertices, given.goals
