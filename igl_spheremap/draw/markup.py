@@ -87,7 +87,7 @@ def page_file(place: str | os.PathLike[str], name: str) -> Path:
     ('bunny.html', 'report.html')
     """
     path = Path(place)
-    if path.suffix == ".html" and not path.is_dir():
+    if path.suffix.lower() == ".html" and not path.is_dir():
         return path
     folder = path.is_dir() or str(place).endswith(("/", os.sep)) or not path.suffix
     if not folder or path.is_file():

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import sys
+from argparse import Namespace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -16,9 +17,11 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import UsageError
+from igl_spheremap.apps.cli.output import check_report
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
-from igl_spheremap.draw.markup import View, page, scene, table
+from igl_spheremap.draw.markup import View, page, page_file, scene, table
 from igl_spheremap.verify.distortion import angle_figures
 from igl_spheremap.verify.signs import folded_faces
 
@@ -160,6 +163,16 @@ def test_a_report_is_a_page_or_a_folder(tmp_path, name, capsys):
     assert main(words) == 64
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_a_report_goes_into_a_folder_that_is_there(tmp_path):
+    """Again and again; a file of the name of an output is refused."""
+    assert check_report(Namespace(report=str(tmp_path))) is None
+    assert page_file(tmp_path, "report.html") == tmp_path / "report.html"
+    assert page_file(f"{tmp_path}/v1.2/", "report.html") == tmp_path / "v1.2" / "report.html"
+    page = str(tmp_path / "x.HTML")
+    with pytest.raises(UsageError, match="would be lost"):
+        check_report(Namespace(report=page, json=page))
 
 
 def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypatch):

@@ -72,10 +72,10 @@ def check_report(args: Namespace) -> None:
     if args.report is None:
         return
     try:
-        path = page_file(args.report, "")
+        path = page_file(args.report, "index.html")
     except ValueError as error:
         raise UsageError(f"--report {error}") from None
-    if path.suffix == ".html":
+    if path == Path(args.report):  # a folder is made if it is missing
         check_writable(path, force=True)
         if os.path.realpath(path) in {os.path.realpath(other) for other in (*_inputs(args), *_paths(args, _OUTPUTS))}:
             raise UsageError(f"--report {path} is an input or another output, which would be lost; write another file")
