@@ -32,6 +32,9 @@ def main() -> str:
     mesh: ism.LoadedMesh = ism.read_mesh("sample:sphere:n_vertices=42")
     ball: ism.SphereMap = ism.spherical_conformal_map(mesh, "auto", tolerance=1e-2)
     assert ism.angle_differences((mesh.v, mesh.f), ball.sphere).shape == mesh.f.shape
+    found: ism.MeshInfo = ism.info(mesh)
+    loops: list[tuple[int, ...]] = [part.boundary_loops for part in found.topology.components]
+    assert loops == [()]
     assert ism.certify(ball.sphere, ism.check_mesh(v=mesh.v, f=mesh.f))
     return verdict(ism.certify(sphere, f))
 

@@ -67,7 +67,6 @@ class Progress(logging.Handler):
     def stage(self, name: str) -> None:
         """Begin a stage."""
         self._open(name, _PLAIN)
-        self._stage = name
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
         """Begin a stage of so many steps; call the result for each."""
@@ -128,7 +127,7 @@ class Progress(logging.Handler):
     def _line(self, text: str, postfix: str = "") -> None:
         """Show a text in the place of the stage's name, without beginning its time anew."""
         if self._bar is None:
-            self._open(text, _PLAIN)
+            self._open("", _PLAIN)
         assert self._bar is not None
         self._bar.set_description_str(text, refresh=False)
         self._bar.set_postfix_str(postfix)
@@ -151,6 +150,7 @@ class Progress(logging.Handler):
 
     def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
         self.close()
+        self._stage = name
         self._bar = _Line(
             desc=name,
             bar_format=bar_format,
