@@ -102,8 +102,8 @@ def eigen_projection(path: Path) -> list[str]:
         columns.append([
             Part(f"{name}\nthe conformal factor", fit(mesh.v, turn), mesh.f, factor.colours,
                  legend=factor.legend if len(columns) == 1 else None),
-            Part(f"{len(folds.folded):,} folded faces\n{power}", lens(x @ turn.T), mesh.f, folds.colours,
-                 folds.folded, edges=0.5),
+            Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds.colours, folds.folded,
+                 edges=0.5, lens=lens),
             Part(f"the surface of the eigenfunctions\nhas radii from {reach.min():.2f} to {reach.max():.2f}",
                  phi / max(1.0, reach.max()), mesh.f, folds.colours, edges=0.5),
         ])  # fmt: skip
