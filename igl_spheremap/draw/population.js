@@ -110,7 +110,7 @@ onkeydown = event => {
 onhashchange = open;
 
 for (const one of document.querySelectorAll(".bar[data-figure]"))
-  one.onclick = () => { bar = bar === one.dataset ? null : one.dataset; show(); };
+  one.onclick = () => { bar = bar === one.dataset ? null : one.dataset; show(); form.scrollIntoView({block: "nearest"}); };
 form.bars.onclick = () => { bar = null; show(); };
 form.onsubmit = event => event.preventDefault();
 form.oninput = show;
