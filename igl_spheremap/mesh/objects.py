@@ -61,8 +61,7 @@ class TakesMesh(Protocol[P, R_co]):
     def __call__(self, v: ArrayLike, f: ArrayLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
     @overload
     def __call__(self, v: MeshLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
-    def __call__(self, *args: Any, **kwargs: Any) -> R_co:
-        """Call the function."""
+    def __call__(self, *args: Any, **kwargs: Any) -> R_co: ...
 
 
 def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> TakesMesh[P, R]:
