@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,18 +14,25 @@ from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
 from ..balance.flat_faces import FlatFaces
 from ..errors import check_number, own_errstate
-from ..mesh.arrays import FloatArray
-from ..mesh.disk import Disk
+from ..mesh.arrays import FloatArray, own_unit
+from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..newton.system import VertexSystem
-from ..result.plane_map import PlaneMap, upright
-from ..result.run import History, Listener, Run, Status
+from ..result.plane_map import PlaneMap, in_space, upright
+from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
+from ..verify.distortion import edge_distortion
 from .disk_map import disk_conformal_map
 from .problem import RADIUS, FreeProblem
+from .unrolling import FLAT, stretch, unrolled
+
+#: How an isometry came about: its energy is the least that any layout has.
+_UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
+#: Factors of lengths from which on a note names them.
+_FAR = 10.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,9 +58,11 @@ class FlatMap(PlaneMap):
 def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Listener | None = None) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
-    The sum over faces of the squares, nearly, of logarithms of stretches is minimised by Newton steps from the
-    conformal disk: those of angles count 1 - `balance`, those of areas `balance`. No step folds a face or lets the
-    boundary cross itself, which exact arithmetic decides, so that the map is injective.
+    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat
+    ones to 1e-9. On any other, and where that layout overlaps itself, the sum over faces of the squares, nearly, of
+    logarithms of stretches is minimised by Newton steps from the conformal disk: those of angles count 1 - `balance`,
+    those of areas `balance`. No step folds a face or lets the boundary cross itself, which exact arithmetic decides, so
+    that the map is injective. Notes say where a layout would overlap, or lengths are off by a factor of 10 or more.
 
     Parameters
     ----------
@@ -100,18 +111,24 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
     """
     check_number(balance, "balance", most=1)
     history = History(listener)
+    disk, settings = check_disk(v, f), {"balance": float(balance)}
+    with stage("unroll"):
+        isometry = unrolled(disk)
+        if isometry is not None:
+            q = np.ldexp(_turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.vertices)[1])
+            certificate = Certificate.of_plane(q, disk.f, disk.rim)
+            if certificate.folding_free:
+                with suppress(StopIteration):
+                    history(Iterate("unrolled", 0, 0, q, 0.0))
+                return FlatMap(disk, q, certificate, history.complete(_UNROLLED, "flatten", settings))
     start = disk_conformal_map(v, f, listener=history)
-    disk, p, run = start.mesh, start.plane, start.run
+    p, run = start.plane, start.run
     if run.status is not Status.STOPPED:
         with stage("flatten"):
             p, run = _spread(disk, p, balance, history)
-    # A limb too deep for float64 elsewhere has its tip at the origin.
-    for middle in (weighted_sum(disk.A, p), np.zeros(2)):
-        q = _in_units(disk, p - middle)
-        certificate = Certificate.of_plane(q, disk.f, disk.rim)
-        if certificate.folding_free:
-            break
-    return FlatMap(disk, q, certificate, history.complete(run, "flatten", {"balance": float(balance)}))
+    q, certificate = _placed(disk, p)
+    run = replace(run, notes=(*run.notes, *_remarks(disk, q, isometry is not None)))
+    return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings))
 
 
 def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
@@ -121,6 +138,32 @@ def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tu
     minimum = minimize_balanced(partial(FreeProblem, disk=disk), VertexSystem(disk.f, len(disk.v)), energy, RADIUS * p,
                                 listener)
     return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")
+
+
+def _turned(disk: Disk, p: FloatArray) -> FloatArray:
+    """An isometry turned upright, unless that changes lengths: those across a thin strip, whose axis it turns."""
+    q = upright(p, disk)
+    return min((q, p), key=lambda each: max(stretch(disk, each), FLAT / 2))
+
+
+def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
+    """A layout in its units, centred and upright, and its certificate."""
+    # A limb too deep for float64 elsewhere has its tip at the origin.
+    for middle in (weighted_sum(disk.A, p), np.zeros(2)):
+        q = _in_units(disk, p - middle)
+        certificate = Certificate.of_plane(q, disk.f, disk.rim)
+        if certificate.folding_free:
+            break
+    return q, certificate
+
+
+def _remarks(disk: Disk, p: FloatArray, can_be_unrolled: bool) -> Iterator[str]:
+    """How far the layout is from an isometry, where it is far."""
+    if can_be_unrolled:
+        yield "the surface can be unrolled, but overlaps itself then: lengths are distorted instead"
+    worst = float(np.exp(np.abs(edge_distortion(disk.v, disk.f, in_space(p / np.abs(p).max()))).max()))
+    if worst > _FAR:
+        yield f"lengths are off by a factor of up to {worst:.3g}"
 
 
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:

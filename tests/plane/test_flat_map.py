@@ -112,3 +112,50 @@ def test_a_notebook_and_a_person_read_the_same():
     flat = ism.flatten(v, f)
     assert repr(flat).startswith("FlatMap(37 vertices")
     assert "boundary crosses itself nowhere" in flat._repr_html_()
+
+
+def spiral(p):
+    """A strip in the plane, of five turns, unless it is lifted off it."""
+    turn, r = 0.3 * p[:, 0], 1 + 0.09 * p[:, 0] + p[:, 1]
+    return np.column_stack((r * np.cos(turn), r * np.sin(turn), 0 * r))
+
+
+def scroll(p):
+    r = 1 + 0.01 * p[:, 0]
+    return np.column_stack((r * np.cos(p[:, 0] / 8), r * np.sin(p[:, 0] / 8), p[:, 1]))
+
+
+def folded(p):
+    """A sheet of paper folded flat."""
+    return np.column_stack((np.abs(p[:, 0] - 40), p[:, 1] + p[:, 0] / 8, 0 * p[:, 0]))
+
+
+FLAT = {"spiral": spiral, "rectangle 1e6": lambda p: p @ np.diag([1, 1e-6])[:, [0, 1, 1]] * [1, 1, 0],
+        "rectangle 1e8": lambda p: p @ np.diag([1, 1e-8])[:, [0, 1, 1]] * [1, 1, 0]}
+ROLLED = {"scroll": scroll, "folded": folded,
+          "wall": lambda p: np.column_stack((np.cos(0.4 * p[:, 0]), np.sin(0.4 * p[:, 0]), p[:, 1]))}
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1])
+@pytest.mark.parametrize("name", [*FLAT, *ROLLED])
+def test_flat_surfaces_come_back_congruent_and_rolled_ones_isometric(name, seed):
+    p, f = grid(2 if name == "spiral" else 4, 81)
+    v = (FLAT | ROLLED)[name](p)
+    if seed is not None:
+        v = v @ np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    flat = ism.flatten(v, f)
+    edges = np.vstack((f[:, :2], f[:, 1:]))
+    before, after = (np.linalg.norm(q[edges[:, 0]] - q[edges[:, 1]], axis=1) for q in (v, flat.plane))
+    assert flat.certificate.folding_free
+    assert np.abs(after / before - 1).max() < (1e-9 if name in FLAT else 1e-6)
+
+
+def test_what_overlaps_when_unrolled_is_laid_out_with_a_note():
+    """A flat ring of 1.5 turns, one above the other, is a disk; no layout keeps its lengths."""
+    p, f = grid(2, 41)
+    turn, r = 3 * np.pi * p[:, 0] / 40, 1 + p[:, 1]
+    flat = ism.flatten(np.column_stack((r * np.cos(turn), r * np.sin(turn), 1e-9 * turn)), f)
+    assert flat.certificate.folding_free
+    assert any("overlaps itself" in note for note in flat.run.notes)
+    stopped = ism.flatten(np.column_stack((p, 0 * p[:, 0])), f, listener=lambda iterate: next(iter(())))
+    assert stopped.certificate.folding_free

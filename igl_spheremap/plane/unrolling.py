@@ -1,0 +1,96 @@
+"""The isometric layout of a surface that can be unrolled: flat ones are projected, others laid out face by face."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
+
+from ..mesh.arrays import HALF_DIGITS, FloatArray, own_unit
+from ..mesh.disk import Disk
+from ..mesh.edges import marked, shared_edges
+from ..sphere.rows import row_crosses, row_dots, row_lengths
+from ..verify.certificate import Certificate
+
+#: A surface is unrolled if no edge changes its length by more than this share.
+ISOMETRIC = 1e-6
+#: A surface is flat if its projection changes none by more than this.
+FLAT = 1e-9
+
+
+def unrolled(disk: Disk) -> FloatArray | None:
+    """Images (n, 2) of a surface that can be unrolled, every edge as long as before; None for others.
+
+    A flat surface is projected to its plane, which rounds least. Any other is laid out along a tree of faces, each
+    beside its parent across long common edges, if the angles around each inner vertex sum to 2 pi. Images may overlap.
+    """
+    v = own_unit(disk.vertices)[0]  # as given: what is moved to the origin is rounded
+    p = _projected(disk, v)
+    change = stretch(disk, p) if Certificate.of_plane(p, disk.f, disk.rim).folding_free else np.inf
+    if change > FLAT and _closes(disk):
+        q = _laid_out(disk, v)
+        p, change = min((p, change), (q, stretch(disk, q)), key=itemgetter(1))
+    return p if change < ISOMETRIC else None
+
+
+def stretch(disk: Disk, p: FloatArray) -> float:
+    """The largest relative change of the length of an edge."""
+    i, j = disk.f.ravel(), disk.f[:, [1, 2, 0]].ravel()
+    v = own_unit(disk.vertices)[0]
+    before, after = row_lengths(v[i] - v[j]), np.hypot(*(p[i] - p[j]).T)
+    return float((np.abs(after - before) / np.maximum(before, np.finfo(float).tiny)).max())
+
+
+def _projected(disk: Disk, v: FloatArray) -> FloatArray:
+    """The projection to the plane of the two largest principal axes, oriented as the faces are.
+
+    The width of a strip of aspect 1e8 has half of the digits of its length: longer numbers keep them in the products.
+    """
+    a, b, c = disk.f.T
+    if not np.ptp(v, axis=0).all():  # in a plane of coordinates: they are kept to the last digit
+        axes = np.eye(3)[np.argsort(np.ptp(v, axis=0) == 0, kind="stable")]
+    else:
+        axes = np.linalg.svd(v - v.mean(axis=0), full_matrices=False)[2]
+    far = v.astype(np.longdouble)
+    p = ((far - far.mean(axis=0)) @ axes[:2].T.astype(np.longdouble)).astype(np.float64)
+    area = float(np.cross(axes[0], axes[1]) @ row_crosses(v[b] - v[a], v[c] - v[a]).sum(axis=0))
+    return p if area > 0 else p * [1, -1]
+
+
+def _closes(disk: Disk) -> bool:
+    """Whether the angles around each inner vertex sum to 2 pi, up to what rounding makes of those of thin faces."""
+    corners = disk.v[disk.f]
+    after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    after, before = after.reshape(-1, 3), before.reshape(-1, 3)
+    angles = np.arctan2(row_lengths(row_crosses(after, before)), row_dots(after, before))
+    defects = 2 * np.pi - np.bincount(disk.f.ravel(), angles, len(disk.v))
+    return bool((np.abs(defects)[~marked(disk.rim, len(disk.v))] < ISOMETRIC).all())
+
+
+def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
+    """Faces laid out along a tree, each one's new vertex by its place relative to the edge that it shares."""
+    f, m = disk.f, len(disk.f)
+    first, second = shared_edges(f, len(disk.v))[2:]
+    start, stop, apex = f.ravel(), f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
+    side, other = v[stop] - v[start], v[apex] - v[start]
+    length = row_lengths(side)
+    square = np.maximum(length * length, np.finfo(float).tiny)
+    # The apex of each half-edge, in units of the half-edge, from its start.
+    place = (row_dots(other, side) + 1j * row_lengths(row_crosses(side, other))) / square
+    weights = length.max() / np.maximum(length[first], HALF_DIGITS * length.max())
+    dual = csr_matrix((weights, (first // 3, second // 3)), shape=(m, m))
+    order, parent = breadth_first_order(minimum_spanning_tree(dual), 0, directed=False)
+    beside = {(int(i), int(j)): h for i, j, h in zip(np.r_[first, second] // 3, np.r_[second, first] // 3,
+                                                     np.r_[first, second].tolist(), strict=True)}
+    z: list[complex | None] = [None] * len(disk.v)
+    z[int(start[0])], z[int(stop[0])] = 0j, complex(length[0])
+    starts, stops, apexes, places = start.tolist(), stop.tolist(), apex.tolist(), place.tolist()
+    for i in order.tolist():
+        h = 0 if i == 0 else beside[i, int(parent[i])]
+        a, b = z[starts[h]], z[stops[h]]
+        if z[apexes[h]] is None and a is not None and b is not None:
+            z[apexes[h]] = a + (b - a) * places[h]
+    found = np.array(z, dtype=complex)
+    return np.column_stack((found.real, found.imag))
