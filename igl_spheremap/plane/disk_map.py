@@ -26,7 +26,7 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .doubling import centred, double_map
 from .problem import RADIUS, CircleProblem, ConformalEnergy
-from .tutte import by_harmonic_measure, by_lengths, tutte_map
+from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
 #: Weights of the areas where only they are to count: .97, with which it begins, leaves them 7 percent off (median of
 #: 24 disks), these 4 and 3: a circle bends what a sphere or a free boundary would not.
@@ -211,15 +211,21 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     source, system = FlatFaces.of(disk.v, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = BalancedEnergy(source, 0.0, _POWER, np.zeros(len(disk.f)))
     found: list[tuple[FloatArray, Run]] = []
-    for p in _starts(disk):
-        if Certificate.of_plane(p, disk.f, disk.rim).folding_free:
+    for p in _starts(disk, found):
+        if _is_free(disk, p):
             q, run = slide(disk, energy, p, listener, system)
             if run.status is Status.STOPPED:
-                return q, run
-            found += [(p, run), (q, run), (_harmonic(disk, source, q, system), run)]
+                return (q if _is_free(disk, q) else p), run
+            # Steps keep faces positive, but not the order of boundary vertices that all but coincide.
+            found += [(x, run) for x in (p, q, _harmonic(disk, source, q, system)) if _is_free(disk, x)]
     if not found:
         return p, Run(Status.STALLED, float("nan"))
     return min(found, key=lambda each: mean_angle_difference(disk, in_space(each[0])))
+
+
+def _is_free(disk: Disk, p: FloatArray) -> bool:
+    """Whether a map is certified free of foldings, as it would be returned."""
+    return _presentable(disk, p)[1].folding_free
 
 
 def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem) -> FloatArray:
@@ -231,8 +237,8 @@ def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem
     return x / RADIUS
 
 
-def _starts(disk: Disk) -> Iterator[FloatArray]:
-    """Tutte's maps: the boundary as a balanced conformal map has it, or by its lengths."""
+def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatArray]:
+    """Tutte's maps: the boundary as a balanced conformal map has it, by its lengths; evenly spread if both fold."""
     try:
         p = tutte_map(disk, by_harmonic_measure(disk))
     except FactorisationFailed:
@@ -240,6 +246,8 @@ def _starts(disk: Disk) -> Iterator[FloatArray]:
     else:
         yield tutte_map(disk, centred(p, disk)[disk.rim])
     yield tutte_map(disk, by_lengths(disk))
+    if not found:
+        yield tutte_map(disk, evenly(disk))
 
 
 def _presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:

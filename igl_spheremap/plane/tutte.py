@@ -51,6 +51,11 @@ def by_lengths(disk: Disk) -> FloatArray:
     return _on_circle(_rim_lengths(disk))
 
 
+def evenly(disk: Disk) -> FloatArray:
+    """Images (k, 2) of the boundary on the unit circle, as far apart from each other as they can be."""
+    return _on_circle(np.ones(len(disk.rim)))
+
+
 def by_harmonic_measure(disk: Disk) -> FloatArray:
     """Images (k, 2) of the boundary on the unit circle by a conformal map that sends a point deep inside to the origin.
 
