@@ -12,11 +12,11 @@ from scipy.sparse.csgraph import connected_components
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_crosses, row_lengths
 
-#: Folded faces that colour less than the square of so many pixels get a mark, to be seen at all.
+#: A cluster of folded faces that colours fewer pixels than a square with this side gets a mark, to be seen at all.
 SEEN = 3.0
 #: Folded faces that cover this share of a surface are seen as they are: marks, or they in front, would hide the rest.
 MANY = 0.1
-#: Folded faces of an image are drawn so much nearer to the viewer, in radii, that no face of the sphere hides them.
+#: Folded faces of an image are drawn nearer to the viewer by this share of its radius: no face of it hides them.
 NEARER = 0.1
 #: The same where they are only not to be mixed with faces of other colours, which lie at the same place.
 ABOVE = 0.004
@@ -99,7 +99,7 @@ class Marks:
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
         """Middles of the clusters that are too small to be seen or turn away, and which of them face the viewer.
 
-        `towards` is the unit vector to the viewer; a unit of length is so many `pixels`.
+        `towards` is the unit vector to the viewer; a unit of length takes `pixels` pixels.
 
         >>> x = np.array([[0.0, 0, 1], [0.1, 0, 1], [0, 0.1, 1]])
         >>> marks = Marks.of(x, np.array([[0, 2, 1]]), np.array([0]), sphere=True)

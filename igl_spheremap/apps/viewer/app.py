@@ -25,7 +25,7 @@ from .window import imgui, implot, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
-#: Clusters of folded faces in a menu at the most; the button leads to all.
+#: A menu lists at most this number of clusters; the button leads to all.
 _LISTED = 200
 #: The slider for the lens multiplies its own magnification by 1 / ZOOM to ZOOM.
 _ZOOM = 30.0

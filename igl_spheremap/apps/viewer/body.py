@@ -152,7 +152,7 @@ class Body:
         return float(areas[folded].sum() / areas.sum())
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
-        """Places (c, 3) of folded faces that are not seen where a unit is so many pixels, and which of them face us."""
+        """Places (c, 3) of folds that are not seen where a unit takes `pixels`, and which of them face the viewer."""
         if self._marks is None or not self.visible:
             return np.empty((0, 3)), np.empty(0, dtype=bool)
         places, front = self._marks.unseen(turn[2], pixels)

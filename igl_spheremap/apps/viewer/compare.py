@@ -69,7 +69,7 @@ Rows = Sequence[Sequence[Part]]
 
 
 class PartsView(App):
-    """Parts in rows, which turn together; with a function of a step, those of one of so many `steps`, and a slider."""
+    """Parts in rows, which turn together; with a function of a step, those of one of the `steps`, and a slider."""
 
     def __init__(self, rows: Rows | Callable[[int], Rows], steps: int = 1, first: int = 0) -> None:
         self._rows = rows if callable(rows) else lambda step: rows
