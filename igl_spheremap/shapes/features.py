@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
+from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..sphere.rows import weighted_sum
@@ -64,6 +65,7 @@ class FeatureSurface:
         return np.einsum("ij,ij->i", self.v - smooth, np.asarray(igl.per_vertex_normals(smooth, self.f)))
 
 
+@takes_mesh
 @own_errstate
 def depth_potential(v: ArrayLike, f: ArrayLike, ell: float = 0.12, *, caps: ArrayLike | None = None) -> FloatArray:
     """Depth of a surface's folds, from the surface alone: high on ridges and tips, low in valleys.
