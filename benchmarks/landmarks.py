@@ -1,4 +1,4 @@
-"""Align landmarks of the two hemispheres of fsaverage5, which nilearn ships: the table of docs/reproduction.md.
+"""Align landmarks of the two hemispheres of fsaverage5, which nilearn ships: the table of docs/benchmarks.md.
 
     python -m benchmarks landmarks
     python -m benchmarks landmarks --weight 1000 --others 0

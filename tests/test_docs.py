@@ -24,12 +24,16 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
+from igl_spheremap.apps.reproduce.figures import FIGURES
+from igl_spheremap.apps.reproduce.page import fill
+from igl_spheremap.apps.reproduce.runs import settings
 from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.formats import FORMATS
 from igl_spheremap.io.scalars import write_scalars
 
 DOCS = ROOT / "docs"
-BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated"}
+REPRODUCED = DOCS / "reproduction"
+BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated", REPRODUCED}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",),
@@ -286,8 +290,8 @@ def test_summaries_are_whole_sentences():
 
 
 IMAGES = DOCS / "images"
-#: What benchmarks measure, and write with their pages, and what `reproduce` draws of real surfaces.
-MEASURED = {"benchmarks.png", "convergence.png", "gradient.png", "eq24.png"}
+#: What benchmarks measure, and write with their pages.
+MEASURED = {"benchmarks.png", "convergence.png"}
 
 
 def test_every_picture_is_shown():
@@ -303,6 +307,18 @@ def test_every_other_picture_is_made_by_one_program():
     sizes = {path.name: path.stat().st_size for path in IMAGES.iterdir()}
     assert sizes.pop("foldings.gif") < 2_000_000
     assert max(sizes.values()) < 300_000
+
+
+def test_the_tables_and_pictures_of_the_reproduction_are_what_its_runs_have_written():
+    """Nobody types a number between the sentences, and no table is older than the options of the methods."""
+    page = (DOCS / "reproduction.md").read_text("utf-8")
+    tables = {path.stem: path.read_text("utf-8") for path in REPRODUCED.glob("*.md")}
+    assert set(re.findall(r"<!-- table (\w+) -->", page)) == set(tables)
+    assert fill(page, tables) == page
+    pictures = {path.name: path.stat().st_size for path in REPRODUCED.glob("*.png")}
+    assert set(re.findall(r"\(reproduction/(\w+\.png)\)", page)) == set(pictures) == {f"{name}.png" for name in FIGURES}
+    assert max(pictures.values()) < 400_000
+    assert (REPRODUCED / "methods.json").read_text("utf-8") == settings()
 
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ...draw.folds import Clusters
+from ...draw.folds import MANY, Clusters
 from ...draw.palette import FOLDED, INK, LINES, SURFACE, diverging
 from ...draw.plot import frame, new_figure, pose, raster, shading
 from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.measure import face_areas
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
 from .runs import PaperSurface
@@ -20,6 +21,7 @@ PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
 _PIXELS = 720  # along a side of a picture, which matplotlib reduces to the place that it has
+_ASPECT = 1.25  # width over height of a picture
 _SIDE = 1.04  # side of what is shown, in units of the body's own
 #: Boxes are drawn around as many patches of folded faces, and only around those that take less than half the picture.
 _BOXES = 6
@@ -94,11 +96,11 @@ def show_angles(ax: Any, differences: FloatArray, reach: float) -> None:
     size = np.abs(differences)
     end = np.ceil(reach) + 0.5
     ax.hist(differences.ravel(), bins=np.arange(-end, end + 1), color=LINES[0])
-    ax.set_xlabel("image minus source, degrees", fontsize=TEXT)
+    ax.set_xlabel("difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
     ax.yaxis.set_major_formatter("{x:,.0f}")
-    caption(ax, f"mean size {size.mean():.3g}°, 99% below\n{np.percentile(size, 99):.3g}°, largest {size.max():.3g}°")
+    caption(ax, f"mean size {size.mean():.3g}°,\n99% below {np.percentile(size, 99):.3g}°,\nlargest {size.max():.3g}°")
 
 
 def _show(
@@ -113,21 +115,23 @@ def _show(
     y = where @ view
     colours = np.tile(SURFACE, (len(surface.f), 1)) if colours is None else colours
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
-    middle, radius = frame(y)
-    pixel = 2 * radius / _PIXELS
-    across, along = np.ceil(_SIDE * np.ptp(y, axis=0)[:2] / 2 / pixel).clip(1, _PIXELS // 2).astype(int)
-    picture = raster(y, surface.f, colours, _PIXELS, folded)[_PIXELS // 2 - along :, _PIXELS // 2 - across :]
-    ends = np.outer([across, along], [-pixel, pixel]) + middle[:2, None]
-    ax.imshow(picture[: 2 * along, : 2 * across], extent=tuple(ends.ravel()))
-    ax.set_adjustable("datalim")  # so that all panels of a row are equally high
+    (x0, y0, _), radius = frame(y)
+    picture = raster(y, surface.f, colours, _PIXELS, folded)
+    ax.imshow(picture, extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius))
+    width, height = _SIDE * np.ptp(y, axis=0)[:2] / 2
+    height = max(height, width / _ASPECT)  # so that panels of a row are equally high
+    ax.set(xlim=(x0 - _ASPECT * height, x0 + _ASPECT * height), ylim=(y0 - height, y0 + height))
     ax.axis("off")
     caption(ax, title)
 
 
 def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray) -> None:
-    """Boxes around patches of faces which would be overlooked; dotted behind the body's middle."""
+    """Boxes around patches of faces, unless these are many; dotted behind the body's middle."""
     from matplotlib.patches import FancyBboxPatch
 
+    sizes = face_areas(where, surface.f)
+    if sizes[faces].sum() >= MANY * sizes.sum():
+        return
     y = where @ pose(surface.v, surface.up).T
     middle, radius = frame(y)
     for patch in islice(Clusters.of(surface.f, faces), _BOXES):

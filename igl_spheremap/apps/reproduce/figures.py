@@ -34,7 +34,7 @@ from .surfaces import PaperSurface
 from .tables import TABLE_1, TABLE_2
 
 #: Surfaces on which Algorithm 1 runs until rounding ends it.
-TO_THE_FLOOR = ("Hippocampus 1", "Maxplanck", "Brain")
+TO_THE_FLOOR = ("Hippocampus 2", "Maxplanck", "Brain")
 FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
@@ -47,7 +47,7 @@ def figure_1(runs: Runs) -> Any:
     surface = runs.surface("Brain")
     outcome = runs.get(surface, "default")
     figure, ((source, sphere),) = page_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", 3.6)
-    show_source(source, surface, title=surface.source)
+    show_source(source, surface, title=surface.short_source)
     show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle:.2f} degrees")
     return figure
 
@@ -123,7 +123,7 @@ def figure_5(runs: Runs) -> Any:
         x = runs.get(surface, "Algorithm 2 as printed").maps[0]
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
-        show_source(line[0], surface, x, title=f"{surface.source}:\n{share:.0%} of the faces are folded")
+        show_source(line[0], surface, x, title=f"{surface.short_source}:\n{share:.0%} of the faces are folded")
         show_map(line[1], surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
         for ax in line[2:]:
             ax.axis("off")
@@ -159,13 +159,14 @@ def figure_7(runs: Runs) -> Any:
     figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", 2.2)
     figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
     figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
-    show_source(axes[0], surface, title=surface.source)
+    show_source(axes[0], surface, title=surface.short_source)
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
         show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum())} foldings")
         _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
         if name == "star map":
             _arrow(ax, (1.6, 0.0), (0.5, 0.0), bend=-0.2)
-            ax.annotate("while faces are folded", (1.05, -0.22), xycoords="axes fraction", ha="center", va="center")
+            ax.annotate("while faces are folded", (1.05, -0.22), xycoords="axes fraction", ha="center", va="center",
+                        fontsize=TEXT)
     return figure
 
 
@@ -231,7 +232,7 @@ def gradient(runs: Runs) -> Any:
         norms = runs.get(surface, "Algorithm 1 without a stopping rule").residuals
         ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
         curves += ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
-                            label=f"{name}:\n{surface.source},\nleast {norms.min():.1e}")
+                            label=f"{name}:\n{surface.short_source},\nleast {norms.min():.1e}")
     ax.axhline(1e-3, color=GUIDE, linestyle=":")
     ax.annotate("tolerance of this package, 1e-3", (1, 1e-3), (0, 3), textcoords="offset points", fontsize=TEXT)
     ax.set_xlabel("iteration + 1", fontsize=TEXT)
@@ -284,7 +285,7 @@ FIGURES = {
 
 
 def _named(surface: PaperSurface) -> str:
-    return f"{surface.name}\n{surface.source}"
+    return f"{surface.name}\n{surface.short_source}"
 
 
 def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: float = 0.0) -> None:

@@ -17,6 +17,10 @@ ALL = "all"
 COPIES = 5
 #: PNGs have so many colours: no difference is seen, and they take a third of the bytes.
 _COLOURS = 256
+#: Shares of the colour of folded faces, at the edges of their marks.
+_SHADES = (1.0, 0.75, 0.5, 0.25)
+#: What is brighter is the white of the page, which means over a palette's cells would tint.
+_WHITE = 250
 
 
 def reproduce(
@@ -35,8 +39,8 @@ def reproduce(
     Runs are kept in `out/runs` as they end: an interrupted call continues there. `meshes` is a folder of real
     counterparts of the paper's surfaces; samples replace what it lacks. `max_iterations` caps each minimisation.
     With `spread` runs of Tables 1 to 3 are repeated on renumbered copies. The tables replace those that stand in a
-    Markdown file, the `page`. `report` takes a line on each run, `listen` makes a listener for a run on a mesh with
-    these faces.
+    Markdown file, the `page`, and `out/methods.json` says by what they were made. `report` takes a line on each run,
+    `listen` makes a listener for a run on a mesh with these faces.
     """
     # The command's help needs the names alone.
     from ...io.replacing import check_writable, replacing
@@ -44,7 +48,7 @@ def reproduce(
     from .figures import FIGURES
     from .needs import jobs_of
     from .page import check_page, fill
-    from .runs import Runs
+    from .runs import Runs, settings
     from .tables import TABLES
 
     if set(names) & set(FIGURES):
@@ -79,18 +83,28 @@ def reproduce(
         written.append(path)
         report(f"wrote {path}")
     if page is not None:
-        with replacing(page, force=True) as partial:
-            partial.write_text(fill(text, tables), encoding="utf-8")
-        written.append(page)
+        for path, filled in ((page, fill(text, tables)), (out / "methods.json", settings())):
+            with replacing(path, force=True) as partial:
+                partial.write_text(filled, encoding="utf-8")
+            written.append(path)
     return written
 
 
 def _picture(figure: Any) -> bytes:
-    """A figure as a PNG file with a palette of colours."""
+    """A figure as a PNG file with a palette of colours, among which are those of marks of folded faces.
+
+    Marks are so few pixels that a palette by counts would have no place for them.
+    """
     from PIL import Image  # which matplotlib needs, too
+
+    from ...draw.palette import FOLDED, SURFACE
 
     full, small = BytesIO(), BytesIO()
     figure.savefig(full, format="png")
-    image = Image.open(full).convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    image.save(small, format="png", optimize=True)
+    image = Image.open(full).convert("RGB")
+    marks = [round(255 * (k * a + (1 - k) * b)) for k in _SHADES for a, b in zip(FOLDED, SURFACE, strict=True)]
+    common = (image.quantize(_COLOURS - len(_SHADES), kmeans=2).getpalette() or [])[: 3 * _COLOURS - len(marks)]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*(part if part < _WHITE else 255 for part in common), *marks])
+    image.quantize(palette=palette, dither=Image.Dither.NONE).save(small, format="png", optimize=True)
     return small.getvalue()

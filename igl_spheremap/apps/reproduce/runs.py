@@ -193,6 +193,11 @@ class Runs:
         return self._folder / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:20]}.{suffix}"
 
 
+def settings() -> str:
+    """All methods with their options, as JSON: what tables were made by is known from it."""
+    return json.dumps({name: asdict(method) for name, method in METHODS.items()}, indent=1, sort_keys=True) + "\n"
+
+
 def duration(seconds: float) -> str:
     """About how long, in words.
 

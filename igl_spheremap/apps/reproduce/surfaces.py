@@ -51,6 +51,11 @@ class PaperSurface:
         return f"{self.name} (sample)" if self.source.startswith("sample:") else self.name
 
     @property
+    def short_source(self) -> str:
+        """The name of its file, or of its sample."""
+        return f"sample {self.source.split(':')[1]}" if self.source.startswith("sample:") else Path(self.source).name
+
+    @property
     def digest(self) -> str:
         """A hash of the mesh."""
         return hashlib.sha256(self.v.tobytes() + self.f.tobytes()).hexdigest()[:16]

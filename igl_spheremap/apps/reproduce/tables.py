@@ -200,14 +200,15 @@ def table_3(runs: Runs) -> Table:
         paper = line.paper
         if paper.vertices:
             rows.append([line.name, f"the paper, {paper.vertices:,} vertices", _listed(paper.iterations), "", "0", "",
-                         "not given" if paper.seconds is None else f"{paper.seconds:.2f}", ""])
+                         "", "not given" if paper.seconds is None else f"{paper.seconds:.2f}", ""])
         for way in _WAYS_3:
             outcomes = line.spread(way)
             one = outcomes[0]
             rows.append(["" if paper.vertices or way != _WAYS_3[0] else line.name, way, _steps(outcomes), _course(one),
-                         _counts(outcomes, lambda one: one.foldings), _angle(one), _seconds(one.seconds), _ended(one)])
+                         _counts(outcomes, lambda one: one.foldings), f"{max(one.energy, 0.0):.4f}", _angle(one),
+                         _seconds(one.seconds), _ended(one)])
     head = ("surface", "algorithm", "iterations by step", "folded faces before → after each step", "left",
-            "mean angle", "seconds", "ended by")
+            "energy", "mean angle", "seconds", "ended by")
     note = _NOTE + _GU_YAU_NOTE + """\
 "Delaunay weights" are those of the intrinsic Delaunay triangulation, `Lai2014(edge_weights="delaunay")`, "Laplacian's
 metric" is `Lai2014(metric="laplacian")`. As printed and made safe a run has at most three eigen-projections.
@@ -228,6 +229,9 @@ def _removal(found: Sequence[Line]) -> list[str]:
     findings = ["**Folded faces that are left.** " + " ".join(sentences)]
     findings.append(f"**Where the paper's claim needs the safeguards.** \"Our code always removed all the foldings\" "
                     f"holds as printed on {_names(both)}; it needs the safeguards on {_names(needed)}.")
+    points = [line.surface.label for line in found if line.outcome(_PRINTED).energy < 2 * np.pi]
+    findings.append(f"**Where it collapses.** As printed the map ends at the constant map, of energy 0, on "
+                    f"{_names(points)}.")
     fails = [name for name in left[_SAFE] if name not in clean[_SAFE]]
     findings.append(f"**Where it fails with them, too.** On {_names(fails)}.")
     return findings
@@ -314,9 +318,9 @@ def _course(outcome: Outcome) -> str:
 
 
 def _ended(outcome: Outcome) -> str:
-    """Why each round ended; of a method that failed, its message."""
+    """Why each round ended, once if all for one reason; of a method that failed, its message."""
     names = [entry["status"] for entry in outcome.rounds] or [outcome.status]
-    return ", ".join(_ENDS.get(name, name) for name in names)
+    return ", ".join(_ENDS.get(name, name) for name in (names if len(set(names)) > 1 else names[:1]))
 
 
 def _common(ours: Outcome, theirs: Outcome) -> str:
@@ -336,7 +340,9 @@ def _seconds(seconds: float) -> str:
 
 
 def _ratio(long: float, short: float) -> str:
-    return f"{long / short:.2g}" if short > 0 else "-"
+    if short <= 0:
+        return "-"
+    return f"{long / short:.2g}" if long < 100 * short else f"{long / short:.0f}"
 
 
 #: What writes the tables, by their names.

@@ -137,7 +137,8 @@ def test_sentences_say_where_the_claim_needs_the_safeguards_and_where_it_fails(s
 def test_tables_are_written_between_the_sentences_of_a_page(small, tmp_path):
     (page_path := tmp_path / "page.md").write_text(
         "Before\n\n<!-- table boosts -->\nold\n<!-- end -->\n\n<!-- table table1 -->\nkept\n<!-- end -->\n")
-    assert reproduce(["boosts"], tmp_path, page=page_path) == [tmp_path / "boosts.md", page_path]
+    written = reproduce(["boosts"], tmp_path, page=page_path)
+    assert written == [tmp_path / "boosts.md", page_path, tmp_path / "methods.json"]
     text, table = (path.read_text(encoding="utf-8") for path in (page_path, tmp_path / "boosts.md"))
     assert table.partition("\n\n")[2] in text
     assert "old" not in text
