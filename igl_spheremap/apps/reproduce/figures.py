@@ -161,7 +161,7 @@ def figure_7(runs: Runs) -> Any:
     figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
     show_source(axes[0], surface, title=surface.short_source)
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
-        show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum())} foldings")
+        show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum()):,} foldings")
         _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
         if name == "star map":
             _arrow(ax, (1.6, 0.0), (0.5, 0.0), bend=-0.2)
