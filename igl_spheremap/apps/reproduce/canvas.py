@@ -55,7 +55,7 @@ def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") 
     x = unit_rows(x)
     folded = np.flatnonzero(folded_faces(x, surface.f))
     _show(ax, surface, x, title, folded)
-    _box(ax, surface, x, folded)
+    _box(ax, surface, x, folded, behind=":")
 
 
 def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
@@ -73,9 +73,10 @@ def function_scale(*values: FloatArray) -> Any:
 
 
 def show_function(
-    ax: Any, surface: PaperSurface, values: FloatArray, scale: Any = None, *, title: str = "", box: IntArray = _NONE
-) -> None:
-    """A function of the vertices (n,) in colours on the source, with a colour bar; boxes around patches of faces."""
+    ax: Any, surface: PaperSurface, values: FloatArray, scale: Any = None, *, title: str = "", box: IntArray = _NONE,
+    bar: bool = True,
+) -> None:  # fmt: skip
+    """A function of the vertices (n,) in colours on the source, with their bar; boxes around patches of faces."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -84,11 +85,12 @@ def show_function(
     # Soft shades, for dark ones would be taken for strong colours.
     _show(ax, surface, surface.v, title, colours=ramp(scale(values[surface.f].mean(axis=1)))[:, :3], ambient=0.75)
     _box(ax, surface, surface.v, box)
-    bar = ax.figure.colorbar(ScalarMappable(scale, ramp), ax=ax, orientation="horizontal", shrink=0.7, aspect=25,
-                             pad=0.02)
-    bar.set_ticks([scale.vmin, 0.0, scale.vmax], labels=[f"{scale.vmin:.2g}", "0", f"{scale.vmax:.2g}"])
-    bar.ax.tick_params(labelsize=TEXT)
-    bar.outline.set_visible(False)
+    if bar:
+        drawn = ax.figure.colorbar(ScalarMappable(scale, ramp), ax=ax, orientation="horizontal", shrink=0.7, aspect=25,
+                                   pad=0.02)
+        drawn.set_ticks([scale.vmin, 0.0, scale.vmax], labels=[f"{scale.vmin:.2g}", "0", f"{scale.vmax:.2g}"])
+        drawn.ax.tick_params(labelsize=TEXT)
+        drawn.outline.set_visible(False)
 
 
 def show_angles(ax: Any, differences: FloatArray, reach: float) -> None:
@@ -125,8 +127,8 @@ def _show(
     caption(ax, title)
 
 
-def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray) -> None:
-    """Boxes around patches of faces, unless these are many; dotted behind the body's middle."""
+def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray, behind: str = "-") -> None:
+    """Boxes around patches of faces, unless these are many; of lines of another kind behind a sphere's middle."""
     from matplotlib.patches import FancyBboxPatch
 
     sizes = face_areas(where, surface.f)
@@ -138,7 +140,7 @@ def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray) -> 
         corners = y[surface.f[patch]].reshape(-1, 3)
         low, size = corners.min(axis=0), np.ptp(corners, axis=0)
         if size[:2].max() < 2 * _SHARE * radius:
-            line = "-" if corners[:, 2].mean() >= middle[2] else ":"
+            line = "-" if corners[:, 2].mean() >= middle[2] else behind
             ax.add_patch(FancyBboxPatch((low[0], low[1]), size[0], size[1], boxstyle=f"round,pad={_PAD * radius}",
                                         fill=False, edgecolor=FOLDED, linestyle=line, clip_on=False))
 
@@ -159,4 +161,4 @@ def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) ->
                                      alpha=0.5, rasterized=True))
     ax.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal")
     ax.axis("off")
-    caption(ax, f"{len(faces)} of them, see-through:\n{2 * reach:.1e} radii across")
+    caption(ax, f"{len(faces):,} of them, see-through:\n{2 * reach:.2g} radii across")

@@ -189,18 +189,20 @@ def figure_9(runs: Runs) -> Any:
               for step, x in enumerate(runs.get(surface, f"Algorithm 2 {way}").maps)]
     us = [_u(surface, x) for _, x in states]
     scale = function_scale(*us)
-    figure, axes = page_figure(len(states), 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.75)
-    for line, (state, x), u in zip(axes, states, us, strict=True):
-        _removal(line, surface, state, x, u, scale)
+    figure, axes = page_figure(len(states), 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.5)
+    for k, (line, (state, x), u) in enumerate(zip(axes, states, us, strict=True)):
+        _removal(line, surface, state, x, u, scale, k == len(states) - 1)
     return figure
 
 
-def _removal(line: Any, surface: PaperSurface, state: str, x: FloatArray, u: FloatArray, scale: Any) -> None:
+def _removal(
+    line: Any, surface: PaperSurface, state: str, x: FloatArray, u: FloatArray, scale: Any, last: bool
+) -> None:
     """One row of Fig. 9: the state after a step of Algorithm 2."""
     folded = np.flatnonzero(folded_faces(x, surface.f))
     show_source(line[0], surface, x, title=f"{state}:\n{len(folded):,} folded faces")
     show_map(line[1], surface, x, title="map")
-    show_function(line[2], surface, u, scale, title="u", box=folded)
+    show_function(line[2], surface, u, scale, title="u", box=folded, bar=last)
     projection = weighted_eigen_projection(surface.v, surface.f, x)
     values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
     show_shape(line[3], surface, projection.phi, title=f"eigenvalues {values}\n{_roundness(projection.phi)}")

@@ -69,6 +69,9 @@ def reproduce(
     except OSError as error:
         raise FileError(f"can't write {kept}: {error.strerror or error}") from error
     runs = Runs(kept, meshes, max_iterations, COPIES if spread else 0, report, listen)
+    report("reading the surfaces")
+    if "projections" in names:
+        report("projections in a row take some ten minutes, besides the runs")
     runs.announce(job for name in names for job in jobs_of(name, runs))
     written, tables = [], {}
     for name in names:
