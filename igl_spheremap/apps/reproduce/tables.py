@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -119,7 +119,9 @@ class Line:
 
     def spread(self, way: str) -> list[Outcome]:
         """The run, and those on renumbered copies."""
-        return self.runs.spread(self.surface, self.job_name(way)) if way in _SPREAD else [self.outcome(way)]
+        found = self.runs.spread(self.surface, self.job_name(way)) if way in _SPREAD else [self.outcome(way)]
+        # The default method's rounds are repairs, and not those of Algorithm 2.
+        return [replace(one, rounds=[]) for one in found] if way == _DEFAULT else found
 
     @property
     def name(self) -> str:
