@@ -58,7 +58,7 @@ class PlayerWindow(Player):
 
     def __init__(self, load: Callable[[str], Source], name: str, method: Method, **layout: Any) -> None:
         self.method = method
-        self.playing, self.speed = True, SPEEDS[0]
+        self.playing, self.speed, self._refused = True, SPEEDS[0], ""
         self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
         self._played, self._rate = time.monotonic(), 0.0
         self._save = SaveWidgets(self, "run", lambda: self.run.result)
@@ -126,7 +126,7 @@ class PlayerWindow(Player):
         names = [f"sample:{name}" for name in samples.names()]
         self.name = menu("samples", self.name if self.name in names else "", names) or self.name
         if chosen := menu("method", self.method.name, METHODS):
-            self.method = METHODS[chosen]()
+            self.method, self._refused = METHODS[chosen](), ""
         if imgui.TreeNode("parameters"):
             self._parameter_widgets()
             imgui.TreePop()
@@ -154,7 +154,15 @@ class PlayerWindow(Player):
             else:
                 changed, value = imgui.InputDouble(label, value, format="%.1e")
             if changed:
-                self.method = replace(self.method, **{name: max(value, type(value)(0))})
+                self._set_parameter(name, value)
+        if self._refused:
+            paragraph(self._refused)
+
+    def _set_parameter(self, name: str, value: float) -> None:
+        try:
+            self.method, self._refused = replace(self.method, **{name: value}), ""
+        except ValueError as error:
+            self._refused = str(error)
 
     def _state(self) -> list[str]:
         """How far the run is, what it takes, and what there is to say of it."""
@@ -188,7 +196,7 @@ class PlayerWindow(Player):
         if moved:
             self._leave_for(iteration)
         if self.playing:
-            paragraph(f"plays {self._rate:,.0f} iterations a second")
+            paragraph(f"plays {self._rate:,.{int(self._rate < 10)}f} iterations a second")
         imgui.AlignTextToFramePadding()
         imgui.TextUnformatted("change of foldings:")
         for label, way in (("previous", -1), ("next", 1)):

@@ -37,6 +37,9 @@ def script(hand):
     hand.key(app.imgui.ImGuiKey_Space)
     hand.wait(lambda: hand.has('play '))
     figures['visited'].append(at())
+    hand.choose('method', 'lai2014')
+    hand.type('delta', '5')
+    figures['refused'] = hand.shows('delta is 5; give a number from 0 to 1')
     for size in ((1400, 900), (500, 300), (800, 500)):
         hand.resize(*size)
     hand.type('mesh', 'sample:unicorn')
@@ -78,6 +81,7 @@ figures['files'] = sorted(os.listdir())
     assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, len(counts) - 1]
     assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "next", "stops",
             "lens", "picture", "map", "folded faces", "clusters", "next cluster"} <= set(figures["used"])
+    assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
     assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]
 
