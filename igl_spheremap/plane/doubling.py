@@ -9,7 +9,7 @@ from ..maps.options import Auto
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.disk import Disk
-from ..mesh.edges import edge_keys, marked, next_corners
+from ..mesh.edges import edge_keys, marked, next_corners, shared_edges
 from ..result.run import Listener
 from ..result.sphere_map import SphereMap
 from ..sphere.moebius import conformal_barycentre, moebius
@@ -63,24 +63,23 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
 
     The double would have two copies of such an edge between the same vertices.
     """
-    on_rim = marked(rim, len(v))
-    while True:
-        n, start, stop = len(v), f.ravel(), f[:, [1, 2, 0]].ravel()
-        keys = edge_keys(start, stop, n)
-        chord = on_rim[start] & on_rim[stop] & ~np.isin(keys, edge_keys(rim, np.roll(rim, 1), n))
-        # One edge a face at a time: that of the smallest number, which both of its faces must choose.
-        best = np.where(chord, keys, np.iinfo(np.int64).max).reshape(-1, 3).min(axis=1).repeat(3)
-        chosen, copies = np.unique(keys[chord & (keys == best)], return_counts=True)
-        chosen = chosen[copies == 2]
-        if not len(chosen):
-            return v, f
-        half = np.flatnonzero(chord & np.isin(keys, chosen))
+    n, on_rim = len(v), marked(rim, len(v))
+    keys, edge, inner, _ = shared_edges(f, n)
+    chords = keys[edge[inner]]
+    chords = np.sort(chords[on_rim[chords // n] & on_rim[chords % n]])
+    while True:  # each face has one of its up to three chords split at a time
+        start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+        number = np.where((start < n) & (stop < n), edge_keys(start, stop, n), -1)
+        place = np.searchsorted(chords, number)
+        left = np.append(chords, -2)[place] == number
+        best = 3 * np.arange(len(f)) + np.where(left, place, len(chords)).reshape(-1, 3).argmin(axis=1)
+        half = best[left[best]]
+        if not len(half):
+            return np.concatenate((v, (v[chords // n] + v[chords % n]) / 2)), f
         a, b, c = start[half], stop[half], f.ravel()[next_corners(half)[1]]
-        middle = n + np.searchsorted(chosen, keys[half])
+        middle = n + place[half]
         f = np.concatenate((np.delete(f, half // 3, axis=0), np.column_stack((a, middle, c)),
                             np.column_stack((middle, b, c))))
-        v = np.concatenate((v, (v[chosen // n] + v[chosen % n]) / 2))
-        on_rim = np.append(on_rim, np.zeros(len(chosen), dtype=bool))
 
 
 def centred(p: FloatArray, disk: Disk) -> FloatArray:

@@ -4,6 +4,8 @@ import numpy as np
 from disks import cap, grid
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.edges import next_corners
+from igl_spheremap.plane import doubling
 from igl_spheremap.plane.doubling import centred, double_map
 
 
@@ -26,3 +28,17 @@ def test_centring_balances_the_double_on_the_sphere():
     assert np.abs(p - exact).max() < 1e-2
     mean = (disk.A[:, None] * (2 * p / (1 + (p * p).sum(axis=1))[:, None])).sum(axis=0)
     assert np.abs(mean).max() < 1e-9
+
+
+def test_chords_of_a_fan_are_split_in_a_few_passes(monkeypatch):
+    """Faces around one vertex that each wait for their neighbour took a pass each."""
+    n, passes = 60, []
+    turn = np.linspace(0, 5, n)
+    v = np.vstack(([0, 0, 0], np.column_stack((np.cos(turn), np.sin(turn), turn**2))))
+    i = np.arange(1, n)
+    disk = ism.check_disk(v, np.column_stack((0 * i, i, i + 1)))
+    monkeypatch.setattr(doubling, "next_corners", lambda half: passes.append(0) or next_corners(half))
+    w, f = doubling.without_chords(disk.v, disk.f, disk.rim)
+    assert len(passes) <= 3
+    assert len(w) == len(v) + n - 2
+    assert len(ism.check_disk(w, f).rim) == len(disk.rim)
