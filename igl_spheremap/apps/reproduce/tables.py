@@ -89,6 +89,7 @@ does not have. "Ended by" says why: "rule met" where the stopping rule was met (
 of its machine and programs, so that only ratios compare.
 """
 _GU_YAU_NOTE = """\
+Ways to run the algorithms, ends, seconds and what rounding changes are explained under Table 1 (`reproduce table1`).
 "Gu-Yau" is method "gu-yau" from the Gauss map, as in the paper's comparison; it ends by the rules of "made safe", or
 after 20,000 iterations.
 """
@@ -186,7 +187,7 @@ def table_2(runs: Runs) -> Table:
                          _counts(outcomes, lambda one: one.foldings), _ended(one)])
     head = ("surface", "algorithm", "iterations", "seconds", "Gu-Yau's seconds over these",
             "to one energy: iterations / Gu-Yau's, ratio of seconds", "mean angle", "folded faces", "ended by")
-    note = _NOTE + _GU_YAU_NOTE + """\
+    note = _GU_YAU_NOTE + """\
 "Laplacian's metric" divides by sums of the Laplacian's rows, `Lai2014(metric="laplacian")`, in place of areas, eqs. (9)
 and (13). Each run ends by its own rule; "to one energy" compares two down to the lowest energy that both reach.
 """
@@ -211,7 +212,7 @@ def table_3(runs: Runs) -> Table:
                          _seconds(one.seconds), _ended(one)])
     head = ("surface", "algorithm", "iterations by step", "folded faces before → after each step", "left",
             "energy", "mean angle", "seconds", "ended by")
-    note = _NOTE + _GU_YAU_NOTE + """\
+    note = _GU_YAU_NOTE + """\
 "Delaunay weights" are those of the intrinsic Delaunay triangulation, `Lai2014(edge_weights="delaunay")`, "Laplacian's
 metric" is `Lai2014(metric="laplacian")`. As printed and made safe a run has at most three eigen-projections.
 """
@@ -273,6 +274,8 @@ def _speed(found: Sequence[Line]) -> str:
 def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
     """By how much a second machine may differ: as renumbered copies do, where these were run."""
     copies = found[0].runs.copies
+    if not copies and ways is not _WAYS_1:
+        return ""
     if not copies:
         return ("\nRounding alone changes iterations by up to 40 percent, and with them counts of folded faces\n"
                 "(`--spread` measures it): tables of another machine may differ by as much.\n")
