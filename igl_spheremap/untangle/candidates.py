@@ -62,19 +62,15 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
     if placed is not None:
         yield onto_sphere(placed, placed.z)
     source = proper_angles(mesh.angles)
-    for hole in islice(_holes(mesh), holes):
+    largest = np.argsort(-face_areas(mesh.v, mesh.f), kind="stable")
+    # Well-shaped faces of middling size, and the largest, in turn.
+    pairs = zip(candidate_faces(mesh), largest.tolist(), strict=False)
+    for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
         if closed.residual <= HALF_DIGITS:
             placed = centred(mesh, Layout(mesh.f, closed.angles, hole))
             if placed.depth.max() < _DEEPEST:
                 yield onto_sphere(placed, placed.z)
-
-
-def _holes(mesh: Mesh) -> Iterator[int]:
-    """Faces to cut out: well-shaped ones of middling size, and the largest."""
-    largest = np.argsort(-face_areas(mesh.v, mesh.f), kind="stable")
-    pairs = zip(candidate_faces(mesh), largest.tolist(), strict=False)
-    yield from dict.fromkeys(chain.from_iterable(pairs))
 
 
 class Badness:
