@@ -1,5 +1,6 @@
-"""What the angle polish gains, what embedding takes, what numbering decides, and which surfaces stay without foldings.
+"""What repair and polish make of maps, what embedding takes, what numbering decides, and what stays without foldings.
 
+    python -m benchmarks repairs maps MESH ...
     python -m benchmarks repairs polish MESH ...
     python -m benchmarks repairs embedding
     python -m benchmarks repairs foldings FOLDER
@@ -28,12 +29,29 @@ from .peers import lapy, mean_curvature_flow
 def main(argv: list[str]) -> None:
     """Print one of the tables."""
     arguments = parser(__doc__)
-    arguments.add_argument("table", choices=("polish", "embedding", "foldings", "copies"))
+    arguments.add_argument("table", choices=("maps", "polish", "embedding", "foldings", "copies"))
     arguments.add_argument("sources", nargs="*")
     arguments.add_argument("--count", type=int, default=5, help="copies of each mesh")
     options = arguments.parse_args(argv)
-    {"polish": polish, "embedding": embedding, "foldings": foldings,
+    {"maps": maps, "polish": polish, "embedding": embedding, "foldings": foldings,
      "copies": lambda sources: copies(sources, options.count)}[options.table](options.sources)
+
+
+def maps(sources: list[str]) -> None:
+    """Foldings and means of the harmonic map, of what was placed or embedded, and of the result."""
+    ism.spherical_conformal_map(*ism.samples.make("octopus", n_vertices=1500))
+    print("| mesh | vertices | harmonic map: folds / mean | placed: folds / mean | result: mean / 99 % | CPU, s |")
+    print("|---|---|---|---|---|---|")
+    for source in sources:
+        v, f = load(source)
+        result, seconds = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f))  # type: ignore[misc]
+        found = quality(v, f, result.sphere)
+        rounds = {each.start: f"{each.foldings_after:,} / {each.mean_angle_difference:.3g}"
+                  for each in reversed(result.rounds)}
+        first = rounds.get("map", f"0 / {found['mean']:.3g}")
+        placed = rounds.get("angles", rounds.get("embedding", ""))
+        print(f"| {Path(source).stem} | {len(v):,} | {first} | {placed} | {found['mean']:.3g} / {found['p99']:.3g} | "
+              f"{seconds:.2f} |", flush=True)
 
 
 def polish(sources: list[str]) -> None:

@@ -1,5 +1,6 @@
 """The benchmarks run: each has a name, a line that says what it measures, and what it calls exists."""
 
+import csv
 import subprocess
 import sys
 
@@ -50,3 +51,32 @@ def test_the_others_find_what_they_import(name):
 
 def test_a_level_of_scaling_is_a_line_of_figures():
     assert '"certified": true' in benchmark("scaling", "map", "sample:spheroid:n_vertices=500", "--levels", "0")
+
+
+def test_parts_are_listed_once_and_no_wheel_has_parts_of_both_sets():
+    with (ROOT / "benchmarks" / "parts.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len({row["sha256"] for row in rows}) == len(rows)
+    tune, test = ({row["wheel"] for row in rows if row["set"] == name} for name in ("tune", "test"))
+    assert tune | test == {row["wheel"] for row in rows}
+    assert not tune & test
+
+
+def test_a_part_that_a_manifest_lists_is_found_in_its_wheel(tmp_path):
+    """Two components of an OBJ file in a wheel: the second is the one that is listed."""
+    code = f"""
+import sys
+sys.path.insert(0, "tests")
+from pathlib import Path
+import numpy as np
+import igl_spheremap as ism
+from benchmarks.gather import components_of, digest
+(v, f), (w, g) = ism.samples.sphere(42), ism.samples.sphere(162)
+path = Path({str(tmp_path)!r}) / "two.obj"
+ism.write_mesh(path, np.vstack((v, w + 3)), np.vstack((f, g + len(v))))
+first, second = components_of(path)
+assert digest(*second) == digest(w + 3, g) != digest(*first)
+print("found")
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout == "found\n", done.stderr

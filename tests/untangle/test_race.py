@@ -1,0 +1,82 @@
+"""The race and its plan: the best candidate wins, and what will be tried can be read before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bodies import random_body
+from triangulations import unit
+
+import igl_spheremap as ism
+from igl_spheremap.result.run import Run, Status
+from igl_spheremap.result.sphere_map import SphereMap
+from igl_spheremap.untangle.plan import plan_repair
+from igl_spheremap.untangle.race import Candidate, race
+from igl_spheremap.verify.certificate import Certificate
+
+
+def candidates(*means):
+    return [Candidate(np.full((1, 3), float(k)), mean) for k, mean in enumerate(means)]
+
+
+def towards(limit, share):
+    """Steps that bring a candidate nearer to a limit of its own."""
+    def steps(candidate):
+        end = limit[int(candidate.x[0, 0])]
+        return Candidate(candidate.x, end + share * (candidate.mean - end))
+
+    return steps
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 1, 0, 2]])
+def test_of_candidates_that_gain_nothing_the_best_wins_in_any_order(order):
+    field = candidates(4.0, 2.0, 3.0, 5.0)
+    best = race([field[k] for k in order], lambda candidate: candidate, 0.1)
+    assert best is field[1]
+
+
+def test_steps_go_on_until_a_round_gains_no_more_than_its_price():
+    [start] = candidates(9.0)
+    ends = [race([start], towards([1.0], 0.5), price).mean for price in (0.4, 0.1, 1e-3)]
+    assert ends == sorted(ends, reverse=True)
+    assert ends[0] < 9
+    assert ends[-1] == pytest.approx(1, abs=0.01)
+
+
+def test_a_candidate_that_falls_behind_does_not_win_by_where_it_would_end():
+    """That is what halving costs: the worse half takes no more steps."""
+    limit = [3.0, 3.0, 0.0, 0.0]
+    assert race(candidates(4.0, 5.0, 8.0, 9.0), towards(limit, 0.5), 0.01).mean == pytest.approx(3, rel=0.05)
+
+
+def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
+    sizes = [50, 200, 600, 1000, 2000, 5000, 10**6]
+    prices, layouts = ([count(n) for n in sizes] for count in (ism.Effort().price, ism.Effort().layouts))
+    assert prices == sorted(prices)
+    assert ism.Effort().least_gain <= prices[0] < prices[-1] <= 5 * ism.Effort().least_gain
+    assert layouts == sorted(layouts, reverse=True)
+    assert (layouts[0], layouts[-1]) == (5, 1)
+    assert ism.Effort(holes=0).layouts(100) == 0
+
+
+def test_a_plan_says_what_starts_and_why():
+    v, f = ism.samples.make("sphere", n_vertices=500)
+    good = ism.spherical_conformal_map(v, f, ism.Auto(polish=None))
+    assert np.isinf(plan_repair(good, None, ism.Effort()).price)
+    asked = plan_repair(good, "angles", ism.Effort())
+    assert (asked.itself, asked.layouts, asked.price) == (True, 0, ism.Effort().polish_gain)
+    x = unit(np.where(good.mesh.v[:, :1] > 0, good.sphere[::-1], good.sphere))
+    folded = SphereMap(good.mesh, x, Certificate.of(x, f), Run(Status.CONVERGED, np.nan))
+    plan = plan_repair(folded, "auto", ism.Effort())
+    assert not plan.itself
+    assert plan.layouts > 1
+    assert "faces fold" in str(plan)
+    assert f"up to {plan.layouts} layouts" in str(plan)
+
+
+def test_a_result_explains_what_was_decided():
+    result = ism.spherical_conformal_map(*random_body(3, depth=12.0, limbs=2))
+    lines = result.explain().splitlines()
+    assert lines[0] == f"auto: {result.run.plan}"
+    assert [line.split(":")[0] for line in lines[1:1 + len(result.rounds)]] == [each.start for each in result.rounds]
+    assert ism.spherical_conformal_map(*ism.samples.sphere(42), "gu-yau").explain().startswith("gu-yau: ")
