@@ -29,6 +29,9 @@ class Plan:
         Whether the map starts, repaired where it folds; if not, it is embedded where there is room after the layouts.
     layouts : int
         How many layouts by angles that close may start.
+    holes : int
+        Around how many more faces the body is laid out at the most; more than may start on coarse meshes, where
+        embedding spoils angles, until a layout does not fold.
     price : float
         Share of the mean angle difference that further steps have to gain; infinite if none are taken.
     why : str
@@ -37,6 +40,7 @@ class Plan:
 
     itself: bool
     layouts: int
+    holes: int
     price: float
     why: str
 
@@ -61,14 +65,16 @@ def plan_repair(first: SphereMap, polish: str | None, effort: Effort) -> Plan:
     free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
     price = effort.polish_gain if polish == "angles" else effort.price(n)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
-    if not few or is_coarse(surface_area(x, mesh.f)):
+    coarse = is_coarse(surface_area(x, mesh.f))
+    if coarse or not few:
         mean = mean_angle_difference(mesh, x)
         if mean > POOR or not few:
             layouts = effort.layouts(n) if mean > POOR else 0
             why = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
-            return Plan(few, layouts if few else max(1, layouts), price, why)
+            holes = effort.holes if coarse else max(0, layouts - 1)
+            return Plan(few, layouts if few else max(1, layouts), holes, price, why)
     if polish is None:
-        return Plan(True, 0, np.inf, folded)
+        return Plan(True, 0, 0, np.inf, folded)
     if polish == "angles" or is_worth_steps(mesh, x, price, harmonic=True):
-        return Plan(True, 0, price, f"{folded}, and steps are predicted to pay" if polish == "auto" else folded)
-    return Plan(True, 0, np.inf, f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent")
+        return Plan(True, 0, 0, price, f"{folded}, and steps are predicted to pay" if polish == "auto" else folded)
+    return Plan(True, 0, 0, np.inf, f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent")
