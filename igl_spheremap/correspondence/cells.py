@@ -262,6 +262,32 @@ def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray,
             break
 
 
+def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
+    """Give nodes at the ends of sides as short as rounding one place on a surface, in place, where faces are negative.
+
+    A limb of the other surface may lie in a speck of this one: its faces are apart there, and have no area here.
+    """
+    normals, held = _normals(surface)[owners], marked(fixed, len(p))
+    place, groups, some = np.arange(len(p)), dict[int, list[int]](), True
+    while some:
+        corners = p[faces]
+        twice = row_dots(row_crosses(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), normals)
+        negative = faces[twice < 0]
+        ends = np.stack((negative, np.roll(negative, -1, axis=1)), axis=2)
+        square = _squares(p[ends[..., 0]] - p[ends[..., 1]])
+        square[held[place[ends]].all(axis=2)] = np.inf
+        side = square.argmin(axis=1)
+        short = ends[np.arange(len(ends)), side][square.min(axis=1, initial=np.inf) <= SHORT**2]
+        some = False
+        for pair in short.tolist():
+            first, second = place[pair].tolist()
+            if first != second and not (held[first] and held[second]):
+                kept, gone = (first, second) if held[first] else (second, first)
+                members = groups.pop(gone, [gone])
+                groups.setdefault(kept, [kept]).extend(members)
+                place[members], p[members], some = kept, p[kept], True
+
+
 def _normals(surface: FloatArray) -> FloatArray:
     """Unit normals of faces (m, 3, 3); zero where rounding decides them."""
     a, b, c = surface.transpose(1, 0, 2)

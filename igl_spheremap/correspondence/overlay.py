@@ -15,7 +15,7 @@ from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows
 from ..verify.signs import orientation_signs
-from .cells import SHORT, Coincidences, Sides, nudge
+from .cells import SHORT, Coincidences, Sides, join_places, nudge
 from .walk import Segments, Triangulation, places, walk
 
 #: Rounds of merging and moving at most; two do nearly always.
@@ -121,6 +121,10 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
         for positions, surface, owner, fixed in ((on_a, own_a[A.f], merged.owners[0], own),
                                                  (on_b, own_b[B.f], merged.owners[1], other)):
             nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
+    kept = merged.faces[merged.left]
+    for positions, surface, owner, fixed in ((on_a, own_a[A.f], merged.owners[0], own),
+                                             (on_b, own_b[B.f], merged.owners[1], other)):
+        join_places(positions, kept, surface, owner[merged.left], merged.node[fixed])
     vertex_b = merged.node[other]
     location_b.face[vertex_b], location_b.weights[vertex_b] = at_vertices(B.f)
     used, corners = np.unique(merged.faces[merged.left], return_inverse=True)

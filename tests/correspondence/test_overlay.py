@@ -184,3 +184,14 @@ def test_a_folded_map_is_refused() -> None:
     folded = ism.SphereMap(a.mesh, x, ism.certify(x, a.faces), a.run)
     with pytest.raises(ism.FoldingsRemain):
         overlay(folded, a)
+
+
+@pytest.mark.parametrize("name", ["dumbbell", "pear"])
+def test_limbs_that_float64_does_not_resolve_on_the_other_surface_have_no_negative_faces(name: str) -> None:
+    a, b = mapped("spring", 600), turned(mapped(name, 300), 0)
+    common = overlay(a, b)
+    assert half_edges(common.faces, len(common.on_a)) is not None
+    for result, positions, owner in (a, common.on_a, common.face_a), (b, common.on_b, common.face_b):
+        areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
+        assert (areas >= 0).all()
+        assert np.isclose(areas.sum(), whole.sum(), rtol=1e-12, atol=0)
