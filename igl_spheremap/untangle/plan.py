@@ -15,7 +15,7 @@ from .local_repair import has_few_foldings
 from .match_angles import is_worth_steps
 
 #: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
-#: starts after one that is not poor.
+#: starts after one that is not poor. Chosen with version 0.2.0, on parts that are in no list.
 POOR = 2.4
 
 

@@ -48,7 +48,8 @@ from .plan import POOR, Plan, plan_repair
 from .poles import placements
 from .race import Candidate, race
 
-#: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share.
+#: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share. Other
+#: shares were not tried.
 _ROUGH_GAIN = 0.1
 
 
