@@ -277,8 +277,9 @@ def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
     if not copies and ways is not _WAYS_1:
         return ""
     if not copies:
-        return ("\nRounding alone changes iterations by up to 40 percent, and with them counts of folded faces\n"
-                "(`--spread` measures it): tables of another machine may differ by as much.\n")
+        return ("\nRounding alone changes iterations by up to half of them, and counts of folded faces, where some\n"
+                "are left, by up to three quarters (`--spread` measures it): tables of another machine may differ\n"
+                "by as much.\n")
     parts = []
     for way in (way for way in ways if way in _SPREAD):
         spreads = [line.spread(way) for line in found]
