@@ -202,6 +202,8 @@ class Cholmod:
                 self._cvxopt.cholmod.numeric(self._A, self._symbolic)
         except ArithmeticError as error:
             raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
+        except MemoryError as error:  # rows of a hundred thousand entries fill the factor
+            raise FactorisationFailed("CHOLMOD: the factor does not fit into memory") from error
         return Factor(self.backend, len(self._order), reordered(self._order, self._solve))
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
