@@ -62,9 +62,8 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
     if placed is not None:
         yield onto_sphere(placed, placed.z)
     source = proper_angles(mesh.angles)
-    largest = np.argsort(-face_areas(mesh.v, mesh.f), kind="stable")
     # Well-shaped faces of middling size, and the largest, in turn.
-    pairs = zip(candidate_faces(mesh), largest.tolist(), strict=False)
+    pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.v, mesh.f), kind="stable").tolist(), strict=False)
     for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
         if closed.residual <= HALF_DIGITS:

@@ -51,8 +51,7 @@ def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatAr
 
     def steps(before: Candidate) -> Candidate:
         y = match_angles(mesh, before.x, centroid, system, systems, price, damping=HALF_DIGITS)
-        after = Candidate(y, mean_angle_difference(mesh, y))
-        return after if after.mean < before.mean else before
+        return Candidate(y, mean_angle_difference(mesh, y))
 
     return race([Candidate(x, mean_angle_difference(mesh, x))], steps, price).x
 

@@ -160,8 +160,8 @@ class _Repair:
         """A candidate after a round of steps, or itself if they make it no better."""
         with self.attempt("newton"):
             deep = start.gauge == "poles" or start.stretch > 1
-            held = deep or is_off_centre(self.mesh, start.x)
-            centroid = weighted_sum(self.mesh.A, start.x) if held else np.zeros(3)
+            centred = not (deep or is_off_centre(self.mesh, start.x))
+            centroid = np.zeros(3) if centred else weighted_sum(self.mesh.A, start.x)
             x = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
                              damping=DAMPED if deep else HALF_DIGITS, rough=rough)
             after = self.record("newton", x, start.stretch, start.gauge)

@@ -88,9 +88,10 @@ def test_a_repaired_map_is_in_the_gauge(folded):
     assert np.abs(fix_gauge(mesh, repaired.sphere) - repaired.sphere).max() < 1e-12
 
 
-def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(long_arms):
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.3])
+def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(share, long_arms):
     mesh, _, x, repaired, _ = long_arms
-    y = repair_locally(mesh, center(repaired.sphere, np.full(len(x), 1 / len(x))))
+    y = repair_locally(mesh, center(repaired.sphere, (1 - share) * mesh.A + share / len(x)))
     z = restore_gauge(mesh, y)
     assert certify(z, mesh.f).folding_free
     assert np.linalg.norm(mesh.A @ z) < max(1e-3, np.linalg.norm(mesh.A @ y) / 10)
