@@ -1,4 +1,4 @@
-"""How deep a call is: a reader who follows it has at most 13 functions in mind."""
+"""How deep a call is: a reader who follows it has at most 15 functions in mind."""
 
 import sys
 from pathlib import Path
@@ -32,9 +32,9 @@ def deepest(call):
 
 
 @pytest.mark.parametrize("name", ["spheroid", "bird", "octopus"])
-def test_a_plain_call_is_at_most_13_frames_deep(name):
+def test_a_plain_call_is_at_most_15_frames_deep(name):
     """Of maps that stay as they are, whose angles are improved, and that are repaired."""
     v, f = ism.samples.make(name, n_vertices=2000)
     ism.spherical_conformal_map(v, f)  # imports, which are no work of a call
     frames = deepest(lambda: ism.spherical_conformal_map(v, f))
-    assert len(frames) <= 13, "\n".join(frames)
+    assert len(frames) <= 15, "\n".join(frames)

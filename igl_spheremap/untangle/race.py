@@ -31,6 +31,6 @@ def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], pr
     """
     while True:
         before = sorted(field, key=attrgetter("mean"))[:max(1, len(field) // 2)]
-        field = [steps(candidate) for candidate in before]
+        field = list(map(steps, before))
         if len(field) == 1 and field[0].mean >= (1 - price) * before[0].mean:
             return field[0]

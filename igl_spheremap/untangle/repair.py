@@ -64,11 +64,14 @@ def repair(first: SphereMap, operators: Operators, listener: Listener | None = N
     if 2 * first.certificate.foldings > len(first.faces):
         x = fix_orientation(first.sphere, first.faces)
         first = replace(first, sphere=x, certificate=Certificate.of(x, first.faces))
-    run = _Repair(first, operators, listener, effort, plan_repair(first, polish, effort), centred)
+    plan = plan_repair(first, polish, effort)
+    run, field = _Repair(first, operators, listener, effort, plan, centred), list[Candidate]()
     try:
         with run.attempt("repair"):
-            return run.result(run.best())
-        return run.result(None)
+            field = run.field()
+            if field and np.isfinite(plan.price):
+                field = [race(field, partial(run.steps, least_gain=plan.price), plan.price)]
+        return run.result(field)
     except _Stopped:
         raise StopIteration from None
 
@@ -101,21 +104,19 @@ class _Repair:
         except Exception as error:  # whatever it is, the map at hand is not lost
             self.notes.append(left_out(name, error))
 
-    def best(self) -> Candidate | None:
-        """The best candidate, None if there is none."""
+    def field(self) -> list[Candidate]:
+        """The candidates after rough steps, if several may start; none if the first map is to stay."""
         field, plan = list[Candidate](), self.plan
         if self.first.certificate.folding_free and np.isinf(plan.price):
             self._notify(self.first.sphere, self.first.energy, 0)
-            return None
+            return field
         for start in islice(self.starts(), plan.starts):
             field.append(start if plan.starts == 1 else self.steps(start, _ROUGH_GAIN, rough=True))
             if field[-1].mean <= POOR:
                 break
         if not field and (last := self.embedded(self.first.sphere)):
             field = [last]
-        if not field or np.isinf(plan.price):
-            return field[0] if field else None
-        return race(field, partial(self.steps, least_gain=plan.price), plan.price)
+        return field
 
     def starts(self) -> Iterator[Candidate]:
         """Candidates in the order in which they start, each made when it is asked for."""
@@ -187,9 +188,10 @@ class _Repair:
         except StopIteration:
             raise _Stopped from None
 
-    def result(self, best: Candidate | None) -> SphereMap:
-        """The best map in the package's gauge, or the first one, with the record."""
+    def result(self, field: list[Candidate]) -> SphereMap:
+        """The best candidate that is left in the package's gauge, or the first map, with the record."""
         found = self.first
+        best = min(field, key=attrgetter("mean"), default=None)
         if best is not None and best.x is not found.sphere:
             x = best.x
             if best.gauge == "centred":
