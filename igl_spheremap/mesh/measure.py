@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import igl
@@ -37,8 +38,8 @@ def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: I
 
 def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) -> FloatArray:
     """Apply a function of libigl, which measures each face independently, block by block."""
-    starts = range(0, max(1, len(f)), _LIBIGL_BLOCK)
-    return np.concatenate([measure(v, f[k : k + _LIBIGL_BLOCK]) for k in starts])
+    blocks = np.split(f, range(_LIBIGL_BLOCK, len(f), _LIBIGL_BLOCK))
+    return np.concatenate(list(map(partial(measure, v), blocks)))
 
 
 def spread(n: int, most: int) -> slice:

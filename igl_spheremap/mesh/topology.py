@@ -54,6 +54,14 @@ class Topology:
         Faces with the corners of an earlier one.
     unreferenced : int
         Vertices in no face.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.sphere(42)
+    >>> found = ism.info(v, f[[0, 0, 1]]).topology
+    >>> found.copies, found.nonmanifold_edges, found.unreferenced
+    (1, 0, 37)
     """
 
     edges: int

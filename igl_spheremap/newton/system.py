@@ -97,7 +97,7 @@ class VertexSystem:
     @cached_property
     def _numbers(self) -> IntArray:
         """The entry to which each entry of the faces' blocks is added, in their order; one past the last for none."""
-        (rows, _, first), edge = self._layout, iter(self.n + self._edges[2])
+        edge, (rows, _, first) = iter(self.n + self._edges[2]), self._layout
         found = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
         for k, (i, j) in enumerate(PAIRS):
             if i == j:
