@@ -84,8 +84,8 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     x, y, z = ((high / scale - low / scale) * scale).tolist()
     return MeshQuality(
         extent=(x, y, z),
-        area=float(areas.sum()) * scale**2,
-        volume=enclosed_volume(p, f) * scale**3 if closed else np.nan,
+        area=float(areas.sum()) * scale * scale,
+        volume=enclosed_volume(p, f) * scale * scale * scale if closed else np.nan,
         shortest_edge=float(length.min()),
         mean_edge=float(length.mean()),
         longest_edge=float(length.max()),

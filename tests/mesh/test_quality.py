@@ -43,3 +43,12 @@ def test_negative_weights_are_where_edges_are_not_delaunay():
     weights = build_operators(ism.check_mesh(v, f)).L.tocoo()
     negative = (weights.data[weights.row < weights.col] > 1e-9).sum()
     assert mesh_quality(v, f).non_delaunay_edges == negative > 0
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1e104, 1e300])
+def test_areas_and_volumes_beyond_float64_are_no_errors(unit):
+    v, f = ism.samples.make("spheroid", n_vertices=300)
+    near, far = mesh_quality(v, f), mesh_quality(unit * v, f)
+    assert far.mean_edge == pytest.approx(unit * near.mean_edge, rel=1e-9, abs=0)
+    assert (far.slivers, far.non_delaunay_edges) == (near.slivers, near.non_delaunay_edges)
+    assert far.volume == (0 if unit < 1 else np.inf)
