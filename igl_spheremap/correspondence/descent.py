@@ -22,7 +22,8 @@ from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, Lift, log_strain
 
-#: A stage ends where a step gains less than this share of its energy.
+#: A stage ends where two steps in turn gain less than this share of their energy each: after one, landmarks far from
+#: each other were left unmet more often.
 _GAIN = 2e-3
 #: Weight of a soft landmark's squared chord: it leaves distances of some .01.
 _SOFT = 10.0
@@ -162,12 +163,13 @@ class Descent:
         for stage in stages:
             problem = FaceProblem(ComposedStrain(a, b, stage.share, stage.guard), self._terms(a, b, y, stage),
                                   held=held)
-            value = problem.value(y)
+            value, small = problem.value(y), 0
             for k, trial in enumerate(newton(problem, LineSearch(a.system), y), 1):
                 y, gain, value = trial.x, value - trial.value, trial.value
                 if report is not None:
                     report(stage, a, y, value)
-                if gain < _GAIN * (value + gain) or k == stage.steps:
+                small = small + 1 if gain < _GAIN * (value + gain) else 0
+                if small == 2 or k == stage.steps:
                     break
         return a, y
 
