@@ -73,7 +73,7 @@ class Data:
 
     @cache  # noqa: B019
     def surface(self, body, side):
-        """Vertices and faces on fsLR's mesh; fsaverage's has another numbering of the same faces' corners."""
+        """Vertices and faces on fsLR's mesh."""
         names = {"S1200": _HCP.format(side), "Conte69": _CONTE.format(side.lower() + "h"),
                  "fsaverage": _T1.format(side.lower() + "h", "central")}
         v, f = (np.asarray(each.data) for each in nibabel.load(self._read(names[body])).darrays)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit
 from ..result.sphere_map import SphereMap
-from ..shapes.locate import Location, SphereLocator
+from ..shapes.locate import Location, locator_of
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_lengths, unit_rows
@@ -61,7 +61,7 @@ class SurfaceMap:
     @cached_property
     def location(self) -> Location:
         """Where A's vertices lie on B."""
-        return self._on_b.locate(self.map.sphere)
+        return locator_of(self.target).locate(self.map.sphere)
 
     @property
     def positions(self) -> FloatArray:
@@ -80,7 +80,7 @@ class SurfaceMap:
     @property
     def unresolved(self) -> tuple[int, int]:
         """How many faces of A are on B, and of B on A, so small that float64 can't tell what lies where in them."""
-        back = interpolate(self.map.vertices, self.map.faces, self._on_a.locate(self.target.sphere))
+        back = interpolate(self.map.vertices, self.map.faces, locator_of(self.map).locate(self.target.sphere))
         return _specks(self.positions, self.map.faces), _specks(back, self.target.faces)
 
     @own_errstate
@@ -115,7 +115,7 @@ class SurfaceMap:
         >>> bool(np.allclose(np.einsum("ij,ijk->ik", weights, v[f[face]]), v[:5], atol=0.02 * size))
         True
         """
-        return self._on_b.locate(_directions(self.map, points, "A"))
+        return locator_of(self.target).locate(_directions(self.map, points, "A"))
 
     @own_errstate
     def inverse(self, points: Location | ArrayLike) -> Location:
@@ -137,7 +137,7 @@ class SurfaceMap:
         MeshError
             If a face or a weight is out of range, or positions are not finite.
         """
-        return self._on_a.locate(_directions(self.target, points, "B"))
+        return locator_of(self.map).locate(_directions(self.target, points, "B"))
 
     def matrix(self) -> sp.csr_matrix:
         """The matrix (n_A, n_B) that takes values at B's vertices to A's: each row has the weights of one face of B.
@@ -199,14 +199,6 @@ class SurfaceMap:
     @cached_property
     def _overlay(self) -> Overlay:
         return overlay(self.map, self.target)
-
-    @cached_property
-    def _on_a(self) -> SphereLocator:
-        return SphereLocator(self.map)
-
-    @cached_property
-    def _on_b(self) -> SphereLocator:
-        return SphereLocator(self.target)
 
 
 def _specks(p: FloatArray, f: IntArray) -> int:
