@@ -287,9 +287,9 @@ def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
         folds = max(max(one.foldings for one in each) - min(one.foldings for one in each) for each in spreads)
         angles = max(_range([one.mean_angle for one in each]) for each in spreads)
         parts.append(f"{way}: iterations {iterations:.0%}, mean angle differences {angles:.0%}, folded faces {folds:,}")
-    return (f"\nIn brackets are the least and the largest count over the surface and {copies} renumbered copies of it, "
-            f"where they differ: rounding alone does that. The largest ranges, in shares of the median, or faces: "
-            f"{'; '.join(parts)}. Tables of another machine may differ by as much.\n")
+    return (f"\nIn brackets: least and largest count over {copies} renumbered copies, which only rounding changes. "
+            f"Largest ranges, in shares of the median, or faces: {'; '.join(parts)}. "
+            "Another machine may differ by as much.\n")
 
 
 def _range(values: Sequence[float]) -> float:
