@@ -190,7 +190,7 @@ def landmarks(data):
         order = rng.permutation(np.unique(vertices, return_index=True)[1])
         for k in (5, 10, 20):
             chosen, rest = order[:k], order[k:50]
-            onto, seconds = timed(lambda: ism.match(a, b, (chosen, vertices[chosen])))  # noqa: B023
+            onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, vertices[chosen])))  # noqa: B023
             targets = check_landmarks(len(a.sphere), chosen, b.sphere[vertices[chosen]], 1.0)
             start = ism.transfer(b, b.vertices, match_landmarks(a.sphere, targets, 1e-2))
             off = [f"{error(a, p, truth):.4f} and {error(a, p, truth, rest):.4f}" for p in (start, onto.positions)]
@@ -203,7 +203,7 @@ def landmarks(data):
             met = 0
             for _ in range(4):
                 try:
-                    ism.match(a, b, (rng.permutation(len(a.sphere))[:k], rng.permutation(len(b.sphere))[:k]))
+                    ism.match(a, b, landmarks=(rng.permutation(len(a.sphere))[:k], rng.permutation(len(b.sphere))[:k]))
                     met += 1
                 except ism.MapError:
                     pass
@@ -219,7 +219,7 @@ def registration(data):
 
     for stiffness in (0.5, 0.2, 0.1, 0.05):
         fixed, moving = data.map("fs:white_left"), data.map("~fs:white_right")
-        found = ism.register(moving, fixed, (over("sulc_right"), over("sulc_left")), stiffness=stiffness)
+        found = ism.register(moving, fixed, features=(over("sulc_right"), over("sulc_left")), stiffness=stiffness)
         w, end = vertex_areas(moving.vertices, moving.faces), found.stages[-1]
         curvature = correlation(over("curv_right"), ism.transfer(fixed, over("curv_left"), found.map), w)
         print(f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
@@ -269,13 +269,13 @@ def overlays(data):
         b = ism.sphere_map(b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix())
         before = peak_memory()
         both, seconds = timed(lambda: overlay(a, b))  # noqa: B023
-        areas = [igl.doublearea(p, both.faces) for p in (both.on_a, both.on_b)]
+        areas = [igl.doublearea(p, both.faces) for p in (both.on_source, both.on_target)]
         whole = [abs(each.sum() / igl.doublearea(m.vertices, m.faces).sum() - 1)
                  for each, m in zip(areas, (a, b), strict=True)]
-        print(f"{len(a.sphere)} on {len(b.sphere)} vertices: {len(both.on_a)} vertices, {len(both.faces)} faces, "
+        print(f"{len(a.sphere)} on {len(b.sphere)} vertices: {len(both.on_source)} vertices, {len(both.faces)} faces, "
               f"{seconds:.2f} s, peak {peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
               f"{sum(int((each <= 0).sum()) for each in areas)} faces without area, areas of A and B off by "
-              f"{whole[0]:.0e}, {whole[1]:.0e}, Euler characteristic {len(both.on_a) - len(both.faces) // 2}",
+              f"{whole[0]:.0e}, {whole[1]:.0e}, Euler characteristic {len(both.on_source) - len(both.faces) // 2}",
               flush=True)
 
 
@@ -286,7 +286,7 @@ def sizes(data):
         before = peak_memory()
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
-        onto, seconds = timed(lambda: ism.match(a, b, (chosen, rows[chosen]) if k else None))  # noqa: B023
+        onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, rows[chosen]) if k else None))  # noqa: B023
         print(f"{len(a.sphere)} onto {len(b.sphere)} vertices, {k} landmarks: {seconds:.1f} s, peak "
               f"{peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
               f"{onto.map.certificate.foldings} folded", flush=True)

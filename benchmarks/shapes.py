@@ -153,7 +153,8 @@ def rotation(data):
         for _ in range(3):
             Q = Rotation.random(random_state=rng).as_matrix()
             turned = ism.sphere_map(copy.vertices, copy.faces, copy.sphere @ Q.T)
-            off.append(rotation_angle(ism.register(turned, fixed, curvature, stages=["rotation"]).rotation @ Q))
+            found = ism.register(turned, fixed, features=curvature, stages=["rotation"])
+            off.append(rotation_angle(found.rotation @ Q))
         print(f"copy of {name}: {max(off):.3f} degrees", flush=True)
 
 
@@ -166,8 +167,8 @@ def hemispheres(data):
     """The mirrored right white surface on the left one by sulc; curvature and thickness are not used."""
     fixed, moving = data.map("white_left"), data.map("white_right")
     sulc = data.over_fsaverage("sulc_right"), data.over_fsaverage("sulc_left")
-    ism.register(moving, fixed, sulc, stages=["rotation"])
-    result, seconds = timed(lambda: ism.register(moving, fixed, sulc))
+    ism.register(moving, fixed, features=sulc, stages=["rotation"])
+    result, seconds = timed(lambda: ism.register(moving, fixed, features=sulc))
     for stage in result.stages:
         print(f"{stage.name}: correlation {stage.correlation[0]:.4f}, |log J| {stage.strain:.3f}")
     areas = vertex_areas(moving.vertices, moving.faces)
@@ -204,8 +205,8 @@ def warps(data):
             x = ism.repair_foldings(copy.vertices, copy.faces, x).sphere
         moving = ism.sphere_map(copy.vertices, copy.faces, x)
         curvature = curvature_of(moving), curvature_of(fixed)
-        rigid = ism.register(moving, fixed, curvature, stages=["rotation", "moebius"])
-        result, seconds = timed(lambda: ism.register(moving, fixed, curvature))  # noqa: B023
+        rigid = ism.register(moving, fixed, features=curvature, stages=["rotation", "moebius"])
+        result, seconds = timed(lambda: ism.register(moving, fixed, features=curvature))  # noqa: B023
         start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
         print(f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
               f"{result.map.certificate}, {seconds:.2f} s", flush=True)

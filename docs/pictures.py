@@ -137,12 +137,12 @@ def harmonics(path: Path) -> list[str]:
 
 def registration(path: Path) -> list[str]:
     """A sphere laid on another, both coloured by the depth of their surfaces."""
-    fixed = ism.spherical_conformal_map(*ism.samples.make("brain"))
+    target = ism.spherical_conformal_map(*ism.samples.make("brain"))
     other = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    moving = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
-    registered = ism.register(moving, fixed)
-    return _present(lambda: registration_view(moving, fixed, registered), path, (1200, 440))
+    source = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
+    registered = ism.register(source, target)
+    return _present(lambda: registration_view(source, target, registered), path, (1200, 440))
 
 
 def correspondence(path: Path) -> list[str]:

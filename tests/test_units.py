@@ -31,8 +31,8 @@ def test_measures_do_not_depend_on_the_unit(pair, unit):
     assert np.allclose(harmonics.align().skew, far.align().skew, atol=1e-9)
     found, far = overlay(a, b), overlay(far_a, far_b)
     assert np.array_equal(found.faces, far.faces)
-    assert np.array_equal(found.on_b, far.on_b / unit)
-    measures = [Distortion.of(each.on_a, each.on_b, each.faces).figures for each in (found, far)]
+    assert np.array_equal(found.on_target, far.on_target / unit)
+    measures = [Distortion.of(each.on_source, each.on_target, each.faces).figures for each in (found, far)]
     assert measures[0] == measures[1]
     points = 1.01 * a.vertices[:20]
     assert np.array_equal(nearest(a, points, "A").face, nearest(far_a, unit * points, "A").face)

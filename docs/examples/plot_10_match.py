@@ -20,12 +20,12 @@ assert onto.map.certificate.folding_free
 # dinosaur, from the tip of its tail to its head.
 
 common = onto.overlay()
-on_a, on_b = (fit(one, np.eye(3)) for one in (common.on_a, common.on_b))
-along = on_a[:, 0]
+on_source, on_target = (fit(one, np.eye(3)) for one in (common.on_source, common.on_target))
+along = on_source[:, 0]
 figure = draw_surfaces(
-    ("a dinosaur", on_a, common.faces, along),
-    ("half of the way", (on_a + on_b) / 2, common.faces, along),
-    ("a rabbit", on_b, common.faces, along),
+    ("a dinosaur", on_source, common.faces, along),
+    ("half of the way", (on_source + on_target) / 2, common.faces, along),
+    ("a rabbit", on_target, common.faces, along),
     up="z",
 )
 figure

@@ -107,7 +107,7 @@ class Descent:
             found[0] = y
 
         if width is not None:
-            fit_moebius(found[0], self._a.f, self._pair.weights, self._pair.moving([width]), self._pair.fixed([width]),
+            fit_moebius(found[0], self._a.f, self._pair.weights, self._pair.source([width]), self._pair.target([width]),
                         keep)
         return found[0]
 
@@ -178,10 +178,10 @@ class Descent:
         terms: list[VertexTerm] = []
         areas = 4 * np.pi * a.mesh.A
         if stage.weight:
-            values = self._pair.moving(stage.widths)
+            values = self._pair.source(stage.widths)
             if a.own is not None:
                 values = a.own.at(a.x, values)
-            terms.append(Misfit(stage.weight * areas, values, self._pair.fixed(stage.widths)))
+            terms.append(Misfit(stage.weight * areas, values, self._pair.target(stage.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals

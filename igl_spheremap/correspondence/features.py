@@ -55,49 +55,47 @@ class FeaturePair:
     ----------
     a, b : Level
         The surfaces on their own meshes.
-    given : (A's values, B's values), optional
+    given : (values of A, values of B), optional
         Data over their vertices; the depth potential of that width without them.
     widths : sequence of float
         Those in use.
-    names : (str, str)
-        What errors call the data.
     """
 
-    def __init__(self, a: Level, b: Level, given: tuple[ArrayLike, ArrayLike] | None, widths: Sequence[float],
-                 names: tuple[str, str] = ("features of A", "features of B")) -> None:
+    def __init__(self, a: Level, b: Level, given: tuple[ArrayLike, ArrayLike] | None, widths: Sequence[float]) -> None:
         self._levels, surfaces = (a, b), (FeatureSurface(a.mesh), FeatureSurface(b.mesh))
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = None if given is None else _checked(given, (len(a.x), len(b.x)), names)
+        checked = None if given is None else _checked(given, (len(a.x), len(b.x)))
         self._by_width: dict[float, list[FloatArray]] = {
             width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
                     for k, s in enumerate(surfaces)] for width in widths}
         self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
                      else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
 
-    def moving(self, widths: Sequence[float]) -> FloatArray:
+    def source(self, widths: Sequence[float]) -> FloatArray:
         """A's features, at its own vertices."""
         return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
 
-    def fixed(self, widths: Sequence[float]) -> VertexFunction:
+    def target(self, widths: Sequence[float]) -> VertexFunction:
         """B's features."""
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
         return VertexFunction(self._levels[1].locator, values)
 
     def rotations(self, width: float) -> list[RotationCandidate]:
         """Rotations of A's sphere for which the features of one width agree best, the best first."""
-        moving, fixed = (expand(level.locator, values, _BAND, _OVERSAMPLING)
+        source, target = (expand(level.locator, values, _BAND, _OVERSAMPLING)
                          for level, values in zip(self._levels, self._by_width[width], strict=True))
-        return best_rotations(fixed, moving, _BAND)
+        return best_rotations(target, source, _BAND)
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlation of each feature over A's area, if A's sphere is x: as it was given, else of each width."""
-        fixed = self._levels[1].at(x, self._raw[1])
-        centred = fixed - weighted_sum(self.weights, fixed)
+        target = self._levels[1].at(x, self._raw[1])
+        centred = target - weighted_sum(self.weights, target)
         return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
 
 
-def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int], names: tuple[str, str]) -> list[FloatArray]:
+def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
     """Rows for all vertices, finite and not constant, the same number of columns of either."""
+    names = "features of the source", "features of the target"
     checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
     for each, name in zip(checked, names, strict=True):
         check_varies(each, name)

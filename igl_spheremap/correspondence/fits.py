@@ -13,7 +13,7 @@ from ..sphere.moebius import moebius
 from ..verify.signs import folded_faces
 
 #: Values (n, k) and gradients (n, k, 3) at points of the sphere.
-Fixed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+Target = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Takes each iterate and its cost.
 Report = Callable[[FloatArray, float], None]
 
@@ -24,9 +24,9 @@ _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 
 
 def fit_moebius(
-    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, fixed: Fixed, report: Report
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, target: Target, report: Report
 ) -> None:
-    """Lower the weighted square of features - fixed(m(x)) over Moebius maps m.
+    """Lower the weighted square of features - target(m(x)) over Moebius maps m.
 
     The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
     vertices, not edges, and slivers can flip.
@@ -37,7 +37,7 @@ def fit_moebius(
     def residuals(t: FloatArray) -> FloatArray:
         nonlocal last
         y = _moved(x, t) if t.any() else x  # rounding may fold slivers
-        values, gradients = fixed(y)
+        values, gradients = target(y)
         last = y, root * (features - values), gradients  # shapes (8)
         if folded_faces(y, f).any():
             return np.full(features.size + 3, np.inf)
@@ -65,13 +65,13 @@ def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
 
 
 class Misfit:
-    """Half the weighted sum of squares of features - fixed(x), with the Hessian of Gauss and Newton.
+    """Half the weighted sum of squares of features - target(x), with the Hessian of Gauss and Newton.
 
-    Features are any values at the vertices; `fixed` gives the values (n, k) and gradients (n, k, 3) to compare with.
+    Features are any values at the vertices; `target` gives the values (n, k) and gradients (n, k, 3) to compare with.
     """
 
-    def __init__(self, weights: FloatArray, features: FloatArray, fixed: Fixed) -> None:
-        self._weights, self._features, self._fixed = weights, features, fixed
+    def __init__(self, weights: FloatArray, features: FloatArray, target: Target) -> None:
+        self._weights, self._features, self._target = weights, features, target
         self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def value(self, x: FloatArray) -> float:
@@ -89,6 +89,6 @@ class Misfit:
     def _off(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Differences (n, k) and gradients (n, k, 3) at a map, kept for the next call."""
         if self._last is None or self._last[0] is not x:
-            values, gradients = self._fixed(x)
+            values, gradients = self._target(x)
             self._last = x, self._features - values, gradients
         return self._last[1:]

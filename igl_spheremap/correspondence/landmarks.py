@@ -21,22 +21,23 @@ from .surface_map import checked_location, nearest
 
 #: Vertices, or places by face and weights.
 Points = ArrayLike | Location
+_ENDS = "the source", "the target"
 
 
 @dataclass(frozen=True, eq=False)
 class LandmarkPairs:
-    """Points of A and of B that belong together.
+    """Points of the source and of the target that belong together.
 
     Attributes
     ----------
     surface : SphereMap
-        A, with a vertex at each of its points; those that it had come first.
+        The source, with a vertex at each of its points; those that it had come first.
     places : Location
-        Where the vertices that were added lie on A's own faces.
+        Where the vertices that were added lie on the source's own faces.
     vertices : (k,) int64 array
-        Points of A.
+        Points of the source.
     goals : Location
-        Points of B.
+        Points of the target.
     names : list of str
         What the points were given as.
     """
@@ -48,28 +49,29 @@ class LandmarkPairs:
     names: list[str]
 
     @classmethod
-    def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], a: SphereMap,
-           b: SphereMap) -> LandmarkPairs:
+    def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], source: SphereMap,
+           target: SphereMap) -> LandmarkPairs:
         """The points checked; a MeshError that names the one that is wrong."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
         if landmarks is not None:
             points, goals = (_points(each, result, "landmark", name) for each, result, name in zip(
-                _pair(landmarks, "landmarks"), (a, b), "AB", strict=True))
+                _pair(landmarks, "landmarks"), (source, target), _ENDS, strict=True))
             if len(points.face) != len(goals.face):
-                raise MeshError(f"{len(points.face)} landmarks of A have {len(goals.face)} points of B; give one for "
-                                "each")
+                raise MeshError(f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
+                                "target; give one for each")
             pairs.append((points, goals))
             names += [f"landmark {k}" for k in range(len(points.face))]
         for number, curve in enumerate(curves):
             first, second = (_points(each, result, "point", f"curve {number} of {name}") for each, result, name in zip(
-                _pair(curve, f"curve {number}"), (a, b), "AB", strict=True))
-            pairs.append((first, _at_the_same_length(first, second, a, b, number)))
+                _pair(curve, f"curve {number}"), (source, target), _ENDS, strict=True))
+            pairs.append((first, _at_the_same_length(first, second, source, target, number)))
             names += [f"point {k} of curve {number}" for k in range(len(first.face))]
         points, goals = (joined(*each) for each in zip(*pairs, strict=True))
-        surface, places, vertices = with_vertices(a, points)
-        on_b = np.unique(interpolate(b.sphere, b.faces, goals), axis=0, return_inverse=True)[1].reshape(-1)
-        kept = np.sort(np.unique(np.stack((vertices, on_b), axis=1), axis=0, return_index=True)[1])
-        for numbers, name in ((vertices[kept], "A"), (on_b[kept], "B")):
+        surface, places, vertices = with_vertices(source, points)
+        there = interpolate(target.sphere, target.faces, goals)
+        on_target = np.unique(there, axis=0, return_inverse=True)[1].reshape(-1)
+        kept = np.sort(np.unique(np.stack((vertices, on_target), axis=1), axis=0, return_index=True)[1])
+        for numbers, name in ((vertices[kept], _ENDS[0]), (on_target[kept], _ENDS[1])):
             order = np.argsort(numbers, kind="stable")
             equal = np.flatnonzero(np.diff(numbers[order]) == 0)
             if len(equal):
@@ -78,15 +80,15 @@ class LandmarkPairs:
                                 "meet")
         return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
 
-    def carried(self, values: ArrayLike, a: SphereMap) -> FloatArray:
-        """Features of A's own vertices at those of `surface`."""
-        values = check_values(values, len(a.sphere), "features of the moving surface")
-        return np.concatenate((values, interpolate(values, a.faces, self.places)))
+    def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
+        """Features of the source's own vertices at those of `surface`."""
+        values = check_values(values, len(source.sphere), "features of the source")
+        return np.concatenate((values, interpolate(values, source.faces, self.places)))
 
 
 def _pair(given: object, name: str) -> tuple[Points, Points]:
     if not isinstance(given, Sequence) or len(given) != 2:
-        raise MeshError(f"no pair for {name}; give (points of A, points of B)")
+        raise MeshError(f"no pair for {name}; give (points of the source, points of the target)")
     return given[0], given[1]
 
 
@@ -104,17 +106,19 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
     return take_points(at_vertices(result.faces), index.astype(np.int64))
 
 
-def _at_the_same_length(first: Location, second: Location, a: SphereMap, b: SphereMap, number: int) -> Location:
-    """The points of B's curve at the shares of its length that the points of A's have."""
+def _at_the_same_length(first: Location, second: Location, source: SphereMap, target: SphereMap,
+                        number: int) -> Location:
+    """The points of the target's curve at the shares of its length that the points of the source's have."""
     shares, ends = [], []
-    for points, result, name in ((first, a, "A"), (second, b, "B")):
+    for points, result, name in ((first, source, _ENDS[0]), (second, target, _ENDS[1])):
         p = interpolate(result.vertices, result.faces, points)
         length = np.append(0.0, np.cumsum(row_lengths(np.diff(p, axis=0))))
         if length[-1] == 0:
             raise MeshError(f"curve {number} of {name} has no length; give two points or more")
         shares.append(length / length[-1])
         ends.append(p)
-    goals = nearest(b, np.stack([np.interp(shares[0], shares[1], column) for column in ends[1].T], axis=1), "B")
+    places = np.stack([np.interp(shares[0], shares[1], column) for column in ends[1].T], axis=1)
+    goals = nearest(target, places, _ENDS[1])
     tips = [0, -1]
     goals.face[tips], goals.weights[tips] = second.face[tips], second.weights[tips]
     return goals

@@ -52,11 +52,11 @@ _NAMED = 5
 @own_errstate
 @timed()
 def match(
-    a: SphereMap | MeshLike,
-    b: SphereMap | MeshLike,
+    source: SphereMap | MeshLike,
+    target: SphereMap | MeshLike,
+    *,
     landmarks: tuple[Points, Points] | None = None,
     features: tuple[ArrayLike, ArrayLike] | None = None,
-    *,
     curves: Iterable[tuple[Points, Points]] = (),
     feature_weight: float = 0.4,
     position_weight: float = 0.0,
@@ -66,41 +66,43 @@ def match(
 ) -> SurfaceMap:
     """Map one closed genus-0 surface onto another: bijectively, with low distortion, landmarks met.
 
-    The map goes through the sphere, and what is minimised is the strain of A's faces as they lie on B: angles and
-    areas alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
+    The map goes through the sphere, and what is minimised is the strain of the source's faces as they lie on the
+    target: angles and areas alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
 
     Parameters
     ----------
-    a, b : SphereMap, (v, f) or another mesh object
+    source, target : SphereMap, (v, f) or another mesh object
         The surfaces with their maps, best area-preserving ones; meshes are mapped at balance 1.
-    landmarks : (points of A, points of B), optional
+    landmarks : (points of the source, points of the target), optional
         Points that belong together, the same number of either: (k,) vertex indices, or a `Location`. They are met bit
-        for bit on the sphere; three and more of them decide how the surfaces face each other. A's faces are divided
-        where its points are no vertices.
-    features : (A's values, B's values), optional
+        for bit on the sphere; three and more of them decide how the surfaces face each other. The source's faces are
+        divided where its points are not vertices.
+    features : (the source's values, the target's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
         surfaces and compared at unit variance. Without them curvature and depth choose starts and guide the descent,
         but for its last steps on each mesh.
-    curves : iterable of (curve of A, curve of B), optional
+    curves : iterable of (curve of the source, curve of the target), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
-        two or more; the numbers may differ. Each point of A's curve is a landmark, whose place on B's curve is
-        at the same share of its length; between them the one curve lies as near to the other as points are apart.
+        two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on
+        the target's curve is at the same share of its length; between them the one curve lies as near to the other as
+        points are apart.
     feature_weight : float
         Of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
     position_weight : float
-        Of the squared distances between points of A and B after a similarity, likewise; 0 by default, 1 lowers them a
+        Of the squared distances between points of both after a similarity, likewise; 0 by default, 1 lowers them a
         little.
     soft : bool
         Draw landmarks together instead of meeting them, where they may contradict each other.
     reflect : bool
-        Mirror A and its map (x to -x), and reverse its faces: for left and right sides of a body.
+        Mirror the source and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
-        Called with an `Iterate` after every step on A's own mesh; may raise StopIteration to stop with the current map.
+        Called with an `Iterate` after every step on the source's own mesh; may raise StopIteration to stop with the
+        current map.
 
     Returns
     -------
     SurfaceMap
-        A's map in the frame of B's, certified, and what follows from it.
+        The source's map in the frame of the target's, certified, and what follows from it.
 
     Raises
     ------
@@ -126,18 +128,18 @@ def match(
     history = History(listener)
     for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
         check_number(weight, name)
-    a, b = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, 1.0) for each in (a, b))
-    a, b = (certified(each.mesh, each.sphere) if not each.certificate.folding_free else each for each in (a, b))
-    given = LandmarkPairs.of(landmarks, curves, a, b)
+    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, 1.0) for each in (source, target))
+    source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
+    given = LandmarkPairs.of(landmarks, curves, source, target)
     vertices, goals = given.vertices, given.goals
     guide = last = feature_weight
     if features is not None:
-        features = given.carried(features[0], a), features[1]
-    n, a = len(a.sphere), reflected(given.surface) if reflect else given.surface
-    own, other = Level.of(a, "A", vertices), Level.of(b, "B")
-    directions = unit_rows(interpolate(b.sphere, b.faces, goals))
+        features = given.carried(features[0], source), features[1]
+    n, source = len(source.sphere), reflected(given.surface) if reflect else given.surface
+    own, other = Level.of(source, "the source", vertices), Level.of(target, "the target")
+    directions = unit_rows(interpolate(target.sphere, target.faces, goals))
     if features is None:
-        features = FeatureSurface(a.mesh).curvature_and_depth, FeatureSurface(b.mesh).curvature_and_depth
+        features = FeatureSurface(source.mesh).curvature_and_depth, FeatureSurface(target.mesh).curvature_and_depth
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(own, other, features, [_WIDTH, *_SHARES.values()])
     plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
@@ -146,10 +148,11 @@ def match(
     descent = Descent(own, other, plan, pair, directions, position_weight=position_weight, soft=soft)
     candidates: tuple[RotationCandidate, ...] = ()
     if len(vertices) >= _ENOUGH:
-        start = match_landmarks(a.sphere, check_landmarks(len(a.sphere), vertices, directions, 1.0), _STIFFNESS)
+        held = check_landmarks(len(source.sphere), vertices, directions, 1.0)
+        start = match_landmarks(source.sphere, held, _STIFFNESS)
     else:
         start, candidates = descent.start(_WIDTH, moebius=True)
-    found = own, unfolded(a.mesh, start)
+    found = own, unfolded(source.mesh, start)
 
     def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
@@ -160,10 +163,11 @@ def match(
     with suppress(StopIteration):  # of a listener
         found = descent.run(found[1], report)
     level, x = found
-    added, needed = len(a.sphere) - n, len(x) - len(a.sphere)
-    notes = [f"faces of A are divided at landmarks: {added} vertices come after its own"] if added else []
+    added, needed = len(source.sphere) - n, len(x) - len(source.sphere)
+    notes = [f"faces of the source are divided at landmarks: {added} vertices come after its own"] if added else []
     if needed:
-        notes.append(f"faces of A are split where landmarks could not be met else: {needed} vertices come last")
+        notes.append(f"faces of the source are split where landmarks could not be met else: {needed} vertices come "
+                     "last")
     result = certified(level.mesh, x)
     result = replace(result, run=history.complete(result.run, "match"))
     apart = np.degrees(2 * np.arcsin(np.linalg.norm(x[vertices] - directions, axis=1) / 2))
@@ -174,8 +178,9 @@ def match(
         raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
                        f"without a fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
                        "soft=True", result)
-    onto = SurfaceMap(result, b, vertices, goals, candidates, tuple(notes))
+    onto = SurfaceMap(result, target, vertices, goals, candidates, tuple(notes))
+    ends = "the source", "the target"
     small = [f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is known "
              "roughly: give maps at balance 1"
-             for count, one, other in zip(onto.unresolved, "AB", "BA", strict=True) if count]
+             for count, one, other in zip(onto.unresolved, ends, ends[::-1], strict=True) if count]
     return replace(onto, notes=(*notes, *small)) if small else onto

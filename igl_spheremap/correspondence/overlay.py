@@ -24,42 +24,42 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """A mesh whose faces each lie in one face of A and in one of B.
+    """A mesh whose faces each lie in one face of the source and in one of the target.
 
     Attributes
     ----------
     faces : (m, 3) int64 array
-        Vertex indices. The first n_A vertices are those of A; then come those of B that lie at no vertex of A, then
-        the crossings of edges.
-    on_a, on_b : (k, 3) float64 arrays
+        Vertex indices. The first vertices are those of the source; then come those of the target that lie at none
+        of these, then the crossings of edges.
+    on_source, on_target : (k, 3) float64 arrays
         Where the vertices lie on each surface.
-    location_a, location_b : Location
-        The same as faces of A and of B with barycentric weights, for whatever else is known at their vertices.
-    face_a, face_b : (m,) int64 arrays
-        The face of A and of B that each face is a part of.
-    vertex_b : (n_B,) int64 array
-        Which vertices are those of B.
+    source_location, target_location : Location
+        The same as faces of each with barycentric weights, for whatever else is known at their vertices.
+    source_face, target_face : (m,) int64 arrays
+        The face of the source and of the target that each face is a part of.
+    target_vertex : (n_target,) int64 array
+        Which vertices are those of the target.
     merged : int
         Vertices that float64 could not tell from others, which took their places.
     """
 
     faces: IntArray
-    on_a: FloatArray
-    on_b: FloatArray
-    location_a: Location
-    location_b: Location
-    face_a: IntArray
-    face_b: IntArray
-    vertex_b: IntArray
+    on_source: FloatArray
+    on_target: FloatArray
+    source_location: Location
+    target_location: Location
+    source_face: IntArray
+    target_face: IntArray
+    target_vertex: IntArray
     merged: int = 0
 
     def __repr__(self) -> str:
-        return f"Overlay({len(self.on_a)} vertices, {len(self.faces)} faces)"
+        return f"Overlay({len(self.on_source)} vertices, {len(self.faces)} faces)"
 
 
 @own_errstate
-def overlay(a: SphereMap, b: SphereMap) -> Overlay:
-    """Refine two triangulations of the sphere until they are one.
+def overlay(source: SphereMap, target: SphereMap) -> Overlay:
+    """Refine two triangulations of the sphere, of a source A and a target B, until they are one.
 
     Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
     nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
@@ -74,7 +74,7 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
 
     Parameters
     ----------
-    a, b : SphereMap
+    source, target : SphereMap
         Two surfaces and their maps, in one frame.
 
     Returns
@@ -93,10 +93,10 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     >>> from igl_spheremap.correspondence.overlay import overlay
     >>> a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=300)) for name in ("spheroid", "pear"))
     >>> common = overlay(a, b)
-    >>> len(common.faces) == 2 * len(common.on_a) - 4
+    >>> len(common.faces) == 2 * len(common.on_source) - 4
     True
     """
-    A, B = Triangulation(a.mesh, a.sphere), Triangulation(b.mesh, _snapped(b, a.sphere))
+    A, B = Triangulation(source.mesh, source.sphere), Triangulation(target.mesh, _snapped(target, source.sphere))
     of_a, of_b = places(A.x, B), places(B.x, A)
     alone = of_b.vertex < 0
     own = np.arange(len(A.x))
@@ -105,33 +105,35 @@ def overlay(a: SphereMap, b: SphereMap) -> Overlay:
     cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
     half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
     crossed = _crossings(A, half_a, B, half_b)
-    location_a = joined(at_vertices(A.f), take_points(of_b.location, alone), crossed[0])
-    location_b = joined(of_a.location, take_points(at_vertices(B.f), alone), crossed[1])
-    x = np.concatenate((A.x, B.x[alone], unit_rows(interpolate(A.x, A.f, take_points(location_a, slice(first, None))))))
-    (own_a, unit_a), (own_b, unit_b) = own_unit(a.vertices), own_unit(b.vertices)
-    on_a, on_b = interpolate(own_a, A.f, location_a), interpolate(own_b, B.f, location_b)
+    source_location = joined(at_vertices(A.f), take_points(of_b.location, alone), crossed[0])
+    target_location = joined(of_a.location, take_points(at_vertices(B.f), alone), crossed[1])
+    crossings = interpolate(A.x, A.f, take_points(source_location, slice(first, None)))
+    x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
+    (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
+    on_source, on_target = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
     sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
     faces, cell = sides.triangles(x)
-    merged = Coincidences(faces, np.stack((cell // len(B.f), cell % len(B.f))), (on_a, on_b),
+    merged = Coincidences(faces, np.stack((cell // len(B.f), cell % len(B.f))), (on_source, on_target),
                           (own_a[A.f], own_b[B.f]), (own, other))
     for _ in range(_ROUNDS):
         if not merged.merge():
             break
         kept = merged.faces[merged.left]
-        for positions, surface, owner, fixed in ((on_a, own_a[A.f], merged.owners[0], own),
-                                                 (on_b, own_b[B.f], merged.owners[1], other)):
+        for positions, surface, owner, fixed in ((on_source, own_a[A.f], merged.owners[0], own),
+                                                 (on_target, own_b[B.f], merged.owners[1], other)):
             nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
     kept = merged.faces[merged.left]
-    for positions, surface, owner, fixed in ((on_a, own_a[A.f], merged.owners[0], own),
-                                             (on_b, own_b[B.f], merged.owners[1], other)):
+    for positions, surface, owner, fixed in ((on_source, own_a[A.f], merged.owners[0], own),
+                                             (on_target, own_b[B.f], merged.owners[1], other)):
         join_places(positions, kept, surface, owner[merged.left], merged.node[fixed])
-    vertex_b = merged.node[other]
-    location_b.face[vertex_b], location_b.weights[vertex_b] = at_vertices(B.f)
+    target_vertex = merged.node[other]
+    target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
     used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
-    on_a, on_b = np.ldexp(on_a[used], unit_a), np.ldexp(on_b[used], unit_b)
-    face_a, face_b = merged.owners[:, merged.left]
-    return Overlay(corners.reshape(-1, 3), on_a, on_b, take_points(location_a, used), take_points(location_b, used),
-                   face_a, face_b, np.searchsorted(used, vertex_b), len(x) - len(used))
+    on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
+    source_face, target_face = merged.owners[:, merged.left]
+    return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
+                   take_points(target_location, used), source_face, target_face,
+                   np.searchsorted(used, target_vertex), len(x) - len(used))
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
-_GUARD = 0.2  # weight of the strain of the moving sphere beside that from surface to surface
+_GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface
 _STEPS = 15  # of Newton's method on each level
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
@@ -49,10 +49,10 @@ class RegistrationStage:
     name : str
         "start", "rotation", "moebius" or "elastic".
     correlation : (k,) float64 array
-        Of each feature as it was given, over the moving surface's area.
+        Of each feature as it was given, over the source's area.
     strain : float
         Mean of ``|log J|`` over the sphere, J the ratio of areas after and before; for "elastic" before means after the
-        Moebius map, else the moving sphere as it came.
+        Moebius map, else the source's sphere as it came.
     strain_95 : float
         What 95 percent of the sphere's area is below.
     """
@@ -65,13 +65,13 @@ class RegistrationStage:
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """A moving surface's map in the frame of a fixed one.
+    """The source's map in the frame of the target's.
 
     Attributes
     ----------
     map : SphereMap
-        The moving surface (mirrored, if that was asked for) with its registered sphere, certified folding-free.
-        `transfer` takes data between it and the fixed map.
+        The source (mirrored, if that was asked for) with its registered sphere, certified folding-free. `transfer`
+        takes data between it and the target's map.
     stages : tuple of RegistrationStage
         Start and every stage, in their order.
     candidates : tuple of RotationCandidate
@@ -102,10 +102,10 @@ class Registration:
 
 @own_errstate
 def register(
-    moving: SphereMap,
-    fixed: SphereMap,
-    features: tuple[ArrayLike, ArrayLike] | None = None,
+    source: SphereMap,
+    target: SphereMap,
     *,
+    features: tuple[ArrayLike, ArrayLike] | None = None,
     stages: Sequence[str] = USUAL,
     stiffness: float = 0.5,
     reflect: bool = False,
@@ -115,22 +115,22 @@ def register(
 
     Parameters
     ----------
-    moving, fixed : SphereMap
+    source, target : SphereMap
         Two surfaces with their maps. Of shapes with limbs, take area-preserving maps, of cortices ``balance=0.85``.
-    features : (moving values, fixed values), optional
+    features : (the source's values, the target's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k. By default the depth potential of each surface,
         see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and
         compared at unit variance.
     stages : sequence of str
         Which of these, by default the first and the last: "rotation" (that correlates best; before "elastic", of the
         four best the one that leads to the least energy from surface to surface), "moebius" (Gauss-Newton over Moebius
-        maps) and "elastic" (Newton's method on the strain from one surface to the other and on that of the moving
-        sphere, with the features' difference, on up to 10,242 points of the sphere, which carry the vertices).
+        maps) and "elastic" (Newton's method on the strain from one surface to the other and on that of the
+        source's sphere, with the features' difference, on up to 10,242 points of the sphere, which carry the vertices).
     stiffness : float, default 0.5
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
     reflect : bool, default False
-        Mirror the moving surface and its map (x to -x), and reverse its faces: for left and right sides of a body.
+        Mirror the source and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
         Called with an `Iterate` after the rotation and after every step; may raise StopIteration to stop with the
         current map.
@@ -138,7 +138,7 @@ def register(
     Returns
     -------
     Registration
-        The moving surface's map in the fixed frame, certified, and how well it agrees.
+        The source's map in the target's frame, certified, and how well it agrees.
 
     Raises
     ------
@@ -167,40 +167,40 @@ def register(
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    moving = reflected(moving) if reflect else moving
-    a = Level.of(moving, "moving", smoothing=_SMOOTHING)
-    b = Level.of(fixed, "fixed", smoothing=_SMOOTHING)
-    pair = FeaturePair(a, b, features, WIDTHS, ("features of the moving surface", "features of the fixed surface"))
+    source = reflected(source) if reflect else source
+    a = Level.of(source, "the source", smoothing=_SMOOTHING)
+    b = Level.of(target, "the target", smoothing=_SMOOTHING)
+    pair = FeaturePair(a, b, features, WIDTHS)
     first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
-    columns = pair.moving([first]).shape[1]
+    columns = pair.source([first]).shape[1]
     plan = [Stage(min(size, len(a.x)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
             for size, share, each in _CHAIN]
     descent = Descent(a, b, plan, pair, np.empty((0, 3)))
-    course = _Course(moving, pair, history)
+    course = _Course(source, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
             candidates = descent.start(first, moebius=False)[1] if "elastic" in stages else tuple(pair.rotations(first))
             with course.stage("rotation"):
-                turned = unfolded(moving.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
+                turned = unfolded(source.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
-                fit_moebius(course.x, a.f, pair.weights, pair.moving([first]), pair.fixed([first]), course)
+                fit_moebius(course.x, a.f, pair.weights, pair.source([first]), pair.target([first]), course)
         if "elastic" in stages:
             with course.stage("elastic", course.x):
                 descent.run(course.x, lambda _, level, y, energy: course(level.carried(y, a), energy))
-    result = certified(moving.mesh, course.x)
+    result = certified(source.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
 
 
 class _Course:
-    """The moving sphere on its way: takes each iterate, passes it on, and reports the stages."""
+    """The source's sphere on its way: takes each iterate, passes it on, and reports the stages."""
 
-    def __init__(self, moving: SphereMap, pair: FeaturePair, listener: Listener) -> None:
-        self.x, self.stages = moving.sphere, [_report("start", pair, moving.faces, moving.sphere, moving.sphere)]
-        self._moving, self._pair, self._listener = moving, pair, listener
+    def __init__(self, source: SphereMap, pair: FeaturePair, listener: Listener) -> None:
+        self.x, self.stages = source.sphere, [_report("start", pair, source.faces, source.sphere, source.sphere)]
+        self._source, self._pair, self._listener = source, pair, listener
         self._name, self._count = "", 0
 
     def __call__(self, x: FloatArray, cost: float) -> None:
@@ -212,11 +212,11 @@ class _Course:
     def stage(self, name: str, before: FloatArray | None = None) -> Iterator[None]:
         """A stage, whose strain is measured against the map before, or as it came."""
         self._name, self._count = name, 0
-        before = self._moving.sphere if before is None else before
+        before = self._source.sphere if before is None else before
         try:
             yield
         finally:
-            self.stages.append(_report(name, self._pair, self._moving.faces, before, self.x))
+            self.stages.append(_report(name, self._pair, self._source.faces, before, self.x))
 
 
 def reflected(result: SphereMap) -> SphereMap:

@@ -29,29 +29,31 @@ class Distortion:
         The larger one of s1 s2 and its inverse; 1 where areas are kept.
     angle : (m,) float64 array
         s1 / s2; 1 where angles are kept.
-    areas_a, areas_b : (m,) float64 arrays
-        The share of each face in the area of A and of B; 0 for those in caps.
+    source_areas, target_areas : (m,) float64 arrays
+        The share of each face in the area of the source and of the target; 0 for those in caps.
     """
 
     symmetric_dirichlet: FloatArray
     area: FloatArray
     angle: FloatArray
-    areas_a: FloatArray
-    areas_b: FloatArray
+    source_areas: FloatArray
+    target_areas: FloatArray
 
     def __repr__(self) -> str:
-        a, b = (self.figures[over]["symmetric_dirichlet"] for over in ("over_a", "over_b"))
-        return (f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over A, "
-                f"{b['median']:.3g} over B; 95% below {a['p95']:.3g} and {b['p95']:.3g})")
+        a, b = (self.figures[over]["symmetric_dirichlet"] for over in ("over_source", "over_target"))
+        return (f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over the source, "
+                f"{b['median']:.3g} over the target; 95% below {a['p95']:.3g} and {b['p95']:.3g})")
 
     @classmethod
-    def of(cls, on_a: FloatArray, on_b: FloatArray, f: IntArray, caps: BoolArray | None = None) -> Distortion:
+    def of(
+        cls, on_source: FloatArray, on_target: FloatArray, f: IntArray, caps: BoolArray | None = None
+    ) -> Distortion:
         """Of a mesh with positions on both surfaces, of which caps do not count."""
-        on_a, on_b = own_unit(on_a)[0], own_unit(on_b)[0]
-        whole = face_areas(on_a, f), face_areas(on_b, f)
+        on_source, on_target = own_unit(on_source)[0], own_unit(on_target)[0]
+        whole = face_areas(on_source, f), face_areas(on_target, f)
         areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
         with np.errstate(divide="ignore", invalid="ignore"):
-            a, b = (_sides(p, f) / np.sqrt(area.sum()) for p, area in zip((on_a, on_b), areas, strict=True))
+            a, b = (_sides(p, f) / np.sqrt(area.sum()) for p, area in zip((on_source, on_target), areas, strict=True))
             # In planes with the first side along the axis, the map is the matrix (p q; 0 r).
             p, r = b[0] / a[0], b[2] / a[2]
             q = (b[1] - p * a[1]) / a[2]
@@ -63,12 +65,12 @@ class Distortion:
 
     @property
     def figures(self) -> dict[str, dict[str, dict[str, float]]]:
-        """Median, 95 percent and the share of area above 100, as ``figures["over_a"]["angle"]["median"]``.
+        """Median, 95 percent and the share of area above 100, as ``figures["over_source"]["angle"]["median"]``.
 
-        A measure's figures are taken over the area of A (``over_a``) and of B (``over_b``).
+        They are taken over the area of the source (``over_source``) and over that of the target (``over_target``).
         """
         return {over: {name: _figures(getattr(self, name), areas) for name in ("symmetric_dirichlet", "area", "angle")}
-                for over, areas in (("over_a", self.areas_a), ("over_b", self.areas_b))}
+                for over, areas in (("over_source", self.source_areas), ("over_target", self.target_areas))}
 
 
 def _sides(v: FloatArray, f: IntArray) -> FloatArray:

@@ -28,19 +28,19 @@ _FAR = 1e100
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMap:
-    """A bijection from a surface A to a surface B: from A to the sphere by one map, from there to B by another.
+    """A bijection from one surface to another: to the sphere by the source's map, from there to the target by its own.
 
     Attributes
     ----------
     map : SphereMap
-        A's map to the sphere in the frame of B's, certified. Its mesh is A; where A was mirrored, or its faces were
-        divided at landmarks, it is that surface.
+        The source's map to the sphere in the frame of the target's, certified. Its mesh is the source; where that was
+        mirrored, or its faces were divided at landmarks, it is that surface.
     target : SphereMap
-        B's map to the sphere.
+        The target's map to the sphere.
     landmarks : (k,) int64 array
-        Vertices of A that were to meet given points of B, those of curves last.
+        Vertices of the source that were to meet given points of the target, those of curves last.
     goals : Location
-        These points of B.
+        These points of the target.
     candidates : tuple of RotationCandidate
         Rotations that were considered, the one that was taken first.
     notes : tuple of str
@@ -60,43 +60,46 @@ class SurfaceMap:
 
     @cached_property
     def location(self) -> Location:
-        """Where A's vertices lie on B."""
+        """Where the source's vertices lie on the target."""
         return locator_of(self.target).locate(self.map.sphere)
 
     @property
     def positions(self) -> FloatArray:
-        """Where A's vertices lie on B, (n_A, 3), in the units of B.
+        """Where the source's vertices lie on the target, (n, 3), in the target's units.
 
-        With A's faces that is B on the connectivity of A.
+        With the source's faces that is the target on the connectivity of the source.
         """
         return interpolate(self.target.vertices, self.target.faces, self.location)
 
     @property
     def landmark_errors(self) -> FloatArray:
-        """Distances (k,) of the landmarks' images from the points that they were to meet, in the units of B."""
+        """Distances (k,) of the landmarks' images from the points that they were to meet, in the target's units."""
         goals = interpolate(self.target.vertices, self.target.faces, self.goals)
         return row_lengths(self.positions[self.landmarks] - goals)
 
     @property
     def unresolved(self) -> tuple[int, int]:
-        """How many faces of A are on B, and of B on A, so small that float64 can't tell what lies where in them."""
+        """How many faces of the source on the target, and of the target on the source, are too small for float64.
+
+        What lies where in them is known roughly.
+        """
         back = interpolate(self.map.vertices, self.map.faces, locator_of(self.map).locate(self.target.sphere))
         return _specks(self.positions, self.map.faces), _specks(back, self.target.faces)
 
     @own_errstate
     def forward(self, points: Location | ArrayLike) -> Location:
-        """Where points of A lie on B.
+        """Where points of the source lie on the target.
 
         Parameters
         ----------
         points : Location or (k, 3) array_like
-            Points of A by face and barycentric weights, or positions in A's units, of which the nearest points of A
-            are taken.
+            Points of the source by face and barycentric weights, or positions in its units, of which the nearest points
+            of the source are taken.
 
         Returns
         -------
         Location
-            Faces of B and barycentric weights; unpacks to both.
+            Faces of the target and barycentric weights; unpacks to both.
 
         Raises
         ------
@@ -115,37 +118,39 @@ class SurfaceMap:
         >>> bool(np.allclose(np.einsum("ij,ijk->ik", weights, v[f[face]]), v[:5], atol=0.02 * size))
         True
         """
-        return locator_of(self.target).locate(_directions(self.map, points, "A"))
+        return locator_of(self.target).locate(_directions(self.map, points, "the source"))
 
     @own_errstate
     def inverse(self, points: Location | ArrayLike) -> Location:
-        """Where points of B come from on A; the inverse of `forward`.
+        """Where points of the target come from on the source; the inverse of `forward`.
 
         Parameters
         ----------
         points : Location or (k, 3) array_like
-            Points of B by face and barycentric weights, or positions in B's units, of which the nearest points of B
-            are taken.
+            Points of the target by face and barycentric weights, or positions in its units, of which the nearest points
+            of the target are taken.
 
         Returns
         -------
         Location
-            Faces of A and barycentric weights; unpacks to both.
+            Faces of the source and barycentric weights; unpacks to both.
 
         Raises
         ------
         MeshError
             If a face or a weight is out of range, or positions are not finite.
         """
-        return locator_of(self.map).locate(_directions(self.target, points, "B"))
+        return locator_of(self.map).locate(_directions(self.target, points, "the target"))
 
     def matrix(self) -> sp.csr_matrix:
-        """The matrix (n_A, n_B) that takes values at B's vertices to A's: each row has the weights of one face of B.
+        """The matrix (n, n_target) that takes values at the target's vertices to the source's.
+
+        Each row has the weights of one face of the target.
 
         Returns
         -------
         scipy.sparse.csr_matrix
-            Rows sum 1. ``matrix() @ b.vertices`` are the `positions`.
+            Rows sum 1. ``matrix() @ target.vertices`` are the `positions`.
         """
         face, weights = self.location
         n = len(face)
@@ -154,7 +159,7 @@ class SurfaceMap:
                              shape=(n, len(self.target.sphere)))
 
     def overlay(self) -> Overlay:
-        """The common refinement of A and B: a mesh with positions on both, whose faces are mapped linearly.
+        """The common refinement of both: a mesh with positions on each, whose faces are mapped linearly.
 
         Returns
         -------
@@ -166,7 +171,7 @@ class SurfaceMap:
         >>> import igl_spheremap as ism
         >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
         >>> common = ism.match(a, b).overlay()
-        >>> common.on_a.shape == common.on_b.shape, len(common.faces) == 2 * len(common.on_a) - 4
+        >>> common.on_source.shape == common.on_target.shape, len(common.faces) == 2 * len(common.on_source) - 4
         (True, True)
         """
         return self._overlay
@@ -179,22 +184,22 @@ class SurfaceMap:
         -------
         Distortion
             Symmetric Dirichlet energy, change of areas and change of angles of each face, and their figures over the
-            area of A and of B without caps.
+            area of the source and of the target without caps.
 
         Examples
         --------
         >>> import igl_spheremap as ism
         >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
         >>> figures = ism.match(a, b).distortion().figures
-        >>> figures["over_a"]["symmetric_dirichlet"]["median"] >= 4, figures["over_b"]["angle"]["above_100"]
+        >>> figures["over_source"]["symmetric_dirichlet"]["median"] >= 4, figures["over_target"]["angle"]["above_100"]
         (True, 0.0)
         """
         common = self._overlay
         caps = np.zeros(len(common.faces), dtype=bool)
-        for result, face in ((self.map, common.face_a), (self.target, common.face_b)):
+        for result, face in ((self.map, common.source_face), (self.target, common.target_face)):
             if result.mesh.caps is not None:
                 caps |= result.mesh.caps[face]
-        return Distortion.of(common.on_a, common.on_b, common.faces, caps)
+        return Distortion.of(common.on_source, common.on_target, common.faces, caps)
 
     @cached_property
     def _overlay(self) -> Overlay:

@@ -17,17 +17,17 @@ from .reading import reading
 from .replacing import replacing
 from .written_map import mark_of
 
-#: Before the names of the arrays of B's map; those of A's have the names that a map's archive has.
+#: Before the names of the arrays of the target's map; those of the source's have the names that a map's archive has.
 _TARGET = "target_"
 _OWN = ("landmarks", "goal_faces", "goal_weights", "rotations", "correlations", "notes")
 
 
 @own_errstate
 def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False) -> None:
-    """Write a map from a surface A to a surface B with all that is known of it.
+    """Write a map from one surface to another with all that is known of it.
 
-    `read_map` reads A's map to the sphere, in the frame of B's, from the same file; its array ``positions`` is where
-    A's vertices lie on B.
+    `read_map` reads the source's map to the sphere, in the frame of the target's, from the same file; its array
+    ``positions`` is where the source's vertices lie on the target.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
         own = npz.map_of(arrays)
         if landmarks.ndim != 1 or landmarks.dtype.kind != "i" or ((landmarks < 0) | (
                 landmarks >= len(own.vertices))).any() or len(arrays["goal_faces"]) != len(landmarks):
-            raise MeshError("the landmarks are no list of vertices of A with as many points of B")
-        goals = checked_location(Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "B")
+            raise MeshError("the landmarks are no list of vertices of the source with as many points of the target")
+        goals = checked_location(Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "the target")
         candidates = tuple(RotationCandidate(rotation, float(correlation)) for rotation, correlation in zip(
             arrays["rotations"], arrays["correlations"], strict=True))
         return SurfaceMap(own, target, landmarks, goals, candidates, tuple(json.loads(str(arrays["notes"]))))

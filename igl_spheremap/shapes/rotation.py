@@ -22,12 +22,12 @@ _FLATTEST = 1e-3  # share of the largest curvature that each axis has at least, 
 
 
 class RotationCandidate(NamedTuple):
-    """A rotation R for which fixed(x) is like moving(R^-1 x), and the correlation there.
+    """A rotation R for which target(x) is like source(R^-1 x), and the correlation there.
 
     Attributes
     ----------
     rotation : (3, 3) float64 array
-        What lay at x on the moving sphere goes to R x.
+        What lay at x on the source's sphere goes to R x.
     correlation : float
         Of all features together, at most 1.
     """
@@ -116,12 +116,12 @@ def euler_angles(R: FloatArray) -> tuple[float, float, float]:
     return alpha, beta, np.arctan2(*sin_cos)
 
 
-def best_rotations(fixed: FloatArray, moving: FloatArray, band: int, count: int = 4) -> list[RotationCandidate]:
+def best_rotations(target: FloatArray, source: FloatArray, band: int, count: int = 4) -> list[RotationCandidate]:
     """Local maxima of the correlation of two functions' coefficients ((L + 1)^2, k), degrees 1 ... band - 1, by value.
 
     The correlation is that of all columns together.
     """
-    f, g = _padded(fixed, band), _padded(moving, band)
+    f, g = _padded(target, band), _padded(source, band)
     size = np.sqrt(np.vdot(f, f).real * np.vdot(g, g).real)
     refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), count)]
     refined.sort(key=lambda candidate: -candidate.correlation)

@@ -44,7 +44,7 @@ def inside():
 def test_landmarks_in_faces_are_met_bit_for_bit(birds, inside):
     a, b = birds
     goals = true_goals(birds, inside)
-    onto = ism.match(a, b, (inside, goals))
+    onto = ism.match(a, b, landmarks=(inside, goals))
     assert np.array_equal(onto.map.sphere[onto.landmarks], unit_rows(interpolate(b.sphere, b.faces, goals)))
     assert onto.map.certificate.folding_free
     assert onto.landmark_errors.max() < 1e-12
@@ -52,7 +52,7 @@ def test_landmarks_in_faces_are_met_bit_for_bit(birds, inside):
     assert np.array_equal(onto.map.vertices[: len(a.sphere)], a.vertices)
     assert len(onto.map.sphere) == len(a.sphere) + 6
     assert onto.landmarks[6] == a.faces[900, 2]
-    assert onto.notes == ("faces of A are divided at landmarks: 6 vertices come after its own",)
+    assert onto.notes == ("faces of the source are divided at landmarks: 6 vertices come after its own",)
 
 
 def test_divided_faces_are_the_same_surface(birds):
@@ -81,7 +81,7 @@ def test_places_at_vertices_are_these_vertices(birds):
     a, b = birds
     chosen = [5, 50, 150, 300]
     goals = true_goals(birds, ism.Location(*(part[chosen] for part in corners(a))))
-    there, again = (ism.match(a, b, (each, goals)) for each in (
+    there, again = (ism.match(a, b, landmarks=(each, goals)) for each in (
         chosen, ism.Location(*(part[chosen] for part in corners(a)))))
     assert np.array_equal(there.map.sphere, again.map.sphere)
     assert np.array_equal(again.landmarks, chosen)
@@ -99,11 +99,11 @@ def corners(result):
 def test_features_are_those_of_the_given_vertices(birds, inside):
     a, b = birds
     values = a.vertices, b.vertices
-    onto = ism.match(a, b, (inside, true_goals(birds, inside)), values)
+    onto = ism.match(a, b, landmarks=(inside, true_goals(birds, inside)), features=values)
     assert onto.map.certificate.folding_free
     assert onto.landmark_errors.max() < 1e-12
-    with pytest.raises(ism.MeshError, match=rf"features of the moving surface .*{len(a.sphere)}"):
-        ism.match(a, b, (inside, true_goals(birds, inside)), (values[1], values[1]))
+    with pytest.raises(ism.MeshError, match=rf"features of the source .*{len(a.sphere)}"):
+        ism.match(a, b, landmarks=(inside, true_goals(birds, inside)), features=(values[1], values[1]))
 
 
 def path(result, start, steps):
@@ -124,7 +124,7 @@ def test_a_curve_goes_to_a_curve_point_by_point_at_the_same_lengths(birds):
     a, b = birds
     curve = path(a, 7, 8)
     on_b = true_goals(birds, ism.Location(*(part[curve] for part in corners(a))))
-    onto = ism.match(a, b, ([7], ism.Location(on_b.face[:1], on_b.weights[:1])), curves=[(curve, on_b)])
+    onto = ism.match(a, b, landmarks=([7], ism.Location(on_b.face[:1], on_b.weights[:1])), curves=[(curve, on_b)])
     assert np.array_equal(np.sort(onto.landmarks), np.sort(curve))  # the first one, which was given twice, once
     assert onto.landmark_errors.max() < 1e-12
     assert onto.map.certificate.folding_free
@@ -153,13 +153,13 @@ def test_a_curve_of_points_in_faces_goes_to_fewer_points(birds):
 
 @pytest.mark.parametrize(("curves", "words"), [
     ([([0, 1, 2],)], "no pair for curve 0"),
-    ([([0, 5], [0, 1]), ([0, 9000], [0, 1])], "point 1 of curve 1 of A is vertex 9000"),
-    ([([4], [4, 5])], "curve 0 of A has no length"),
-    ([([4, 5], [7, 7])], "curve 0 of B has no length"),
-    ([([4, 5], [1, 2]), ([8, 4], [9, 10])], "point 0 of curve 0 and point 1 of curve 1 are one point of A"),
-    ([([4, 5], [1, 2]), ([8, 9], [1, 10])], "point 0 of curve 0 and point 0 of curve 1 are one point of B"),
-    ([([0.5, 1], [0, 1])], "points of curve 0 of A are no list of vertex indices"),
-    ([(ism.Location([10**6, 0], np.eye(3)[:2]), [0, 1])], "point 0 of curve 0 of A is in face 1000000"),
+    ([([0, 5], [0, 1]), ([0, 9000], [0, 1])], "point 1 of curve 1 of the source is vertex 9000"),
+    ([([4], [4, 5])], "curve 0 of the source has no length"),
+    ([([4, 5], [7, 7])], "curve 0 of the target has no length"),
+    ([([4, 5], [1, 2]), ([8, 4], [9, 10])], "point 0 of curve 0 and point 1 of curve 1 are one point of the source"),
+    ([([4, 5], [1, 2]), ([8, 9], [1, 10])], "point 0 of curve 0 and point 0 of curve 1 are one point of the target"),
+    ([([0.5, 1], [0, 1])], "points of curve 0 of the source are no list of vertex indices"),
+    ([(ism.Location([10**6, 0], np.eye(3)[:2]), [0, 1])], "point 0 of curve 0 of the source is in face 1000000"),
 ])
 def test_wrong_curves_are_named(birds, curves, words):
     with pytest.raises(ism.MeshError, match=words):

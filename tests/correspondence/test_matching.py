@@ -93,7 +93,7 @@ def test_similarities_and_numbering_change_nothing(birds, found):
 
 def test_a_to_b_is_strained_as_b_to_a(birds, found):
     there, back = found.distortion().figures, ism.match(birds[1], birds[0]).distortion().figures
-    for over, under in (("over_a", "over_b"), ("over_b", "over_a")):
+    for over, under in (("over_source", "over_target"), ("over_target", "over_source")):
         for measure, most in (("symmetric_dirichlet", 0.1), ("area", 0.1), ("angle", 0.2)):
             assert there[over][measure]["median"] == pytest.approx(back[under][measure]["median"], rel=most)
 
@@ -123,18 +123,18 @@ def test_limbs_are_spread_where_they_move_and_told_where_they_stay():
     assert there.unresolved[1] == back.unresolved[0] == 0
     assert there.unresolved[0] < back.unresolved[1] / 2  # how many depends on the solver's rounding
     assert (there.notes == ()) == (there.unresolved[0] == 0)
-    assert back.notes[-1].startswith(f"{back.unresolved[1]} faces of B are smaller on A than float64 resolves")
+    assert back.notes[-1].startswith(f"{back.unresolved[1]} faces of the target are smaller on the source than float64")
 
 
 def test_landmarks_are_met_bit_for_bit(birds):
     a, b, truth, vertices = birds
     chosen = np.random.default_rng(2).permutation(np.unique(vertices, return_index=True)[1])[:10]
-    onto = ism.match(a, b, (chosen, vertices[chosen]))
+    onto = ism.match(a, b, landmarks=(chosen, vertices[chosen]))
     assert np.array_equal(onto.map.sphere[chosen], b.sphere[vertices[chosen]])
     assert onto.map.certificate.folding_free
     assert onto.landmark_errors.max() < 1e-12
     assert error(a, onto.positions, truth) < 0.03
-    soft = ism.match(a, b, (chosen, vertices[chosen]), soft=True)
+    soft = ism.match(a, b, landmarks=(chosen, vertices[chosen]), soft=True)
     assert 0 < soft.landmark_errors.max() < 0.1 * size(b.vertices)
 
 
@@ -143,7 +143,7 @@ def test_landmarks_far_from_each_other_are_met_on_split_faces(birds):
     a, b = birds[:2]
     rng = np.random.default_rng(3)
     chosen, goals = rng.permutation(len(a.sphere))[:5], rng.permutation(len(b.sphere))[:5]
-    onto = ism.match(a, b, (chosen, goals))
+    onto = ism.match(a, b, landmarks=(chosen, goals))
     assert np.array_equal(onto.map.sphere[chosen], b.sphere[goals])
     assert onto.map.certificate.folding_free
     assert np.array_equal(onto.map.vertices[: len(a.sphere)], a.vertices)
@@ -207,25 +207,25 @@ def test_landmarks_that_cannot_be_met_are_named():
     a = mapped("pear", 100)
     face = a.faces[0]
     with pytest.raises(ism.MapError, match=r"of 3 landmarks can't be met .* give soft=True") as refused:
-        ism.match(a, a, (face, face[::-1]))
+        ism.match(a, a, landmarks=(face, face[::-1]))
     assert refused.value.result.certificate.folding_free
 
 
 @pytest.mark.parametrize(("landmarks", "words"), [
     (([0, 1, 2],), "no pair for landmarks"),
-    (([0, 1], [0]), "2 landmarks of A have 1 points of B"),
-    (([0, 5000], [0, 1]), "landmark 1 of A is vertex 5000"),
-    (([0, -1], [0, 1]), "landmark 1 of A is vertex -1"),
-    (([0, 7, 7], [0, 1, 2]), "landmark 1 and landmark 2 are one point of A"),
-    (([0, 7, 8], [4, 1, 4]), "landmark 0 and landmark 2 are one point of B"),
-    (([0.5, 1], [0, 1]), "landmarks of A are no list of vertex indices"),
-    (([], []), "landmarks of A are no list"),
-    (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of B"),
-    (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of B is in face 1000000"),
+    (([0, 1], [0]), "2 landmarks of the source have 1 points of the target"),
+    (([0, 5000], [0, 1]), "landmark 1 of the source is vertex 5000"),
+    (([0, -1], [0, 1]), "landmark 1 of the source is vertex -1"),
+    (([0, 7, 7], [0, 1, 2]), "landmark 1 and landmark 2 are one point of the source"),
+    (([0, 7, 8], [4, 1, 4]), "landmark 0 and landmark 2 are one point of the target"),
+    (([0.5, 1], [0, 1]), "landmarks of the source are no list of vertex indices"),
+    (([], []), "landmarks of the source are no list"),
+    (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of the target"),
+    (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of the target is in face 1000000"),
 ])
 def test_wrong_landmarks_are_named(birds, landmarks, words):
     with pytest.raises(ism.MeshError, match=words):
-        ism.match(*birds[:2], landmarks)
+        ism.match(*birds[:2], landmarks=landmarks)
 
 
 def test_refusals(birds):
@@ -242,4 +242,4 @@ def test_refusals(birds):
     with pytest.raises(ism.MeshError, match="is a sphere"):
         ism.match(ball, b)
     with pytest.raises(ism.MeshError, match="is a sphere"):
-        ism.register(a, ism.sphere_map(b.sphere, b.faces, b.sphere), (a.vertices, b.vertices))
+        ism.register(a, ism.sphere_map(b.sphere, b.faces, b.sphere), features=(a.vertices, b.vertices))

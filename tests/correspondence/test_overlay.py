@@ -24,17 +24,17 @@ def signed_areas(v: np.ndarray, f: np.ndarray, p: np.ndarray, parts: np.ndarray,
 
 
 def check_tiles(common: Overlay, a: ism.SphereMap, b: ism.SphereMap, tolerance: float = 1e-12) -> None:
-    assert half_edges(common.faces, len(common.on_a)) is not None
-    assert len(common.faces) == 2 * len(common.on_a) - 4
-    assert np.array_equal(common.on_a[: len(a.vertices)], a.vertices)
-    assert np.array_equal(common.on_b[common.vertex_b], b.vertices)
-    sides = (a, common.on_a, common.face_a), (b, common.on_b, common.face_b)
+    assert half_edges(common.faces, len(common.on_source)) is not None
+    assert len(common.faces) == 2 * len(common.on_source) - 4
+    assert np.array_equal(common.on_source[: len(a.vertices)], a.vertices)
+    assert np.array_equal(common.on_target[common.target_vertex], b.vertices)
+    sides = (a, common.on_source, common.source_face), (b, common.on_target, common.target_face)
     for result, positions, owner in sides:
         areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
         assert (areas > 0).all()
         assert np.abs(np.bincount(owner, areas, len(whole)) / whole - 1).max() < tolerance
-    assert np.allclose(interpolate(a.vertices, a.faces, common.location_a), common.on_a, atol=1e-13)
-    assert np.allclose(interpolate(b.vertices, b.faces, common.location_b), common.on_b, atol=1e-13)
+    assert np.allclose(interpolate(a.vertices, a.faces, common.source_location), common.on_source, atol=1e-13)
+    assert np.allclose(interpolate(b.vertices, b.faces, common.target_location), common.on_target, atol=1e-13)
 
 
 def mapped(name: str, n: int) -> ism.SphereMap:
@@ -59,25 +59,25 @@ def test_every_face_is_positive_on_both_and_areas_are_kept(seed: int) -> None:
     a, b = turned(mapped("pear", 700), seed), mapped("dumbbell", 1100)
     common = overlay(a, b)
     check_tiles(common, a, b)
-    assert len(common.on_a) > len(a.vertices) + len(b.vertices)
+    assert len(common.on_source) > len(a.vertices) + len(b.vertices)
 
 
 def test_both_orders_give_the_same_refinement() -> None:
     a, b = turned(mapped("spheroid", 400), 1), mapped("pear", 600)
     there, back = overlay(a, b), overlay(b, a)
     assert len(there.faces) == len(back.faces)
-    for p, q in ((there.on_a, back.on_b), (there.on_b, back.on_a)):
+    for p, q in ((there.on_source, back.on_target), (there.on_target, back.on_source)):
         low = np.sort(p.round(9), axis=0), np.sort(q.round(9), axis=0)
         assert np.allclose(*low, atol=1e-8)
-    pairs = set(zip(there.face_a.tolist(), there.face_b.tolist(), strict=True))
-    assert pairs == set(zip(back.face_b.tolist(), back.face_a.tolist(), strict=True))
+    pairs = set(zip(there.source_face.tolist(), there.target_face.tolist(), strict=True))
+    assert pairs == set(zip(back.target_face.tolist(), back.source_face.tolist(), strict=True))
 
 
 def test_a_surface_on_itself_is_itself() -> None:
     a = mapped("pear", 800)
     common = overlay(a, a)
     check_tiles(common, a, a)
-    assert np.array_equal(common.on_a, common.on_b)
+    assert np.array_equal(common.on_source, common.on_target)
     assert set(map(tuple, np.sort(common.faces, axis=1))) == set(map(tuple, np.sort(a.faces, axis=1)))
 
 
@@ -106,7 +106,7 @@ def test_common_vertices_are_one(seed: int) -> None:
     a, b = hull(x), hull(y)
     common = overlay(a, b)
     check_tiles(common, a, b)
-    assert np.array_equal(common.vertex_b[:60], np.arange(100, 160))
+    assert np.array_equal(common.target_vertex[:60], np.arange(100, 160))
 
 
 @pytest.mark.parametrize("sizes", [(42, 162), (162, 642)])
@@ -116,7 +116,7 @@ def test_edges_that_coincide_but_for_rounding_are_merged(sizes: tuple[int, int])
     a, b = (ism.sphere_map(x, f, x @ turn) for x, f in (ism.samples.sphere(n) for n in sizes))
     common = overlay(a, b)
     check_tiles(common, a, b)
-    assert len(common.on_a) == sizes[1]
+    assert len(common.on_source) == sizes[1]
 
 
 @pytest.mark.parametrize(("name", "tolerance"), [("pear", 1e-12), ("dumbbell", 1e-11)])  # a neck is small on the sphere
@@ -128,7 +128,7 @@ def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float, n
     b = ism.sphere_map(a.vertices, a.faces, x / np.linalg.norm(x, axis=1, keepdims=True))
     common = overlay(b, a)
     check_tiles(common, b, a, tolerance)
-    assert np.abs(common.on_a - common.on_b).max() < tolerance + 1000 * noise
+    assert np.abs(common.on_source - common.on_target).max() < tolerance + 1000 * noise
 
 
 def halved(v: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,10 +154,11 @@ def test_random_coincidences_are_merged_on_purpose(seed: int) -> None:
         x += noise * rng.normal(size=x.shape) * (seed % 4 - 1)
     b = ism.sphere_map(v, f, x / np.linalg.norm(x, axis=1, keepdims=True))
     common = overlay(a, b)
-    assert half_edges(common.faces, len(common.on_a)) is not None
-    assert len(common.faces) == 2 * len(common.on_a) - 4
-    assert np.array_equal(common.on_b[common.vertex_b], b.vertices)
-    for result, positions, owner in (a, common.on_a, common.face_a), (b, common.on_b, common.face_b):
+    assert half_edges(common.faces, len(common.on_source)) is not None
+    assert len(common.faces) == 2 * len(common.on_source) - 4
+    assert np.array_equal(common.on_target[common.target_vertex], b.vertices)
+    sides = (a, common.on_source, common.source_face), (b, common.on_target, common.target_face)
+    for result, positions, owner in sides:
         areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
         assert (areas > 0).all()
         assert np.isclose(areas.sum(), whole.sum(), rtol=1e-12, atol=0)
@@ -170,10 +171,10 @@ def test_faces_without_area_on_b_have_none_there_and_keep_theirs_on_a() -> None:
     flat[k] = (flat[i] + flat[j]) / 2
     squeezed = ism.sphere_map(flat, b.faces, b.sphere)
     common = overlay(a, squeezed)
-    areas, whole = signed_areas(a.vertices, a.faces, common.on_a, common.faces, common.face_a)
+    areas, whole = signed_areas(a.vertices, a.faces, common.on_source, common.faces, common.source_face)
     assert (areas > 0).all()
-    assert np.allclose(np.bincount(common.face_a, areas), whole, rtol=1e-12)
-    corners = common.on_b[common.faces[common.face_b == 0]]
+    assert np.allclose(np.bincount(common.source_face, areas), whole, rtol=1e-12)
+    corners = common.on_target[common.faces[common.target_face == 0]]
     assert np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max() < 1e-15
 
 
@@ -190,8 +191,9 @@ def test_a_folded_map_is_refused() -> None:
 def test_limbs_that_float64_does_not_resolve_on_the_other_surface_have_no_negative_faces(name: str) -> None:
     a, b = mapped("spring", 600), turned(mapped(name, 300), 0)
     common = overlay(a, b)
-    assert half_edges(common.faces, len(common.on_a)) is not None
-    for result, positions, owner in (a, common.on_a, common.face_a), (b, common.on_b, common.face_b):
+    assert half_edges(common.faces, len(common.on_source)) is not None
+    sides = (a, common.on_source, common.source_face), (b, common.on_target, common.target_face)
+    for result, positions, owner in sides:
         areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
         assert (areas >= 0).all()
         assert np.isclose(areas.sum(), whole.sum(), rtol=1e-12, atol=0)

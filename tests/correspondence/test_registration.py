@@ -56,7 +56,7 @@ def test_a_copy_that_is_meshed_anew_turns_back(dino):
 def test_a_planted_moebius_map_comes_back(ball):
     fixed, values = ball
     moving = moved(fixed, moebius(fixed.sphere, [0.1, -0.05, 0.1]) @ R.T)
-    result = ism.register(moving, fixed, (values, values), stages=["rotation", "moebius"])
+    result = ism.register(moving, fixed, features=(values, values), stages=["rotation", "moebius"])
     off = np.linalg.norm(result.map.sphere - fixed.sphere, axis=1)
     assert off.mean() < 0.01 < 0.05 < np.linalg.norm(
         moving.sphere @ result.rotation.T - fixed.sphere, axis=1).mean()
@@ -73,9 +73,9 @@ def test_rotations_are_ranked_by_the_strain_that_they_lead_to():
     c = np.random.default_rng(0).normal(size=(36, 3))
     there, turned = synthesis(c, x), synthesis(c, x @ R.T)
     features = np.column_stack((there[:, 0], turned[:, 1:])), there
-    correlated = ism.register(body, body, features, stages=["rotation"])
+    correlated = ism.register(body, body, features=features, stages=["rotation"])
     assert rotation_angle(correlated.rotation @ R.T) < 5
-    stiff = ism.register(body, body, features, stiffness=1e4)
+    stiff = ism.register(body, body, features=features, stiffness=1e4)
     assert stiff.margin < 0
     assert np.degrees(np.linalg.norm(stiff.map.sphere - x, axis=1)).mean() < 1
 
@@ -83,7 +83,8 @@ def test_rotations_are_ranked_by_the_strain_that_they_lead_to():
 def test_stages_report_what_they_did(ball):
     fixed, values = ball
     seen = []
-    result = ism.register(moved(fixed, fixed.sphere @ R.T), fixed, (values, values), stages=ALL, listener=seen.append)
+    turned = moved(fixed, fixed.sphere @ R.T)
+    result = ism.register(turned, fixed, features=(values, values), stages=ALL, listener=seen.append)
     assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius", "elastic"]
     assert all(stage.strain < 1e-12 for stage in result.stages[:2])
     assert seen[0].stage == "rotation"
@@ -108,8 +109,8 @@ def test_a_planted_warp_comes_back_through_bijections(ball):
     fixed, values = ball
     warped = moved(fixed, warp(fixed.sphere, 0.06) @ R.T)
     seen = []
-    result = ism.register(warped, fixed, (values, values), stages=ALL, listener=seen.append)
-    rigid = ism.register(warped, fixed, (values, values), stages=["rotation", "moebius"])
+    result = ism.register(warped, fixed, features=(values, values), stages=ALL, listener=seen.append)
+    rigid = ism.register(warped, fixed, features=(values, values), stages=["rotation", "moebius"])
     before, after = (np.degrees(np.linalg.norm(r.map.sphere - fixed.sphere, axis=1)).mean() for r in (rigid, result))
     assert before > 4
     assert after < before / 5
@@ -121,7 +122,8 @@ def test_a_planted_warp_comes_back_through_bijections(ball):
 def test_stiffer_maps_agree_less_and_strain_the_surfaces_less(ball):
     fixed, values = ball
     off = values + 0.5 * np.random.default_rng(1).normal(size=values.shape)
-    results = [ism.register(fixed, fixed, (off, values), stages=["elastic"], stiffness=s) for s in (0.1, 10.0, 1e6)]
+    results = [ism.register(fixed, fixed, features=(off, values), stages=["elastic"], stiffness=s)
+               for s in (0.1, 10.0, 1e6)]
     agree = [result.stages[-1].correlation.mean() for result in results]
     strain = [np.abs(np.log(face_areas(r.map.sphere, fixed.faces) / face_areas(fixed.sphere, fixed.faces))).mean()
               for r in results]
@@ -139,7 +141,7 @@ def test_a_listener_may_stop(ball):
         if len(seen) == 3:
             raise StopIteration
 
-    result = ism.register(warped, fixed, (values, values), stages=ALL, listener=stop_at_the_third)
+    result = ism.register(warped, fixed, features=(values, values), stages=ALL, listener=stop_at_the_third)
     assert np.allclose(result.map.sphere, seen[-1], atol=1e-15)
     assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius"]
 
@@ -170,7 +172,7 @@ def test_a_mirror_image_keeps_its_map():
 def test_the_same_input_gives_the_same_bits():
     x, f = ism.samples.sphere(642)
     fixed, values = ism.sphere_map(x * [1, 1.1, 1.2], f, x), np.exp(x[:, :2])
-    first, second = (ism.register(fixed, fixed, (values, values)).map.sphere for _ in range(2))
+    first, second = (ism.register(fixed, fixed, features=(values, values)).map.sphere for _ in range(2))
     assert np.array_equal(first, second)
 
 
@@ -178,7 +180,7 @@ def test_unlike_shapes_are_certified_and_doubted():
     x, f = ism.samples.sphere(642)
     noise = np.random.default_rng(5).normal(size=(2, 642))
     ball = ism.sphere_map(x * [1, 1.1, 1.2], f, x)
-    result = ism.register(ball, ball, (noise[0], noise[1]))
+    result = ism.register(ball, ball, features=(noise[0], noise[1]))
     assert result.map.certificate.folding_free
     assert "margin is small" in result.notes[0]
     assert result.margin < 0.1 * result.candidates[0].correlation
@@ -240,13 +242,13 @@ def test_diffusion_keeps_the_mean_and_damps_harmonics():
 def test_refusals(ball):
     fixed, values = ball
     n = len(values)
-    with pytest.raises(ism.MeshError, match=r"features of the moving surface have shape \(3,\)"):
-        ism.register(fixed, fixed, ([1, 2, 3], values))
-    with pytest.raises(ism.MeshError, match=r"features of the fixed surface are not finite at 1 vertices"):
-        ism.register(fixed, fixed, (values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0])))
-    with pytest.raises(ism.MeshError, match="features of the fixed surface are constant in column 0"):
-        ism.register(fixed, fixed, (values[:, 0], np.full(n, 3.0)))
-    with pytest.raises(ValueError, match="2 columns but features of the fixed surface 1"):
-        ism.register(fixed, fixed, (values, values[:, 0]))
+    with pytest.raises(ism.MeshError, match=r"features of the source have shape \(3,\)"):
+        ism.register(fixed, fixed, features=([1, 2, 3], values))
+    with pytest.raises(ism.MeshError, match=r"features of the target are not finite at 1 vertices"):
+        ism.register(fixed, fixed, features=(values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0])))
+    with pytest.raises(ism.MeshError, match="features of the target are constant in column 0"):
+        ism.register(fixed, fixed, features=(values[:, 0], np.full(n, 3.0)))
+    with pytest.raises(ValueError, match="2 columns but features of the target 1"):
+        ism.register(fixed, fixed, features=(values, values[:, 0]))
     with pytest.raises(ValueError, match="unknown stage 'warp'"):
-        ism.register(fixed, fixed, (values, values), stages=["warp"])
+        ism.register(fixed, fixed, features=(values, values), stages=["warp"])

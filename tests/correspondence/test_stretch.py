@@ -34,7 +34,7 @@ def test_the_inverse_has_the_same_distortion() -> None:
     nothing = Location(np.empty(0, dtype=np.int64), np.empty((0, 3)))
     there, back = (ism.SurfaceMap(one, other, nothing.face, nothing).distortion() for one, other in ((a, b), (b, a)))
     for name in ("symmetric_dirichlet", "area", "angle"):
-        one, other = there.figures["over_a"][name], back.figures["over_b"][name]
+        one, other = there.figures["over_source"][name], back.figures["over_target"][name]
         assert np.allclose(list(one.values()), list(other.values()), rtol=1e-6)
 
 
@@ -45,8 +45,8 @@ def test_faces_without_area_count_as_far() -> None:
     figures = Distortion.of(v, flat, f).figures
     lost = sum(np.isin(f, f[0]).sum(axis=1) >= 2)
     assert lost >= 4
-    assert figures["over_a"]["area"]["above_100"] > 0
-    assert figures["over_b"]["area"]["above_100"] == 0
+    assert figures["over_source"]["area"]["above_100"] > 0
+    assert figures["over_target"]["area"]["above_100"] == 0
 
 
 def test_caps_have_no_part_in_the_figures() -> None:
@@ -60,7 +60,7 @@ def test_caps_have_no_part_in_the_figures() -> None:
     nothing = Location(np.empty(0, dtype=np.int64), np.empty((0, 3)))
     a, b = (ism.sphere_map(each, f, x, caps=caps) for each in (v, blown))
     figures = ism.SurfaceMap(a, b, nothing.face, nothing).distortion().figures
-    for over in ("over_a", "over_b"):
+    for over in ("over_source", "over_target"):
         assert np.isclose(figures[over]["symmetric_dirichlet"]["p95"], 4)
     a, b = (ism.sphere_map(each, f, x) for each in (v, blown))
-    assert ism.SurfaceMap(a, b, nothing.face, nothing).distortion().figures["over_b"]["area"]["p95"] > 1.1
+    assert ism.SurfaceMap(a, b, nothing.face, nothing).distortion().figures["over_target"]["area"]["p95"] > 1.1

@@ -134,7 +134,7 @@ SCREENSHOT = argument("--screenshot", "OUT.png", "write one picture; needs no di
 DATA_HELP = ("data over the vertices: a .gii or .npz file (FILE:NAME takes one map of it), or an .annot or curvature "
              "file of FreeSurfer")
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
-FEATURE = argument("--feature", "NAME=MOVING,FIXED", "files with what is compared, as for --data of other commands; "
+FEATURE = argument("--feature", "NAME=SOURCE,TARGET", "files with what is compared, as for --data of other commands; "
                    "may be given again; default: curvature and depth of the surfaces", action="append", default=[])
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
               "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; fsaverage3 to fsaverage7 or fsLR-32k, "

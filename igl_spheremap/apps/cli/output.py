@@ -24,7 +24,7 @@ from .arguments import WRITTEN
 from .exits import Exit, UsageError, with_flags
 from .inputs import STREAM, InputMesh
 
-_INPUTS = ("source", "other", "sphere", "patch", "fixed", "fixed_sphere", "points", "to", "data", "image", "template")
+_INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
@@ -88,7 +88,7 @@ def write_plot(path: str, figure: Any) -> None:
 
 
 def _inputs(args: Namespace) -> list[str]:
-    """The files that the command reads; of --data FILE:NAME and --feature NAME=MOVING,FIXED those within."""
+    """The files that the command reads; of --data FILE:NAME and --feature NAME=SOURCE,TARGET those within."""
     features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
     return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "onto", None) or ()),

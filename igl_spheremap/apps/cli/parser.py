@@ -170,42 +170,42 @@ COMMANDS = (
         *shared.OUTPUT,
     )),
     Command("register", "register", (
-        *shared.pair("MOVING"),
-        argument("fixed", "FIXED", "the surface to lay it on"),
-        argument("fixed_sphere", "FIXED_SPHERE", "its map"),
-        *shared.target("MOVING's map in the frame of FIXED; - for stdout"),
+        *shared.pair(),
+        argument("other", "TARGET", "the surface to lay it on"),
+        argument("other_sphere", "TARGET_SPHERE", "its map"),
+        *shared.target("SOURCE's map in the frame of TARGET; - for stdout"),
         shared.FEATURE,
         argument("--stages", "LIST", "which stages to run, separated by commas (default: "
                  f"{','.join(USUAL)}; also moebius)", default=",".join(USUAL)),
         argument("--stiffness", "S", "weight of the strains beside the features' differences (default: 0.5)",
                  type=POSITIVE, default=0.5),
-        switch("--reflect", help="register the mirror image of MOVING and its sphere (x to -x); OUT fits MOVING as it "
+        switch("--reflect", help="register the mirror image of SOURCE and its sphere (x to -x); OUT fits SOURCE as it "
                "is, and `transfer`, `resample` and `check` take it with --reflect"),
         switch("--show", help="open a window with both spheres, before and after, coloured by the first feature"),
         argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
         *shared.OUTPUT,
     )),
     Command("match", "match", (
-        argument("source", "A", "a mesh file or sample:NAME, or an .npz with its map, which is kept; else it is mapped "
-                 "at balance 1"),
-        argument("other", "B", "the surface to map it to, likewise"),
-        *shared.target("B's positions on the connectivity of A; .npz holds the whole map; - for stdout"),
-        argument("--landmarks", ("A", "B"), "corresponding vertices of A and B, which are met exactly: .pinned or .vts "
-                 "lists", nargs=2),
-        argument("--curve", ("A", "B"), "corresponding curves, such lists of neighbouring vertices, one of each: A's "
-                 "vertices go to the places at the same share of the length; may be given again", nargs=2,
-                 action="append", default=[]),
+        argument("source", "SOURCE", "a mesh file or sample:NAME, or an .npz with its map, which is kept; else it is "
+                 "mapped at balance 1"),
+        argument("other", "TARGET", "the surface to map it to, likewise"),
+        *shared.target("TARGET's positions on the connectivity of SOURCE; .npz holds the whole map; - for stdout"),
+        argument("--landmarks", ("SOURCE", "TARGET"), "corresponding vertices of both, which are met exactly: .pinned "
+                 "or .vts lists", nargs=2),
+        argument("--curve", ("SOURCE", "TARGET"), "corresponding curves, such lists of neighbouring vertices, one of "
+                 "each: SOURCE's vertices go to the places at the same share of the length; may be given again",
+                 nargs=2, action="append", default=[]),
         switch("--soft", help="come near the landmarks, if they can't be met"),
         shared.FEATURE,
         argument("--feature-weight", "W", "of the features' squared differences beside the strain (default: 0.4)",
                  type=FROM_ZERO, default=0.4),
-        argument("--position-weight", "W", "of squared distances between A and B, B in the best pose (default: 0)",
+        argument("--position-weight", "W", "of squared distances between both, TARGET in the best pose (default: 0)",
                  type=FROM_ZERO, default=0.0),
-        switch("--reflect", help="match the mirror image of A (x to -x); OUT has it, too"),
-        argument("--overlay", ("ON_A", "ON_B"), "write the common refinement, one mesh, with its positions on A "
-                 "and on B", nargs=2),
-        choice("--colours", CARRIED, f"what pictures show on A and B; default: {CARRIED[0]}", default=CARRIED[0]),
-        switch("--show", help="open a window with A, B and what is between them"),
+        switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
+        argument("--overlay", ("ON_SOURCE", "ON_TARGET"), "write the common refinement, one mesh, with its positions "
+                 "on each", nargs=2),
+        choice("--colours", CARRIED, f"what pictures show on both; default: {CARRIED[0]}", default=CARRIED[0]),
+        switch("--show", help="open a window with both and what is between them"),
         *shared.pictures(CARRIED_SIZE),
         shared.FORMAT,
         *shared.REPAIR,

@@ -27,9 +27,9 @@ _DOT = 0.03
 
 
 class CarriedView(ColouredApp):
-    """A, the surface part of the way from A to B, and B: one mesh, the overlay, in the same colours.
+    """Source, what lies part of the way to the target, and target: one mesh, the overlay, in the same colours.
 
-    A film goes from A to B and back.
+    A film goes from the source to the target and back.
     """
 
     subjects = CARRIED
@@ -37,19 +37,19 @@ class CarriedView(ColouredApp):
     def __init__(self, result: SurfaceMap, *, up: str = "auto", subject: str = CARRIED[0]) -> None:
         self.result, self.common = result, result.overlay()
         self.distortion = result.distortion()
-        a, b, f = self.common.on_a, self.common.on_b, self.common.faces
+        a, b, f = self.common.on_source, self.common.on_target, self.common.faces
         turn = pose(a, up)
         areas = vertex_areas(a, f)
         weights = areas / areas.sum()
         onto = best_rotation(b - weights @ b, a - weights @ a, weights)
         self.ends = fit(a, turn), fit(b @ onto, turn)
-        self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.location_a))
+        self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.source_location))
         self.stage = Stage(1, 3, panel=0 if is_offscreen() else PANEL)
         middle = (self.ends[0] + self.ends[1]) / 2
         self.bodies = [self.stage.place(0, k, Body(name, x, f)) for k, (name, x) in enumerate(
-            (("A", self.ends[0]), ("between", middle), ("B", self.ends[1])))]
-        for name, each, over, body in (("A", result.map, "over_a", self.bodies[0]),
-                                       ("B", result.target, "over_b", self.bodies[2])):
+            (("source", self.ends[0]), ("between", middle), ("target", self.ends[1])))]
+        for name, each, over, body in (("source", result.map, "over_source", self.bodies[0]),
+                                       ("target", result.target, "over_target", self.bodies[2])):
             figures = self.distortion.figures[over]["symmetric_dirichlet"]
             body.caption = (f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
                             f"95% below {figures['p95']:.3g} (4: isometry)")
@@ -63,7 +63,7 @@ class CarriedView(ColouredApp):
         names = {"symmetric_dirichlet": "symmetric Dirichlet energy", "area": "area", "angle": "angle"}
         lines = []
         for over, figures in self.distortion.figures.items():
-            lines.append(f"over {over[-1].upper()}")
+            lines.append(over.replace("_", " the "))
             lines += [f"{names[name]}: median {each['median']:.3g}, 95% below {each['p95']:.3g}"
                       for name, each in figures.items()]
         errors = self.result.landmark_errors
@@ -82,21 +82,21 @@ class CarriedView(ColouredApp):
             corners = SQUARES * mercator_corners(self._x, faces, deepest_tips(mesh, self.result.map.sphere))
             colours = Colouring(np.tile(SURFACE, (len(faces), 1)), none, None, corners)
         elif subject == "places":
-            colours = Colouring(places(mesh)[self.common.face_a], none, None)
+            colours = Colouring(places(mesh)[self.common.source_face], none, None)
         else:
             excess = self.distortion.symmetric_dirichlet - 4
-            p95 = self.distortion.figures["over_a"]["symmetric_dirichlet"]["p95"] - 4
+            p95 = self.distortion.figures["over_source"]["symmetric_dirichlet"]["p95"] - 4
             ramp = sizes(_DIRICHLET, round_up(max(p95, 1e-9)))
             colours = Colouring(ramp.colours(np.clip(excess, 0, ramp.high)), none, ramp)
         colours.apply(*self.bodies)
 
     def show_way(self, way: float) -> None:
-        """Move the surface between to a share of the way from A to B, and the landmarks with it."""
+        """Move the surface between to a share of the way from the source to the target, and the landmarks with it."""
         if way == self.way:
             return
         self.way = way
         self.bodies[1].set_positions((1 - way) * self.ends[0] + way * self.ends[1])
-        self.bodies[1].caption = f"{100 * way:.0f}% of the way from A to B\n{len(self.common.faces):,} faces"
+        self.bodies[1].caption = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
         for body in self.bodies:
             for k, landmark in enumerate(self.result.landmarks):
                 body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)], _DOT)
@@ -113,7 +113,7 @@ class CarriedView(ColouredApp):
             if subject != self.subject:
                 self.show_subject(subject)
             self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
-            paragraph("0 is A, 1 is B")
+            paragraph("0 is the source, 1 the target")
             imgui.Separator()
             for line in self._lines:
                 paragraph(line)

@@ -155,11 +155,11 @@ def show_parts(
 
 
 def registration_view(
-    moving: SphereMap, fixed: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
+    source: SphereMap, target: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
     name: str = "depth",
 ) -> PartsView:  # fmt: skip
-    """The fixed sphere, and the moving one before and after, coloured by the first feature or by depth."""
-    surfaces = [FeatureSurface(one.mesh) for one in (moving, fixed)]
+    """The target's sphere, and the source's before and after, coloured by the first feature or by depth."""
+    surfaces = [FeatureSurface(one.mesh) for one in (source, target)]
     if features is None:
         own, other = (s.standardize(s.potential(_FOLDS)[:, None])[:, 0] for s in surfaces)
     else:
@@ -167,9 +167,10 @@ def registration_view(
     ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
-        (f"the fixed sphere\n{len(fixed.vertices):,} vertices", fixed, other, ramp),
-        (f"the moving sphere, before\n{len(moving.vertices):,} vertices, {first}", moving, own, None),
-        (f"the moving sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own, None),
+        (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, ramp),
+        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, None),
+        (f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own,
+         None),
     )
     return PartsView([[
         Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)

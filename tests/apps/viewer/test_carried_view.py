@@ -34,7 +34,7 @@ figures = dict(ways=ways, start=start, end=float(np.abs(view.bodies[1].x - view.
     assert max(figures["ways"]) == 1
     assert figures["ways"][1:] == pytest.approx(figures["ways"][:0:-1])
     assert figures["start"] == figures["end"] == 0
-    assert figures["captions"][1] == f"100% of the way from A to B\n{figures['faces']:,} faces"
+    assert figures["captions"][1] == f"100% of the way\n{figures['faces']:,} faces"
     assert "(4: isometry)" in figures["captions"][0]
 
 

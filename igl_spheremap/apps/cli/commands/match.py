@@ -50,11 +50,11 @@ def run_match(args: Namespace) -> Exit:
                          "order")
     curves = [_vertices(files, sources) for files in args.curve]
     features = read_features(args.feature, *sources)[1] if args.feature else None
-    a, b = (_mapped(args, source) for source in sources)
+    maps = [_mapped(args, source) for source in sources]
     args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
-    result = match(a, b, landmarks, features, curves=curves, feature_weight=args.feature_weight,
+    result = match(*maps, landmarks=landmarks, features=features, curves=curves, feature_weight=args.feature_weight,
                    position_weight=args.position_weight, soft=args.soft, reflect=args.reflect,
-                   listener=args.progress.listener(a.faces))
+                   listener=args.progress.listener(maps[0].faces))
     if whole:
         args.progress.stage(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
@@ -64,16 +64,16 @@ def run_match(args: Namespace) -> Exit:
     args.progress.stage("measuring the map on the overlay")
     if args.overlay:
         common = result.overlay()
-        for path, v in zip(args.overlay, (common.on_a, common.on_b), strict=True):
+        for path, v in zip(args.overlay, (common.on_source, common.on_target), strict=True):
             write_mesh(path, v, common.faces, force=args.force)
     found = Findings(target=args.target)
-    for label, source in zip(("A", "B"), sources, strict=True):
+    for label, source in zip(("source", "onto"), sources, strict=True):
         found.mesh(label, source)
     _describe(found, result)
-    held = "both maps and the landmarks" if whole else "B's positions on the connectivity of A"
+    held = "both maps and the landmarks" if whole else "TARGET's positions on the connectivity of SOURCE"
     found.add("written", f"{args.target}: {held}")
     if args.overlay:
-        found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on A and on B")
+        found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
     found.report(args)
     if pictured:
         run_app(CarriedView(result, up=args.up or sources[0].up, subject=args.colours), args)
@@ -91,7 +91,7 @@ def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
 
 
 def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:
-    """The vertices of A and of B in two lists."""
+    """The vertices of the source and of the target in two lists."""
     a, b = (read_landmarks(file) for file in files)
     for file, source, vertices in zip(files, sources, (a, b), strict=True):
         if vertices.max() >= len(source.v):
@@ -103,10 +103,10 @@ def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, Int
 def _describe(found: Findings, result: SurfaceMap) -> None:
     """Certificates, distortion in both directions, landmarks and notes."""
     certificate = result.map.certificate
-    found.add("map", f"A to the sphere of B: {certificate}", certificate=certificate_numbers(certificate))
+    found.add("map", f"SOURCE to the sphere of TARGET: {certificate}", certificate=certificate_numbers(certificate))
     figures = result.distortion().figures
     found.figures["distortion"] = figures
-    for over, name in (("over_a", "A"), ("over_b", "B")):
+    for over, name in (("over_source", "source"), ("over_target", "target")):
         dirichlet, area, angle = (figures[over][key] for key in ("symmetric_dirichlet", "area", "angle"))
         found.add(f"over {name}", f"symmetric Dirichlet energy {dirichlet['median']:.3g} (median; 4 is an isometry), "
                   f"95% below {dirichlet['p95']:.3g}, {100 * dirichlet['above_100']:.2g}% of the area above 100; areas "
@@ -116,7 +116,7 @@ def _describe(found: Findings, result: SurfaceMap) -> None:
     if len(errors):
         size = float(np.ptp(result.target.vertices, axis=0).max())
         missed = int(np.count_nonzero(errors > 1e-9 * size))
-        text = f"{len(errors)}, {missed} of them missed; the farthest is {errors.max():.3g} off, in units of B"
+        text = f"{len(errors)}, {missed} of them missed; the farthest is {errors.max():.3g} off, in units of TARGET"
         found.add("landmarks", text, landmark_errors=errors)
     for note in result.notes:
         found.add("note", note)

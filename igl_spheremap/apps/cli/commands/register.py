@@ -38,17 +38,17 @@ def run_register(args: Namespace) -> Exit:
     if args.show or args.screenshot:
         open_for(args, "igl_spheremap", "--screenshot OUT.png")
     pair = load_pair(args)
-    moving, fixed = pair.source, read_source(args.fixed, stage=args.progress.stage)
-    maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(fixed, args.fixed_sphere).map()
-    names, features = read_features(args.feature, moving, fixed) if args.feature else (_GEOMETRY, None)
-    args.progress.stage(f"registering {moving.name}")
+    source, target = pair.source, read_source(args.other, stage=args.progress.stage)
+    maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(target, args.other_sphere).map()
+    names, features = read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
+    args.progress.stage(f"registering {source.name}")
     listener = args.progress.listener(maps[0].faces)
-    result = register(*maps, features, stages=stages, stiffness=args.stiffness, listener=listener)
+    result = register(*maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener)
     out = _of_the_file(result.map) if args.reflect else result.map
-    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=moving.metadata))
+    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata))
     found = Findings()
-    found.mesh("moving", moving)
-    found.mesh("fixed", fixed)
+    found.mesh("source", source)
+    found.mesh("onto", target)
     _describe(found, result, names)
     for note in out.run.notes:
         found.add("note", note)
@@ -62,24 +62,24 @@ def run_register(args: Namespace) -> Exit:
 
 def _of_the_file(result: SphereMap) -> SphereMap:
     """The map of the surface that was given, where its mirror image was registered; its mark has reflect=True."""
-    note = "the sphere fits MOVING as it is; x to -x of both lies on FIXED: give --reflect to transfer and resample"
+    note = "the sphere fits SOURCE as it is; x to -x of both lies on TARGET: give --reflect to transfer and resample"
     run = replace(result.run, settings=result.settings | {"reflect": True}, notes=(*result.run.notes, note))
     return replace(reflected(result), run=run)
 
 
 def read_features(
-    words: list[str], moving: InputMesh, fixed: InputMesh
+    words: list[str], source: InputMesh, target: InputMesh
 ) -> tuple[list[str], tuple[FloatArray, FloatArray]]:
-    """The columns of all `NAME=MOVING,FIXED`, and their names, which a number follows where a file has several."""
+    """The columns of all `NAME=SOURCE,TARGET`, and their names, which a number follows where a file has several."""
     columns: tuple[list[FloatArray], list[FloatArray]] = [], []
     names: list[str] = []
     for word in words:
         name, _, pair = word.partition("=")
         files = pair.split(",")
         if len(files) != 2:
-            raise UsageError(f"--feature {word} is not of the form NAME=MOVING,FIXED with two files")
-        for file, source, column in zip(files, (moving, fixed), columns, strict=True):
-            column.append(read_data(file, source))
+            raise UsageError(f"--feature {word} is not of the form NAME=SOURCE,TARGET with two files")
+        for file, mesh, column in zip(files, (source, target), columns, strict=True):
+            column.append(read_data(file, mesh))
         many = columns[0][-1].shape[1]
         names += [name] if many == 1 else [f"{name} {k + 1}" for k in range(many)]
     return names, (np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1))

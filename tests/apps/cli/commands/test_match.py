@@ -25,8 +25,8 @@ def landmarks(tmp_path):
 def matched(tmp_path_factory):
     """The whole map from A to B, its overlay on both, and its figures."""
     path = tmp_path_factory.mktemp("matched")
-    out, on_a, on_b, figures = (str(path / name) for name in ("whole.npz", "a.ply", "b.ply", "figures.json"))
-    assert main(["match", A, B, out, "--overlay", on_a, on_b, "--json", figures, "-q"]) == 0
+    out, on_source, on_target, figures = (str(path / name) for name in ("whole.npz", "a.ply", "b.ply", "figures.json"))
+    assert main(["match", A, B, out, "--overlay", on_source, on_target, "--json", figures, "-q"]) == 0
     return path
 
 
@@ -37,7 +37,7 @@ def test_the_overlay_lies_on_both(matched):
     assert np.allclose(pieces[0].v[: len(v)], v, atol=1e-6)
     report = json.loads((matched / "figures.json").read_text())
     assert report["certificate"]["folding_free"]
-    assert report["distortion"]["over_a"]["symmetric_dirichlet"]["median"] >= 4
+    assert report["distortion"]["over_source"]["symmetric_dirichlet"]["median"] >= 4
 
 
 def test_an_archive_holds_the_whole_map_and_its_map_is_not_made_again(matched, tmp_path, monkeypatch):

@@ -74,9 +74,9 @@ def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("options", "status", "sentence"), [
-    (["--feature", "f=features.npz"], 64, "NAME=MOVING,FIXED"),
+    (["--feature", "f=features.npz"], 64, "NAME=SOURCE,TARGET"),
     (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
-    (["--feature", "f=flat.npz,flat.npz"], 2, "features of the moving surface are constant"),
+    (["--feature", "f=flat.npz,flat.npz"], 2, "features of the source are constant"),
     (["--feature", "f=features.npz:a,features.npz:a", "--json", "features.npz"], 64, "would be lost"),
     (["--stages", "rotation,warp"], 64, "'warp'"),
     (["--stiffness", "-1"], 64, "--stiffness: -1 is out of range"),
@@ -101,7 +101,7 @@ def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(folder, monkeypa
 
 
 def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monkeypatch, tmp_path, capsys):
-    """OUT is certified for MOVING as it is, and --reflect takes it into the frame of FIXED."""
+    """OUT is certified for SOURCE as it is, and --reflect takes it into the frame of TARGET."""
     monkeypatch.chdir(tmp_path)
     right, faces = V * [-1, 1, 1], F[:, ::-1]
     x = read_mesh(folder / "fixed.obj").v
@@ -113,7 +113,7 @@ def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monke
                  "--reflect", "--feature", data]) == 0
     out = capsys.readouterr().out
     assert "start        correlation of f" in out
-    assert "the sphere fits MOVING as it is" in " ".join(out.split())
+    assert "the sphere fits SOURCE as it is" in " ".join(out.split())
     written = ism.read_map("on_left.npz")
     assert np.array_equal(written.vertices, right)
     assert written.settings["reflect"]
