@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,11 +26,12 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import edge_distortion
 from .disk_map import disk_conformal_map
 from .problem import RADIUS, FreeProblem
+from .tutte import by_lengths, tutte_map
 from .unrolling import FLAT, stretch, unrolled
 
 #: How an isometry came about: its energy is the least that any layout has.
 _UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
-#: Factors of lengths from which on a note names them.
+#: Factors of lengths from which on status and notes say that they are off.
 _FAR = 10.0
 
 
@@ -60,9 +60,11 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
 
     A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat
     ones to 1e-9. On any other, and where that layout overlaps itself, the sum over faces of the squares, nearly, of
-    logarithms of stretches is minimised by Newton steps from the conformal disk: those of angles count 1 - `balance`,
-    those of areas `balance`. No step folds a face or lets the boundary cross itself, which exact arithmetic decides, so
-    that the map is injective. Notes say where a layout would overlap, or lengths are off by a factor of 10 or more.
+    logarithms of stretches is minimised by Newton steps: those of angles count 1 - `balance`, those of areas `balance`.
+    They start from the conformal disk, or from Tutte's map whose boundary keeps its lengths, whichever has the lower
+    sum. No step folds a face or lets the boundary cross itself, which exact arithmetic decides, so that the map is
+    injective. A note says where a layout would overlap; where lengths are off by a factor of 10 or more, and `balance`
+    is not 0, the status is ``SHORT``, and a note names the factor.
 
     Parameters
     ----------
@@ -127,14 +129,25 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
         with stage("flatten"):
             p, run = _spread(disk, p, balance, history)
     q, certificate = _placed(disk, p)
-    run = replace(run, notes=(*run.notes, *_remarks(disk, q, isometry is not None)))
+    if isometry is not None:
+        run = replace(run, notes=(*run.notes, "the surface can be unrolled, but overlaps itself then: lengths are "
+                                              "distorted instead"))
+    if balance > 0 and run.status is not Status.STOPPED:
+        run = _judged(run, disk, q)
     return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings))
 
 
-def _spread(disk: Disk, p: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
-    """Minimise the energy of a balance over maps with a free boundary."""
+def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
+    """Minimise the energy of a balance over maps with a free boundary, from the better one of two disks.
+
+    Where a surface is long, thin or bent, the conformal disk has lengths that differ by factors without bound; Tutte's
+    map has those of the boundary.
+    """
     source = FlatFaces.of(disk.v, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
+    starts = [p for p in (conformal, tutte_map(disk, by_lengths(disk)))
+              if p is conformal or Certificate.of_plane(p, disk.f, disk.rim).folding_free]
+    p = min(starts, key=lambda each: energy.by_face(RADIUS * each).sum())
     minimum = minimize_balanced(partial(FreeProblem, disk=disk), VertexSystem(disk.f, len(disk.v)), energy, RADIUS * p,
                                 listener)
     return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")
@@ -157,13 +170,13 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
     return q, certificate
 
 
-def _remarks(disk: Disk, p: FloatArray, can_be_unrolled: bool) -> Iterator[str]:
-    """How far the layout is from an isometry, where it is far."""
-    if can_be_unrolled:
-        yield "the surface can be unrolled, but overlaps itself then: lengths are distorted instead"
+def _judged(run: Run, disk: Disk, p: FloatArray) -> Run:
+    """The record of a run, which says so where lengths are far off."""
     worst = float(np.exp(np.abs(edge_distortion(disk.v, disk.f, in_space(p / np.abs(p).max()))).max()))
-    if worst > _FAR:
-        yield f"lengths are off by a factor of up to {worst:.3g}"
+    if worst < _FAR:
+        return run
+    note = f"lengths are off by a factor of up to {worst:.3g}; {run.status.value}"
+    return replace(run, status=Status.SHORT, notes=(*run.notes, note))
 
 
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ class Status(Enum):
     PLATEAU = "the energy hardly fell any more, before the stopping rule was met"
     MAX_ITERATIONS = "the iteration limit was reached first"
     DONE = "no stopping rule was needed"
-    SHORT = "areas stopped short of what was asked"
+    SHORT = "areas or lengths stopped short of what was asked"
     STALLED = "no acceptable step was found: the energy is at its rounding, or every step would fold"
     STOPPED = "a listener asked to stop"
 

@@ -159,3 +159,38 @@ def test_what_overlaps_when_unrolled_is_laid_out_with_a_note():
     assert any("overlaps itself" in note for note in flat.run.notes)
     stopped = ism.flatten(np.column_stack((p, 0 * p[:, 0])), f, listener=lambda iterate: next(iter(())))
     assert stopped.certificate.folding_free
+
+
+def chain(seed):
+    """A random chain of points with steps of very different lengths, in space, triangulated as a convex polygon."""
+    rng = np.random.default_rng(seed)
+    v = np.cumsum(rng.normal(size=(16, 3)) * 10 ** rng.uniform(-2, 0, (16, 1)), axis=0)
+    faces, open_ends = [], [(0, 15)]
+    while open_ends:
+        a, b = open_ends.pop()
+        if b - a > 1:
+            middle = int(rng.integers(a + 1, b))
+            faces.append((a, middle, b))
+            open_ends += [(a, middle), (middle, b)]
+    return v, faces
+
+
+@pytest.mark.parametrize("seed", [2, 16, 23, 26, 31, 48])
+def test_what_overlaps_starts_from_the_map_that_keeps_lengths_better(seed):
+    """From the conformal disk lengths end off by factors of 15 to 42."""
+    flat = ism.flatten(*chain(seed))
+    assert flat.certificate.folding_free
+    assert np.abs(flat.edge_ratios()).max() < np.log(10)
+    assert flat.status is not ism.Status.SHORT
+
+
+def test_status_and_notes_say_where_lengths_are_far_off():
+    seen = set()
+    for (v, f), balance in ((chain(17), 0.7), (cap(8, 3.0)[:2], 0), (cap(8, 1.5)[:2], 0.7)):
+        flat = ism.flatten(v, f, balance)
+        off = np.exp(np.abs(flat.edge_ratios()).max())
+        seen.add((off > 10, balance > 0))
+        far = off > 10 and balance > 0  # a conformal map is not asked for lengths
+        assert (flat.status is ism.Status.SHORT) == far
+        assert any(f"a factor of up to {off:.3g}" in note for note in flat.run.notes) == far
+    assert len(seen) == 3
