@@ -22,7 +22,8 @@ import numpy as np
 import igl_spheremap as ism
 from igl_spheremap.populations.child import Child
 from igl_spheremap.populations.executors import connect
-from igl_spheremap.populations.job import Job, Options, map_one
+from igl_spheremap.populations.job import Job, run_job
+from igl_spheremap.populations.mapping import Options
 
 from .common import DOCS, parser
 
@@ -64,14 +65,14 @@ def main(argv: list[str]) -> None:
 
 def in_turn(sources):
     """Seconds of turns of a plain loop, and of jobs of a population in a process beside it, one after the other."""
-    options, child = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd()), Child()
+    options, child = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd()), Child()
     turns, jobs = [], []
     for k in range(PAIRS):
         source = sources[k % len(sources)]
         began = time.perf_counter()
         ism.write_map("plain_" + source, ism.spherical_conformal_map(*ism.read_mesh(source)), force=True)
         turns.append(time.perf_counter() - began)
-        child.call(map_one, Job(source, "job_" + source, ""), options)
+        child.call(run_job, Job(source, "job_" + source), options)
         jobs.append(time.perf_counter() - began - turns[-1])
     child.end()
     return turns, jobs
@@ -158,11 +159,11 @@ class Cluster:
 
 def moving(sources) -> float:
     """CPU time of maps that share their faces with the one before, over that of maps which do not."""
-    options = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd())
+    options = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
 
     def spent(name: str) -> float:
         began = time.process_time()
-        map_one(Job(name, "moving.ply", ""), options)
+        run_job(Job(name, "moving.ply"), options)
         return time.process_time() - began
 
     same, own = [], []
@@ -185,9 +186,9 @@ def cortices() -> list[str]:
 def cortex() -> float:
     """CPU seconds of one job with a cortex: read, map, write, measure."""
     ism.write_mesh("cortex.ply", *ism.samples.make("brain", n_vertices=CORTEX))
-    options = Options(ism.Auto(polish=None), 0.0, None, True, os.getcwd())
+    options = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
     began = time.process_time()
-    map_one(Job("cortex.ply", "cortex_sphere.ply", ""), options)
+    run_job(Job("cortex.ply", "cortex_sphere.ply"), options)
     return time.process_time() - began
 
 

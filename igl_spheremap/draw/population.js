@@ -69,7 +69,7 @@ function step(by) {
 function open() {
   const card = opened();
   if (!card) { if (dialog.open) dialog.close(); document.title = title; return; }
-  const {row, reasons, sides, command, element} = card, list = shown(), place = list.indexOf(card);
+  const {row, reasons, caption, command, element} = card, list = shown(), place = list.indexOf(card);
   dialog.textContent = "";
   const bar = add(dialog, "div", {className: "steps"});
   add(bar, "button", {type: "button", textContent: "\u2190 previous", disabled: place < 1, onclick: () => step(-1)});
@@ -81,7 +81,7 @@ function open() {
   const image = element.querySelector("img");
   if (image) {
     add(dialog, "p").append(Object.assign(document.createElement("img"), {src: image.src, alt: row.source}));
-    add(dialog, "p", {textContent: `Surface and sphere ${sides}.`});
+    add(dialog, "p", {textContent: caption});
     dialog.append(document.querySelector(".legends").cloneNode(true));
   }
   for (const reason of reasons) add(dialog, "span", {className: "badge", textContent: reason});

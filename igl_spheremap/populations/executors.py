@@ -17,7 +17,7 @@ from typing import Any
 from .._version import __version__
 from ..errors import WorkersUnavailable, import_optional, one_line
 from .child import ProcessPool, WorkerDied, check_memory_limit
-from .job import Job, Options, failed, map_in_child, map_one
+from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import Result
 
 _AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
@@ -29,23 +29,23 @@ class Workers:
     """An executor, what it runs for a job, how many jobs it runs at a time, and how it reports a worker's death."""
 
     executor: Executor
-    call: Callable[[Job, Options], Result]
+    call: Callable[[Job, Task[Any]], Result]
     count: Callable[[], int]
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor, WorkerDied)
 
     def results(
-        self, todo: deque[Job], options: Options, retries: int, idle: Callable[[], None]
-    ) -> Iterator[tuple[Job, Result]]:
+        self, todo: deque[JobT], task: Task[JobT], retries: int, idle: Callable[[], None]
+    ) -> Iterator[tuple[JobT, Result]]:
         """Results as they come, until `todo` is empty and nothing is in flight; `idle` is called once a second.
 
         A job whose worker died is run again, up to `retries` times.
         """
-        running: dict[Future[Result], Job] = {}
-        deaths: Counter[Job] = Counter()
+        running: dict[Future[Result], JobT] = {}
+        deaths: Counter[JobT] = Counter()
         while todo or running:
             while todo and len(running) < _AHEAD * max(1, self.count()):
                 job = todo.popleft()
-                running[self._submit(job, options)] = job
+                running[self._submit(job, task)] = job
             for future in wait(running, _INTERVAL, FIRST_COMPLETED).done:
                 job = running.pop(future)
                 error = future.exception() if not future.cancelled() else CancelledError()
@@ -60,12 +60,12 @@ class Workers:
                     todo.append(job)
                 else:
                     times = f" {deaths[job]} times" if retries else ""
-                    yield job, failed(job, options, f"its worker died{times}: {error}")
+                    yield job, failed(job, task, f"its worker died{times}: {error}")
             idle()
 
-    def _submit(self, job: Job, options: Options) -> Future[Result]:
+    def _submit(self, job: Job, task: Task[Any]) -> Future[Result]:
         try:
-            return self.executor.submit(self.call, job, options)
+            return self.executor.submit(self.call, job, task)
         except self.deaths as error:  # a pool that broke takes no more jobs
             future: Future[Result] = Future()
             future.set_exception(error)
@@ -80,7 +80,7 @@ def workers_of(
     limited = timeout is not None or memory is not None
     if memory is not None:
         check_memory_limit()
-    in_child = partial(map_in_child, timeout=timeout, memory=memory)
+    in_child = partial(run_in_child, timeout=timeout, memory=memory)
     if executor is None:
         processes = processes or os.cpu_count() or 1
         pool = ProcessPool(processes)
@@ -91,13 +91,13 @@ def workers_of(
     elif type(executor).__module__.partition(".")[0] == "distributed":
         killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
         client: Any = vars(executor)["_client"]
-        yield Workers(executor, in_child if limited else map_one, lambda: sum(client.nthreads().values()),
+        yield Workers(executor, in_child if limited else run_job, lambda: sum(client.nthreads().values()),
                       (killed, WorkerDied))  # workers may come and go
     elif limited:
         raise ValueError("timeout and memory limit jobs of the own pool and of Dask, not of other executors")
     else:
         count = getattr(executor, "_max_workers", os.cpu_count() or 1)
-        yield Workers(executor, map_one, lambda: count)
+        yield Workers(executor, run_job, lambda: count)
 
 
 def connect(scheduler: str, seconds: float = 6.0) -> Any:

@@ -1,173 +1,128 @@
-"""One input from file to file, and its row."""
+"""Work on one input from files to files, and its row."""
 
 from __future__ import annotations
 
 import os
 import socket
-import threading
 import time
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Generic, TypeVar
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
-from ..io.files import read_mesh
-from ..io.records import LoadedMesh
-from ..io.replacing import check_writable, remove_partial_files
-from ..io.written_map import make_mark, read_mark, write_map
-from ..maps.balanced import balanced_spherical_map
-from ..maps.mapper import SphereMapper
-from ..maps.options import Auto, Method
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.clean import repair_mesh
-from ..result.sphere_map import SphereMap
-from ..verify.distortion import edge_distortion, log_figures
+from ..io.replacing import remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
-from .manifest import Fingerprint, Result, fingerprint, is_still
-from .table import Row
+from .manifest import Fingerprints, Result, are_still, fingerprints
+from .table import Outcome
 
-_OF_THREAD = threading.local()
 _STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
 
 
 @dataclass(frozen=True)
-class Options:
-    """What is done to every mesh, and by which version.
+class Job:
+    """An input, and the first file that is made of it."""
 
-    `repair` holds the options of `repair_mesh`, None for no repair; relative paths begin in `folder`.
-    """
+    source: str
+    target: str
 
-    method: Method
-    balance: float
-    repair: Mapping[str, Any] | None
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All files that are read."""
+        return (self.source,)
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """All files that are written."""
+        return (self.target,)
+
+
+JobT = TypeVar("JobT", bound=Job)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task(ABC, Generic[JobT]):
+    """What is done to every input, and by which version; relative paths begin in `folder`."""
+
     force: bool
     folder: str
     version: str = __version__
 
+    @abstractmethod
     def text(self) -> str:
         """All that changes a result."""
-        settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
-        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair}"
+
+    @abstractmethod
+    def empty(self, job: JobT) -> Outcome:
+        """The row of a job of which nothing else is known."""
+
+    @abstractmethod
+    def run(self, job: JobT, check: Callable[[], None]) -> Outcome:
+        """Do the work from files to files.
+
+        `check` is to be called once all is read: it raises a FileError if a file changed meanwhile.
+        """
 
     def place(self, path: str) -> str:
         """Where a path is, on a machine whose working directory may be another."""
         return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
 
-    def read(self, source: str) -> LoadedMesh:
-        """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
-        return read_mesh(source, triangulate=self.repair is not None)
-
-    def repaired(self, loaded: LoadedMesh) -> tuple[FloatArray, IntArray, BoolArray | None]:
-        """The mesh that is mapped, and its caps."""
-        if self.repair is None:
-            return loaded.v, loaded.f, loaded.metadata.get("caps")
-        repaired = repair_mesh(loaded.v, loaded.f, **self.repair)
-        caps = repaired.face_source < 0
-        return repaired.v, repaired.f, caps if caps.any() else None
+    def places(self, paths: Sequence[str]) -> list[str]:
+        """The same of several."""
+        return [self.place(path) for path in paths]
 
 
-@dataclass(frozen=True)
-class Job:
-    """An input, the file of its sphere, and the key of the result: a digest of the target's place and the options."""
-
-    source: str
-    target: str
-    key: str
+def key_of(job: JobT, task: Task[JobT], folder: str) -> str:
+    """The key of a result in a manifest in that folder, with which targets may move: a digest of both and the task."""
+    places = [os.path.relpath(os.path.realpath(target), folder) for target in job.targets]
+    return sha256(" ".join([task.text(), *places]).encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
-def key_of(target: str, options: Options) -> str:
-    """The key of a result; `target` is relative to the manifest, which may move with it."""
-    return sha256(f"{options.text()} {target}".encode("utf-8", "surrogateescape")).hexdigest()[:32]
-
-
-def map_one(job: Job, options: Options) -> Result:
-    """Map one file; whatever is wrong with it is in its row."""
-    if options.version != __version__:
-        raise WorkersUnavailable(f"{host_and_process()} has igl_spheremap {__version__} where {options.version} is "
+def run_job(job: JobT, task: Task[JobT]) -> Result:
+    """Run a job; whatever is wrong with its files is in its row."""
+    if task.version != __version__:
+        raise WorkersUnavailable(f"{host_and_process()} has igl_spheremap {__version__} where {task.version} is "
                                  "asked for")
     began = time.perf_counter()
-    source, target = options.place(job.source), options.place(job.target)
-    row, read = Row(job.source, job.target), fingerprint(source)
+    sources = task.places(job.sources)
+    read = fingerprints(sources)
+    kept: Fingerprints | None = read
+
+    def check() -> None:
+        if not are_still(sources, read):
+            raise FileError(f"{' or '.join(job.sources)} changed while it was read; run it again")
+
     try:
-        row = _mapped(row, source, target, options, read)
-    except Exception as error:  # one mesh must not end the others
+        row = task.run(job, check)
+    except Exception as error:  # one input must not end the others
         status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")
-        row = replace(row, status=status, notes=one_line(error))
-        if status == "file" or not is_still(source, read):
-            read = None
+        row = replace(task.empty(job), status=status, notes=one_line(error))
+        if status == "file" or not are_still(sources, read):
+            kept = None
     row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process())
-    return Result(row, read, fingerprint(target))
+    return Result(row, kept, fingerprints(task.places(job.targets)))
 
 
-def map_in_child(job: Job, options: Options, timeout: float | None, memory: float | None) -> Result:
-    """`map_one` in the process of this thread; a job that passes a limit gets a row with the reason."""
+def run_in_child(job: JobT, task: Task[JobT], timeout: float | None, memory: float | None) -> Result:
+    """`run_job` in the process of this thread; a job that passes a limit gets a row with the reason."""
     try:
-        return own_child().call(map_one, job, options, timeout=timeout, memory=memory)
+        return own_child().call(run_job, job, task, timeout=timeout, memory=memory)
     except WorkerDied as died:
-        remove_partial_files(options.place(job.target), died.pid)
+        for target in task.places(job.targets):
+            remove_partial_files(target, died.pid)
         if not died.reason:
             raise
-        return failed(job, options, died.reason)
+        return failed(job, task, died.reason)
 
 
-def failed(job: Job, options: Options, reason: str) -> Result:
+def failed(job: JobT, task: Task[JobT], reason: str) -> Result:
     """The result of a job whose process ended before it did."""
-    row = Row(job.source, job.target, status="failed", notes=reason)
-    return Result(row, fingerprint(options.place(job.source)), fingerprint(options.place(job.target)))
+    row = replace(task.empty(job), status="failed", notes=reason)
+    return Result(row, fingerprints(task.places(job.sources)), fingerprints(task.places(job.targets)))
 
 
 def host_and_process() -> str:
     """What runs this, as `host:pid`."""
     return f"{socket.gethostname()}:{os.getpid()}"
-
-
-def _mapped(row: Row, source: str, target: str, options: Options, read: Fingerprint | None) -> Row:
-    """Read, map, write, and measure."""
-    check_writable(target, force=True)
-    loaded = options.read(source)
-    if not is_still(source, read):
-        raise FileError(f"{row.source} changed while it was read; run it again")
-    v, f, caps = options.repaired(loaded)
-    if not options.force and Path(target).exists():
-        balance = {"balance": options.balance} if options.balance else {}
-        if read_mark(target) != make_mark(v, f, options.method.name, options.method.settings() | balance, caps):
-            raise FileError(f"{row.target} exists without the mark of this version, method and mesh; it is kept, "
-                            "force=True replaces it")
-    result = _map(v, f, caps, options)
-    written = write_map(target, result, force=True, metadata=loaded.metadata)
-    certificate = written.certificate
-    moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
-    figures = {
-        "angle": log_figures(result.angle_differences()),
-        "area": log_figures(result.area_ratios()),
-        "edge": log_figures(edge_distortion(result.vertices, result.faces[result.mesh.surface], result.sphere)),
-    }
-    columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
-                               for kind in ("mean", "p99", "max")}
-    return replace(
-        row, status="certified" if certificate.folding_free else "folded", vertices=len(v),
-        foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
-        foldings=certificate.foldings, energy=result.energy, stretch=result.stretch,
-        notes="; ".join((*result.notes, *moved)), **columns,
-    )  # fmt: skip
-
-
-def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -> SphereMap:
-    """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
-    if not isinstance(options.method, Auto):
-        return balanced_spherical_map(v, f, options.balance, method=options.method, caps=caps)
-    mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
-    if (mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f)
-            and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
-        mapper.move(v)
-    else:
-        mapper = None  # two factors at a time would take twice the memory
-        mapper = SphereMapper(v, f, options.method, caps=caps)
-    result = mapper.map()
-    _OF_THREAD.mapper = mapper
-    return mapper.rebalance(result, options.balance) if options.balance else result

@@ -13,14 +13,14 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any
 
 from ..errors import FileError
 from ..io.replacing import check_writable
-from .table import ROW_ERRORS, Row, from_plain, json_lines, plain
+from .table import ROW_ERRORS, Outcome, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
 _BEGIN = b'{"igl_spheremap run": '
@@ -56,22 +56,31 @@ def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | No
     return Fingerprint(stat.st_size, stat.st_mtime_ns, digest.hexdigest())
 
 
-def is_still(path: str, known: Fingerprint | None) -> bool:
-    """Whether a file has the content of a fingerprint; None is that of a file that can't be read."""
-    now = fingerprint(path, known)
-    return (now and now.sha256) == (known and known.sha256)
+#: What is at each of several paths.
+Fingerprints = tuple[Fingerprint | None, ...]
+
+
+def fingerprints(paths: Sequence[str], known: Fingerprints | None = None) -> Fingerprints:
+    """The fingerprints of several files."""
+    return tuple(map(fingerprint, paths, known or [None] * len(paths)))
+
+
+def are_still(paths: Sequence[str], known: Fingerprints) -> bool:
+    """Whether files have the contents of fingerprints; None is that of a file that can't be read."""
+    now = fingerprints(paths, known) if len(paths) == len(known) else ()
+    return [one and one.sha256 for one in now] == [one and one.sha256 for one in known]
 
 
 @dataclass(frozen=True)
 class Result:
-    """A row, the file that was read for it, and the file that is at its target now.
+    """A row, the files that were read for it, and those that are at its targets now.
 
     ``read`` is None where another run of the same input may end in another way: such a result is not taken again.
     """
 
-    row: Row
-    read: Fingerprint | None
-    written: Fingerprint | None
+    row: Outcome
+    read: Fingerprints | None
+    written: Fingerprints
 
 
 class Manifest:
@@ -122,22 +131,23 @@ class Manifest:
         """Keys and results of earlier runs; other lines are ignored."""
         for entry in self._entries():
             with contextlib.suppress(*ROW_ERRORS):
-                files = [entry[name] and Fingerprint(**entry[name]) for name in ("read", "written")]
-                yield str(entry["key"]), Result(from_plain(entry["row"]), *files)
+                read, written = (entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
+                                 for name in ("read", "written"))
+                yield str(entry["key"]), Result(from_plain(entry["row"]), read, written)
 
     def _ends_with_a_line(self) -> bool:
         self._file.seek(-1, os.SEEK_END)
         return self._file.read(1) == b"\n"
 
-    def result(self, key: str, source: str, target: str) -> Row | None:
-        """The row of that key, if the source is the file that was read, and the target the one that was written."""
+    def result(self, key: str, sources: Sequence[str], targets: Sequence[str]) -> Outcome | None:
+        """The row of that key, if the sources are the files that were read, and the targets those that were written."""
         found = self._results.get(key)
-        same = found and found.read and is_still(source, found.read) and is_still(target, found.written)
+        same = found and found.read and are_still(sources, found.read) and are_still(targets, found.written)
         return found.row if found and same else None
 
     def add(self, key: str, result: Result) -> None:
         """Append a result."""
-        read, written = (file and asdict(file) for file in (result.read, result.written))
+        read, written = (files and [file and asdict(file) for file in files] for files in (result.read, result.written))
         self._append({"key": key, "row": plain(result.row), "read": read, "written": written})
         self.flush(_INTERVAL)
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import replace
-from datetime import datetime, timezone
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Literal
 
 from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
-from .executors import workers_of
-from .job import Job, Options, host_and_process, key_of
-from .manifest import Manifest
-from .page import check_page, write_page
-from .table import MAPPED, Row
+from .job import Job
+from .manifest import began
+from .mapping import Options
+from .page import check_page, map_sheet, write_page
+from .run_many import run_many
+from .table import Row
 
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
 
@@ -125,51 +123,16 @@ def map_many(
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
     repairs = {"keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
-    options = Options(method_of(method), float(balance), repairs, force, os.getcwd())
-    rows: dict[str, Row] = {}
-    todo: deque[Job] = deque()
-
-    def take(row: Row) -> None:
-        rows[row.target] = row
-        try:
-            if listener is not None:
-                listener(row)
-        except StopIteration:
-            todo.clear()
-
+    options = Options(method_of(method), float(balance), repairs, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
-    run = _run(options)
-    with (Manifest(manifest or manifest_of(out), run) as log,
-          workers_of(executor, processes, timeout, memory) as workers):
-        jobs = [Job(source, target, key_of(os.path.relpath(os.path.realpath(target), log.path.parent), options))
-                for source, target in zip(names, targets, strict=True)]
-        kept = _earlier_rows(log, jobs, retry_failed or force) if resume else {}
-        todo.extend(job for job in jobs if job.target not in kept)
-        for row in kept.values():
-            take(row)
-        for job, result in workers.results(todo, options, retries, log.flush):
-            log.add(job.key, result)
-            take(result.row)
-    done = [rows[target] for target in targets if target in rows]
+    log = manifest or manifest_of(out)
+    jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
+    rows = run_many(jobs, options, log, executor=executor, processes=processes, resume=resume,
+                    retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries, listener=listener)
     if report is not None:
-        write_page(report, done, options, processes, began=run["began"])
-    return done
-
-
-def _run(options: Options) -> dict[str, str]:
-    """A run as the manifest records it."""
-    began = datetime.now(timezone.utc).isoformat(timespec="seconds")
-    return {"options": options.text(), "began": began, "by": host_and_process()}
-
-
-def _earlier_rows(log: Manifest, jobs: Sequence[Job], mapped_only: bool) -> dict[str, Row]:
-    """Rows of earlier runs for these jobs by target, in their order."""
-    with ThreadPoolExecutor() as readers:  # of files whose times have changed
-        known = list(readers.map(lambda job: log.result(job.key, job.source, job.target), jobs))
-    return {job.target: replace(row, source=job.source, target=job.target, resumed=True)
-            for job, row in zip(jobs, known, strict=True)
-            if row is not None and (row.status in MAPPED or not mapped_only)}
+        write_page(report, rows, map_sheet(rows, options), processes, began=began(log))
+    return rows
 
 
 def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:

@@ -7,17 +7,20 @@ import json
 import math
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
 from ..draw.markup import data_address, legend, made_by, page, page_file, small_png, wrapping
-from ..draw.palette import FOLDED, Ramp, areas
+from ..draw.palette import FOLDED, Colour, Ramp, areas
 from ..draw.plot import pose, raster, shading
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
@@ -29,8 +32,8 @@ from ..mesh.check import check_mesh
 from ..verify.distortion import area_distortion
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
-from .job import Options
-from .table import FIGURES, MAPPED, OUTLIER, Row, fences, outlying, plain, worst_first
+from .mapping import Options
+from .table import MAPPED, OUTLIER, Outcome, Row, fences, figures_of, outlying, plain, worst_first
 
 SIZE = 180  # pixels of each of the four views
 _AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
@@ -40,7 +43,6 @@ _LATERAL = {"CortexLeft": np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
             "CortexRight": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 30
-_SORTS = {"rank": "worst first", "source": "name", **FIGURES, "seconds": "seconds"}
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
          "stretch": "times shorter"}
@@ -49,6 +51,39 @@ _BADGES = 3  # reasons on a card; the page of a map has all
 _WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
 
 _OURS = "<!-- igl_spheremap batch -->"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a page says and draws of the rows of a task.
+
+    Attributes
+    ----------
+    title, heading : str
+        Of the window and of the page.
+    nouns : str
+        What the pictures show, such as "maps".
+    draw : function of a row and a path
+        Draws the picture of a row, unless it is there; False where there is nothing to draw. It runs in processes.
+    look : str
+        What changes pictures besides their files, as a part of their names.
+    legends : sequence of (str, colour) or Ramp
+        Of the pictures.
+    text, caption : functions of a row
+        The line of its card; what its picture shows.
+    command : function of a row
+        The words by which a person looks closer.
+    """
+
+    title: str
+    heading: str
+    nouns: str
+    draw: Callable[[Any, str], bool]
+    look: str
+    legends: Sequence[Ramp | tuple[str, Colour]]
+    text: Callable[[Any], str]
+    caption: Callable[[Any], str]
+    command: Callable[[Any], Sequence[str]]
 
 
 def check_page(place: str | os.PathLike[str]) -> Path:
@@ -65,7 +100,7 @@ def check_page(place: str | os.PathLike[str]) -> Path:
 
 
 def write_page(
-    place: str | os.PathLike[str], rows: Sequence[Row], options: Options, processes: int | None = None, *,
+    place: str | os.PathLike[str], rows: Sequence[Outcome], sheet: Sheet, processes: int | None = None, *,
     began: str, command: str = "",
 ) -> Path:  # fmt: skip
     """Write a page with the worst rows and a picture of each, and return its path.
@@ -76,37 +111,55 @@ def write_page(
     path = check_page(place)
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = [rows[k] for k in worst_first(rows)[:MOST]]
-    ramp, limits = scale(rows), fences(rows)
+    limits = fences(rows)
     names = [hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[:16]
              for row in shown]
     with TemporaryDirectory() as temporary:
         apart = Path(place) != path
         folder = path.parent / "subjects" if apart else Path(temporary)
         folder.mkdir(exist_ok=True)
-        files_of = [folder / f"{name}-{ramp.high:g}.png" for name in names]
-        drawn = _draw(shown, [str(file) for file in files_of], ramp, options, processes)
+        files_of = [folder / f"{name}-{sheet.look}.png" for name in names]
+        drawn = _draw(shown, [str(file) for file in files_of], sheet, processes)
         addresses = [(f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""
                      for file, there in zip(files_of, drawn, strict=True)]
     folder_of_all, ending, short = _short([row.source for row in rows])
-    cards = [_card(rank, row, name, address, short[row.source], limits)
+    cards = [_card(rank, row, name, address, short[row.source], limits, sheet)
              for rank, (row, name, address) in enumerate(zip(shown, names, addresses, strict=True))]
-    certified = sum(row.status == "certified" for row in rows)
     left_out = f" The sheet shows the worst {MOST:,}." if len(rows) > MOST else ""
     where = " ".join(filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}")))
     code = files("igl_spheremap.draw").joinpath("population.js").read_text(encoding="utf-8")
-    body = [_OURS, f"<h1>{certified:,} of {len(rows):,} maps are certified free of foldings</h1>",
+    body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
             made_by(command, datetime.fromisoformat(began)),
             f"<p>Files {escape(where)}</p>" if where else "",
             f'<div class="plots">{"".join(_histograms(rows, limits))}</div>',
-            "<h2>Maps</h2><p>Worst first: files without a map, then by foldings, then by the figure farthest above "
-            f"those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. "
-            f"Click a bar to see its maps, a map to see all of it.{left_out}</p>",
-            f'<div class="legends">{legend(ramp)}{legend(("folded face", FOLDED))}</div>', _toolbar(rows),
+            f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
+            f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
+            f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
+            f'<div class="legends">{"".join(map(legend, sheet.legends))}</div>', _toolbar(rows),
             f'<div class="sheet">{"".join(cards)}</div><dialog></dialog><script>{code}</script>']
     with replacing(path, force=True) as partial:
-        partial.write_text(page("Spherical maps", "\n".join(filter(None, body))), encoding="utf-8",
+        partial.write_text(page(sheet.title, "\n".join(filter(None, body))), encoding="utf-8",
                            errors="backslashreplace")
     return path
+
+
+def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
+    """The pictures of maps: surfaces and spheres in the colours of areas."""
+    ramp = scale(rows)
+    return Sheet(
+        "Spherical maps", f"{certified(rows)} maps are certified free of foldings", "maps",
+        partial(draw_row, ramp=ramp, options=options), f"{ramp.high:g}", (ramp, ("folded face", FOLDED)),
+        lambda row: f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
+                    f"{row.mean_area:.3g}",
+        lambda row: "Surface and sphere from "
+                    f"{'the side and from the middle' if structure_of(row.source) else 'the front and from behind'}.",
+        lambda row: ("view", row.source, row.target),
+    )  # fmt: skip
+
+
+def certified(rows: Sequence[Outcome]) -> str:
+    """How many of the rows are certified, as "3 of 4"."""
+    return f"{sum(row.status == 'certified' for row in rows):,} of {len(rows):,}"
 
 
 def scale(rows: Sequence[Row]) -> Ramp:
@@ -133,9 +186,10 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
     return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
 
 
-def _toolbar(rows: Sequence[Row]) -> str:
+def _toolbar(rows: Sequence[Outcome]) -> str:
     """What sorts, filters and exports; population.js makes it work."""
-    sorts = "".join(f'<option value="{key}">{escape(label)}</option>' for key, label in _SORTS.items())
+    keys = {"rank": "worst first", "source": "name", **figures_of(rows), "seconds": "seconds"}
+    sorts = "".join(f'<option value="{key}">{escape(label)}</option>' for key, label in keys.items())
     shown = ["all", *sorted({row.status for row in rows}), "outliers", "passed", "failed by you", "not rated"]
     statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)
     return (f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
@@ -145,13 +199,11 @@ def _toolbar(rows: Sequence[Row]) -> str:
             '<button type="button" name="export">Save ratings as TSV</button> <output></output></form>')
 
 
-def _draw(
-    rows: Sequence[Row], paths: Sequence[str], ramp: Ramp, options: Options, processes: int | None
-) -> list[bool]:
+def _draw(rows: Sequence[Outcome], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
     """Which rows have a picture."""
     pool = ProcessPool(processes or os.cpu_count() or 1)
     try:
-        futures = [pool.submit(lambda *call: own_child().call(draw_row, *call), row, path, ramp, options)
+        futures = [pool.submit(lambda *call: own_child().call(sheet.draw, *call), row, path)
                    for row, path in zip(rows, paths, strict=True)]
         return [future.exception() is None and future.result() for future in futures]
     finally:
@@ -180,25 +232,25 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     return True
 
 
-def _card(rank: int, row: Row, name: str, address: str, short: str, limits: Mapping[str, float]) -> str:
-    """A map in the sheet; population.js makes its page of what is in the attribute."""
-    text = row.notes if row.status not in MAPPED else (
-        f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas {row.mean_area:.3g}")
-    reasons = [f"{FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}" for key in outlying(row, limits)]
+def _card(
+    rank: int, row: Outcome, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
+) -> str:
+    """A row in the sheet; population.js makes its page of what is in the attribute."""
+    text = row.notes if row.status not in MAPPED else sheet.text(row)
+    reasons = [f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}" for key in outlying(row, limits)]
     more = [f"and {len(reasons) - _BADGES} more"] if len(reasons) > _BADGES else []
     badges = "".join(f'<span class="badge">{escape(reason)}</span> ' for reason in (*reasons[:_BADGES], *more))
-    sides = "from the side and from the middle" if structure_of(row.source) else "from the front and from behind"
-    data = {"rank": rank, "row": plain(row), "reasons": reasons, "sides": sides,
-            "command": shlex.join(("igl-spheremap", "view", row.source, row.target))}
+    data = {"rank": rank, "row": plain(row), "reasons": reasons, "caption": sheet.caption(row),
+            "command": shlex.join(("igl-spheremap", *sheet.command(row)))}
     image = f'<img loading="lazy" alt="" src="{address}">' if address else ""
     return (f'<div class="card{"" if row.status == "certified" else " bad"}" id="{name}" '
             f'data-map="{escape(json.dumps(data))}"><a href="#{name}">{image}<div>{wrapping(short)}</div>'
             f"<small>{escape(row.status)}: {escape(text)}</small></a><div>{badges}</div></div>\n")
 
 
-def _histograms(rows: Sequence[Row], limits: Mapping[str, float]) -> list[str]:
+def _histograms(rows: Sequence[Outcome], limits: Mapping[str, float]) -> list[str]:
     plots = []
-    for name, label in FIGURES.items():
+    for name, label in figures_of(rows).items():
         values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         if len(values := values[np.isfinite(values)]):
             plots.append(_histogram(name, label, values, limits[name]))

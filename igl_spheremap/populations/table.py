@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,18 +34,52 @@ ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
 _QUOTED = ("=", "+", "-", "@", "\t", "\r", "'")
 #: Statuses of rows whose target holds a map.
 MAPPED = ("certified", "folded")
-#: Figures that are the worse the larger they are, with their labels.
-FIGURES = {
-    "mean_angle": "mean angle", "p99_angle": "99% angle", "max_angle": "max angle",
-    "mean_area": "mean log area", "p99_area": "99% log area", "max_area": "max log area",
-    "mean_edge": "mean log edge", "stretch": "stretch",
-}  # fmt: skip
 #: Tukey's outer fence: interquartile ranges above the third quartile.
 OUTLIER = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Outcome:
+    """What is known of one input and of what was made of it.
+
+    Attributes
+    ----------
+    source, target : str
+        The file that was read and the first one that was written, as they were given.
+    status : str
+        "certified"; "folded", if foldings remain; "no mesh", if the input is no closed genus-0 mesh; "file", if a file
+        can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
+    resumed : bool
+        Whether an earlier run made it.
+    vertices, foldings : int
+        Of the mesh; folded faces in the file.
+    seconds : float
+        Wall time of reading, computing and writing.
+    memory : float
+        Peak memory of the worker's process during the job, in MB.
+    worker : str
+        Host and process.
+    notes : str
+        What was done beyond the ordinary, or why nothing was made.
+    """
+
+    #: Figures that are the worse the larger they are, with their labels.
+    FIGURES: ClassVar[Mapping[str, str]] = {}
+
+    source: str
+    target: str
+    status: str = "certified"
+    resumed: bool = False
+    vertices: int = 0
+    foldings: int = 0
+    seconds: float = 0.0
+    memory: float = math.nan
+    worker: str = ""
+    notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row(Outcome):
     """What is known of one input and its map; figures are NaN where there is no map.
 
     Attributes
@@ -57,10 +91,18 @@ class Row:
         can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
     resumed : bool
         Whether an earlier run made it.
-    vertices : int
-        Of the mesh.
-    foldings_before, foldings : int
-        Folded faces before the repair, and in the file.
+    vertices, foldings : int
+        Of the mesh; folded faces in the file.
+    seconds : float
+        Wall time of reading, mapping and writing.
+    memory : float
+        Peak memory of the worker's process during the job, in MB.
+    worker : str
+        Host and process.
+    notes : str
+        What was done beyond the ordinary, or why there is no map.
+    foldings_before : int
+        Folded faces before the repair.
     energy : float
         Harmonic energy, eq. (6).
     mean_angle, p99_angle, max_angle : float
@@ -71,23 +113,15 @@ class Row:
         The same of the logarithms of image length over source length.
     stretch : float
         Limbs too deep for float64 are mapped as if up to so many times shorter; 1 if there is none.
-    seconds : float
-        Wall time of reading, mapping and writing.
-    memory : float
-        Peak memory of the worker's process during the job, in MB.
-    worker : str
-        Host and process.
-    notes : str
-        What was done beyond the ordinary, or why there is no map.
     """
 
-    source: str
-    target: str
-    status: str = "certified"
-    resumed: bool = False
-    vertices: int = 0
+    FIGURES: ClassVar[Mapping[str, str]] = {
+        "mean_angle": "mean angle", "p99_angle": "99% angle", "max_angle": "max angle",
+        "mean_area": "mean log area", "p99_area": "99% log area", "max_area": "max log area",
+        "mean_edge": "mean log edge", "stretch": "stretch",
+    }  # fmt: skip
+
     foldings_before: int = 0
-    foldings: int = 0
     energy: float = math.nan
     mean_angle: float = math.nan
     p99_angle: float = math.nan
@@ -99,13 +133,36 @@ class Row:
     p99_edge: float = math.nan
     max_edge: float = math.nan
     stretch: float = math.nan
-    seconds: float = 0.0
-    memory: float = math.nan
-    worker: str = ""
-    notes: str = ""
 
 
-def plain(row: Row) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class RegistrationRow(Outcome):
+    """What is known of one hemisphere and its registration; of several targets each figure is that of the worst.
+
+    Attributes
+    ----------
+    unlike : float
+        1 less the mean correlation of the depth potentials of surface and target.
+    mean_area, p95_area : float
+        Mean and 95th percentile of the sizes of the logarithms of areas after the registration over those before.
+    unsure : float
+        Share of the vertices whose label has a margin below one half; NaN without labels.
+    """
+
+    FIGURES: ClassVar[Mapping[str, str]] = {"unlike": "1 - correlation", "mean_area": "mean log area",
+                                            "p95_area": "95% log area", "unsure": "share of unsure labels"}
+
+    unlike: float = math.nan
+    mean_area: float = math.nan
+    p95_area: float = math.nan
+    unsure: float = math.nan
+
+
+#: All kinds of rows; a table holds one kind, which its columns tell.
+_KINDS: tuple[type[Outcome], ...] = (RegistrationRow, Row)
+
+
+def plain(row: Outcome) -> dict[str, Any]:
     """A row for JSON: what is not finite is None.
 
     >>> plain(Row("a.ply", "b.ply", status="no mesh"))["energy"] is None
@@ -115,15 +172,16 @@ def plain(row: Row) -> dict[str, Any]:
             for key, value in asdict(row).items()}
 
 
-def from_plain(entry: Mapping[str, Any]) -> Row:
+def from_plain(entry: Mapping[str, Any]) -> Outcome:
     """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it is none."""
     values = {}
-    for field in fields(Row):
+    kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
+    for field in fields(kind):
         text = entry[field.name] if field.default is MISSING else entry.get(field.name, field.default)
         values[field.name] = value = _CONVERT[str(field.type)](text)
         if isinstance(value, int) and abs(value) > sys.maxsize:
             raise ValueError(f"{field.name} has {len(str(text))} digits")
-    return Row(**values)
+    return kind(**values)
 
 
 def check_table(path: str | os.PathLike[str]) -> None:
@@ -132,18 +190,18 @@ def check_table(path: str | os.PathLike[str]) -> None:
         raise ValueError(f"{path}: give a {', '.join(TABLES[:-1])} or {TABLES[-1]} file")
 
 
-def write_table(path: str | os.PathLike[str], rows: Sequence[Row]) -> None:
+def write_table(path: str | os.PathLike[str], rows: Sequence[Outcome]) -> None:
     """Write a table; what is not finite is left empty, or null."""
     with replacing(path, force=True) as partial:
         partial.write_text(_text(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace")
 
 
-def _text(rows: Sequence[Row], suffix: str) -> str:
+def _text(rows: Sequence[Outcome], suffix: str) -> str:
     entries = [plain(row) for row in rows]
     if suffix not in _SEPARATORS:
         return "".join(json.dumps(entry) + "\n" for entry in entries)
     text = io.StringIO()
-    names = [field.name for field in fields(Row)]
+    names = [field.name for field in fields(rows[0] if rows else Row)]
     writer = csv.DictWriter(text, names, lineterminator="\n", delimiter=_SEPARATORS[suffix])
     writer.writeheader()
     writer.writerows({key: _cell(value) for key, value in entry.items()} for entry in entries)
@@ -155,7 +213,7 @@ def _cell(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(_QUOTED) else value
 
 
-def read_table(path: str | os.PathLike[str]) -> list[Row]:
+def read_table(path: str | os.PathLike[str]) -> list[Outcome]:
     """The rows of a table, or those that a manifest holds so far: the last one of each target."""
     path = Path(path)
     with reading(path):
@@ -165,7 +223,7 @@ def read_table(path: str | os.PathLike[str]) -> list[Row]:
     return list(rows.values())
 
 
-def _rows(path: Path) -> Iterator[Row]:
+def _rows(path: Path) -> Iterator[Outcome]:
     suffix = path.suffix.lower()
     with path.open(encoding="utf-8", newline="") as file:
         if suffix in _SEPARATORS:
@@ -197,43 +255,48 @@ def _refuse(constant: str) -> None:
     raise ValueError(constant)
 
 
-def excess(rows: Sequence[Row]) -> FloatArray:
-    """How far the figures (rows, `FIGURES`) lie above the third quartile, in interquartile ranges.
+def figures_of(rows: Sequence[Outcome]) -> Mapping[str, str]:
+    """Names and labels of the figures of a table's rows."""
+    return rows[0].FIGURES if rows else Row.FIGURES
+
+
+def excess(rows: Sequence[Outcome]) -> FloatArray:
+    """How far the figures (rows, figures) lie above the third quartile, in interquartile ranges.
 
     NaN counts as 0, and where the range is 0, all that is above it is infinitely far.
 
     >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
     [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]
     """
-    beyond = np.zeros((len(rows), len(FIGURES)))
+    beyond = np.zeros((len(rows), len(figures_of(rows))))
     for k, (column, low, high) in enumerate(_quartiles(rows)):
         with np.errstate(divide="ignore", invalid="ignore"):
             beyond[:, k] = np.nan_to_num((column - high) / (high - low), posinf=np.inf, neginf=-np.inf)
     return beyond
 
 
-def fences(rows: Sequence[Row]) -> dict[str, float]:
+def fences(rows: Sequence[Outcome]) -> dict[str, float]:
     """The value of each figure above which it is an outlier."""
     return {name: high + OUTLIER * (high - low)
-            for name, (_, low, high) in zip(FIGURES, _quartiles(rows), strict=True)}
+            for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)}
 
 
-def outlying(row: Row, limits: Mapping[str, float]) -> list[str]:
+def outlying(row: Outcome, limits: Mapping[str, float]) -> list[str]:
     """Names of the figures of a row that are outliers, the farthest above its limit first."""
-    found = [name for name in FIGURES if getattr(row, name) > limits[name]]
+    found = [name for name in row.FIGURES if getattr(row, name) > limits[name]]
     return sorted(found, key=lambda name: -getattr(row, name) / max(limits[name], sys.float_info.min))
 
 
-def _quartiles(rows: Sequence[Row]) -> Iterator[tuple[FloatArray, float, float]]:
+def _quartiles(rows: Sequence[Outcome]) -> Iterator[tuple[FloatArray, float, float]]:
     """The values of each figure, and the first and third quartile of what is finite."""
-    for name in FIGURES:
+    for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         finite = column[np.isfinite(column)]
         low, high = np.percentile(finite, [25, 75]).tolist() if len(finite) else (math.nan, math.nan)
         yield column, low, high
 
 
-def worst_first(rows: Sequence[Row]) -> list[int]:
+def worst_first(rows: Sequence[Outcome]) -> list[int]:
     """Indices of rows: those without a map, those with foldings, then by the largest excess of a figure."""
     beyond = excess(rows).max(axis=1, initial=-np.inf)
     mapless = [row.status not in MAPPED for row in rows]

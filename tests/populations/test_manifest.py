@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from igl_spheremap.errors import FileError
-from igl_spheremap.populations.manifest import Manifest, Result, fingerprint
+from igl_spheremap.populations.manifest import Manifest, Result, fingerprint, fingerprints
 from igl_spheremap.populations.table import Row, plain, read_table
 
 RUN = {"options": "-", "by": "host:1"}
@@ -23,7 +23,7 @@ def written(tmp_path):
     with Manifest(tmp_path / "all.jsonl", RUN) as log:
         for key, row in ROWS.items():
             (tmp_path / row.source).write_text(key)
-            result = Result(row, fingerprint(str(tmp_path / row.source)), fingerprint(str(tmp_path / row.target)))
+            result = Result(row, *(fingerprints([str(tmp_path / name)]) for name in (row.source, row.target)))
             log.add(key, result)
     return tmp_path / "all.jsonl", output
 
@@ -31,7 +31,7 @@ def written(tmp_path):
 def found(path):
     """The rows of a new run, by their order."""
     with Manifest(path, RUN) as log:
-        rows = [log.result(key, str(path.parent / row.source), str(path.parent / row.target))
+        rows = [log.result(key, [str(path.parent / row.source)], [str(path.parent / row.target)])
                 for key, row in ROWS.items()]
     return [row and plain(row) for row in rows]  # NaN is not equal to itself
 
@@ -50,7 +50,7 @@ def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
         complete = sum(end <= cut for end in ends[1:])
         assert [row is not None for row in found(path)] == [k < complete for k in range(3)]
         with Manifest(path, RUN) as log:
-            log.add("key2", Result(ROWS["key2"], fingerprint(str(path.parent / "2.ply")), None))
+            log.add("key2", Result(ROWS["key2"], fingerprints([str(path.parent / "2.ply")]), (None,)))
         assert found(path)[2] == PLAIN[2]
 
 
@@ -69,14 +69,15 @@ def test_a_result_counts_only_while_its_input_and_its_output_are_what_they_were(
 def test_the_last_result_of_a_key_counts(written):
     path, _ = written
     with Manifest(path, RUN) as log:
-        log.add("key1", Result(replace(ROWS["key1"], status="failed"), fingerprint(str(path.parent / "1.ply")), None))
+        row = replace(ROWS["key1"], status="failed")
+        log.add("key1", Result(row, fingerprints([str(path.parent / "1.ply")]), (None,)))
     assert found(path)[1]["status"] == "failed"
 
 
 def test_a_result_whose_input_is_not_known_does_not_count(written):
     path, _ = written
     with Manifest(path, RUN) as log:
-        log.add("key1", Result(ROWS["key1"], None, None))
+        log.add("key1", Result(ROWS["key1"], None, (None,)))
     assert found(path)[1] is None
 
 
@@ -114,7 +115,7 @@ ROW_FAULTS = [{"vertices": float("inf")}, {"vertices": 10**400}, {"energy": 10**
 
 def test_lines_that_no_run_wrote_are_ignored(written):
     path, _ = written
-    good = {"key": "key1", "row": PLAIN[1], "read": None, "written": None}
+    good = {"key": "key1", "row": PLAIN[1], "read": None, "written": [None]}
     lines = [*BAD, *(json.dumps(good | {"row": PLAIN[1] | fault}) for fault in ROW_FAULTS),
              json.dumps(good | {"read": 5}), json.dumps(good | {"written": {"size": 1}})]
     with path.open("a", encoding="utf-8") as file:

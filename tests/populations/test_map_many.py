@@ -107,7 +107,7 @@ def test_results_of_other_options_or_versions_do_not_count(run, monkeypatch):
     assert run(balance=1)[0].status == "file"
     assert run()[0].resumed
     monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")  # nothing else changes a version
-    monkeypatch.setattr("igl_spheremap.populations.job.Options.text", lambda self: "0.0.0")
+    monkeypatch.setattr("igl_spheremap.populations.mapping.Options.text", lambda self: "0.0.0")
     assert run()[0].status == "file"
 
 
@@ -116,7 +116,7 @@ def test_failures_are_run_again_only_where_asked(run, monkeypatch):
         raise MemoryError
 
     with monkeypatch.context() as patch:
-        patch.setattr("igl_spheremap.populations.job.read_mesh", broken)
+        patch.setattr("igl_spheremap.populations.mapping.read_mesh", broken)
         assert run()[0].notes.startswith("out of memory")
     assert (run()[0].status, run()[0].resumed) == ("failed", True)
     assert run(retry_failed=True)[0].status == "certified"
@@ -256,7 +256,7 @@ def test_a_file_that_changes_while_it_is_read_gives_no_map(desk, run, monkeypatc
         os.replace("400.ply", source)
         return loaded
 
-    monkeypatch.setattr("igl_spheremap.populations.job.read_mesh", swapped)
+    monkeypatch.setattr("igl_spheremap.populations.mapping.read_mesh", swapped)
     (row,) = run()
     assert (row.status, row.notes) == ("file", "300.ply changed while it was read; run it again")
     assert not Path("300_out.ply").exists()

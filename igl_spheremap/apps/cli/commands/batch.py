@@ -11,11 +11,20 @@ import numpy as np
 from ....io.replacing import check_writable
 from ....maps.options import Auto
 from ....populations.executors import connect
-from ....populations.job import Options
 from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
-from ....populations.page import check_page, write_page
-from ....populations.table import FIGURES, OUTLIER, Row, check_table, excess, read_table, worst_first, write_table
+from ....populations.mapping import Options
+from ....populations.page import check_page, map_sheet, write_page
+from ....populations.table import (
+    OUTLIER,
+    Outcome,
+    check_table,
+    excess,
+    figures_of,
+    read_table,
+    worst_first,
+    write_table,
+)
 from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, with_flags
@@ -57,7 +66,7 @@ def run_batch(args: Namespace) -> Exit:
     count = args.progress.count("mapping", len(sources))
     with Interrupt(announce) as interrupt:
 
-        def listen(row: Row) -> None:
+        def listen(row: Outcome) -> None:
             count(row.status == "certified", row.resumed)
             interrupt(row)
 
@@ -70,8 +79,8 @@ def run_batch(args: Namespace) -> Exit:
     rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
     page = None
     if args.report is not None:
-        options = Options(method, args.balance, repair_options(args), args.force, os.getcwd())
-        page = write_page(args.report, rows, options, args.jobs, began=began(manifest),
+        options = Options(method, args.balance, repair_options(args), force=args.force, folder=os.getcwd())
+        page = write_page(args.report, rows, map_sheet(rows, options), args.jobs, began=began(manifest),
                           command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()
     if args.summary is not None:
@@ -127,7 +136,7 @@ def run_summarise(args: Namespace) -> None:
     print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
 
 
-def counts(rows: Sequence[Row], total: int) -> str:
+def counts(rows: Sequence[Outcome], total: int) -> str:
     """Counts over the files that were given, and the first ones without a certified sphere."""
     bad = [row for row in rows if row.status != "certified"]
     resumed = sum(row.resumed for row in rows)
@@ -143,10 +152,10 @@ def counts(rows: Sequence[Row], total: int) -> str:
     return "\n".join(lines)
 
 
-def _quantiles(rows: Sequence[Row]) -> list[str]:
+def _quantiles(rows: Sequence[Outcome]) -> list[str]:
     """A table of the figures of all maps."""
     cells = [("", *(f"{q}%" for q in _QUANTILES))]
-    for name, label in (FIGURES | _COSTS).items():
+    for name, label in (dict(figures_of(rows)) | _COSTS).items():
         values = np.array([getattr(row, name) for row in rows if row.status in _MAPPED], dtype=np.float64)
         values = values[np.isfinite(values)]
         if len(values):
@@ -154,13 +163,13 @@ def _quantiles(rows: Sequence[Row]) -> list[str]:
     return ["", *aligned(cells, left=1)]
 
 
-def _outliers(rows: Sequence[Row]) -> list[str]:
+def _outliers(rows: Sequence[Outcome]) -> list[str]:
     """Maps of which a figure is far above those of the others."""
     beyond = excess(rows)
     found = [k for k in worst_first(rows) if beyond[k].max() > OUTLIER]
     lines = ["", paragraph("outliers", f"{len(found)} of {len(rows)} files: a figure more than {OUTLIER:g} "
                                        "interquartile ranges above the third quartile")]
-    labels = list(FIGURES.items())
+    labels = list(figures_of(rows).items())
     for k in found[:LISTED]:
         name, label = labels[int(beyond[k].argmax())]
         lines.append(paragraph("", f"{rows[k].source}: {label} {getattr(rows[k], name):.4g}"))

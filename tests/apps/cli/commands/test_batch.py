@@ -99,9 +99,9 @@ def test_what_makes_no_sense_is_refused_before_the_work(arguments, status, desk,
 
 @pytest.fixture
 def stand_in(tmp_path, monkeypatch):
-    """A folder in which nothing is mapped, but `deadly.map_one` called in its place."""
+    """A folder in which nothing is mapped, but `deadly.run_job` called in its place."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("igl_spheremap.populations.job.map_one", deadly.map_one)
+    monkeypatch.setattr("igl_spheremap.populations.job.run_job", deadly.run_job)
 
 
 def test_what_ends_a_process_costs_its_mesh_only(stand_in, capsys):

@@ -1,0 +1,102 @@
+"""The task of mapping a mesh file to the sphere."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileError
+from ..io.files import read_mesh
+from ..io.records import LoadedMesh
+from ..io.replacing import check_writable
+from ..io.written_map import make_mark, read_mark, write_map
+from ..maps.balanced import balanced_spherical_map
+from ..maps.mapper import SphereMapper
+from ..maps.options import Auto, Method
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.clean import repair_mesh
+from ..result.sphere_map import SphereMap
+from ..verify.distortion import edge_distortion, log_figures
+from .job import Job, Task
+from .table import Row
+
+_OF_THREAD = threading.local()
+
+
+@dataclass(frozen=True)
+class Options(Task[Job]):
+    """How meshes are mapped: `repair` holds the options of `repair_mesh`, None for no repair."""
+
+    method: Method
+    balance: float
+    repair: Mapping[str, Any] | None
+
+    def text(self) -> str:
+        settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
+        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair}"
+
+    def empty(self, job: Job) -> Row:
+        return Row(job.source, job.target)
+
+    def read(self, source: str) -> LoadedMesh:
+        """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
+        return read_mesh(source, triangulate=self.repair is not None)
+
+    def repaired(self, loaded: LoadedMesh) -> tuple[FloatArray, IntArray, BoolArray | None]:
+        """The mesh that is mapped, and its caps."""
+        if self.repair is None:
+            return loaded.v, loaded.f, loaded.metadata.get("caps")
+        repaired = repair_mesh(loaded.v, loaded.f, **self.repair)
+        caps = repaired.face_source < 0
+        return repaired.v, repaired.f, caps if caps.any() else None
+
+    def run(self, job: Job, check: Callable[[], None]) -> Row:
+        """Read, map, write, and measure."""
+        source, target = self.place(job.source), self.place(job.target)
+        check_writable(target, force=True)
+        loaded = self.read(source)
+        check()
+        v, f, caps = self.repaired(loaded)
+        if not self.force and Path(target).exists():
+            balance = {"balance": self.balance} if self.balance else {}
+            if read_mark(target) != make_mark(v, f, self.method.name, self.method.settings() | balance, caps):
+                raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
+                                "force=True replaces it")
+        result = _map(v, f, caps, self)
+        written = write_map(target, result, force=True, metadata=loaded.metadata)
+        certificate = written.certificate
+        moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
+        figures = {
+            "angle": log_figures(result.angle_differences()),
+            "area": log_figures(result.area_ratios()),
+            "edge": log_figures(edge_distortion(result.vertices, result.faces[result.mesh.surface], result.sphere)),
+        }
+        columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
+                                   for kind in ("mean", "p99", "max")}
+        return replace(
+            self.empty(job), status="certified" if certificate.folding_free else "folded", vertices=len(v),
+            foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
+            foldings=certificate.foldings, energy=result.energy, stretch=result.stretch,
+            notes="; ".join((*result.notes, *moved)), **columns,
+        )  # fmt: skip
+
+
+def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -> SphereMap:
+    """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
+    if not isinstance(options.method, Auto):
+        return balanced_spherical_map(v, f, options.balance, method=options.method, caps=caps)
+    mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
+    if (mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f)
+            and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
+        mapper.move(v)
+    else:
+        mapper = None  # two factors at a time would take twice the memory
+        mapper = SphereMapper(v, f, options.method, caps=caps)
+    result = mapper.map()
+    _OF_THREAD.mapper = mapper
+    return mapper.rebalance(result, options.balance) if options.balance else result

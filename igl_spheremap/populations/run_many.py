@@ -1,0 +1,68 @@
+"""Many jobs by one call: those whose results a manifest holds are not run again."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from datetime import datetime, timezone
+from typing import Any
+
+from .executors import workers_of
+from .job import JobT, Task, host_and_process, key_of
+from .manifest import Manifest
+from .table import MAPPED, Outcome
+
+
+def run_many(
+    jobs: Sequence[JobT],
+    task: Task[JobT],
+    manifest: str | os.PathLike[str],
+    *,
+    executor: Executor | None = None,
+    processes: int | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    timeout: float | None = None,
+    memory: float | None = None,
+    retries: int = 1,
+    listener: Callable[[Any], None] | None = None,
+) -> list[Any]:
+    """Run a task on many inputs, and return their rows in order; `map_many` explains the options.
+
+    Targets are what jobs are told apart by. The rows are of the kind that the task makes.
+    """
+    rows: dict[str, Outcome] = {}
+    todo: deque[JobT] = deque()
+
+    def take(row: Outcome) -> None:
+        rows[row.target] = row
+        try:
+            if listener is not None:
+                listener(row)
+        except StopIteration:
+            todo.clear()
+
+    began = datetime.now(timezone.utc).isoformat(timespec="seconds")
+    run = {"options": task.text(), "began": began, "by": host_and_process()}
+    with Manifest(manifest, run) as log, workers_of(executor, processes, timeout, memory) as workers:
+        keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
+        kept = _earlier_rows(log, keys, retry_failed or task.force) if resume else {}
+        todo.extend(job for job in jobs if job.target not in kept)
+        for row in kept.values():
+            take(row)
+        for job, result in workers.results(todo, task, retries, log.flush):
+            log.add(keys[job], result)
+            take(result.row)
+    return [rows[job.target] for job in jobs if job.target in rows]
+
+
+def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> dict[str, Outcome]:
+    """Rows of earlier runs for these jobs by target, in their order."""
+    with ThreadPoolExecutor() as readers:  # of files whose times have changed
+        known = list(readers.map(lambda job: log.result(keys[job], job.sources, job.targets), keys))
+    return {job.target: replace(row, source=job.source, target=job.target, resumed=True)
+            for job, row in zip(keys, known, strict=True)
+            if row is not None and (row.status in MAPPED or not made_only)}
