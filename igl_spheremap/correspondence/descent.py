@@ -87,16 +87,19 @@ class Descent:
         self._plan = [(size, list(each)) for size, each in groupby(stages, key=lambda stage: stage.size)]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (a, b)}
 
-    def start(self, width: float, moebius: bool) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+    def start(self, width: float, moebius: bool,
+              least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
         """A rotation of A's sphere by features of one width, and all that were considered, the one taken first.
 
         `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
         level, to the least product of energy and distance of positions, which both vanish for similar surfaces. Energy
-        alone is local: a body may be laid on another with its limbs exchanged, and be strained less.
+        alone is local: a body may be laid on another with its limbs exchanged, and be strained less. Only rotations are
+        tried that correlate by the share `least` of the best one.
         """
         candidates = self._pair.rotations(width)
-        starts = [self._turned(each, width if moebius else None) for each in candidates]
-        best = int(np.argmin([self._outlook(start) for start in counted("starts", starts)]))
+        starts = [self._turned(each, width if moebius else None) for each in candidates
+                  if each.correlation >= least * candidates[0].correlation]
+        best = int(np.argmin([self._outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:

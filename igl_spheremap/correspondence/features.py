@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -62,7 +63,8 @@ class FeaturePair:
     """
 
     def __init__(self, a: Level, b: Level, given: tuple[ArrayLike, ArrayLike] | None, widths: Sequence[float]) -> None:
-        self._levels, surfaces = (a, b), (FeatureSurface(a.mesh), FeatureSurface(b.mesh))
+        self._levels, self._surfaces = (a, b), (FeatureSurface(a.mesh), FeatureSurface(b.mesh))
+        surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
         checked = None if given is None else _checked(given, (len(a.x), len(b.x)))
         self._by_width: dict[float, list[FloatArray]] = {
@@ -70,6 +72,11 @@ class FeaturePair:
                     for k, s in enumerate(surfaces)] for width in widths}
         self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
                      else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
+
+    def smoothed(self, width: float) -> list[Level]:
+        """Both surfaces with the metric that they have when they are smoothed by that width."""
+        return [replace(level, metric=surface.diffuse(surface.v, width))
+                for level, surface in zip(self._levels, self._surfaces, strict=True)]
 
     def source(self, widths: Sequence[float]) -> FloatArray:
         """A's features, at its own vertices."""

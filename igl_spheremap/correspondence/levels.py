@@ -15,7 +15,6 @@ from ..mesh.check import Mesh, check_mesh
 from ..newton.system import VertexSystem
 from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
-from ..shapes.features import FeatureSurface
 from ..shapes.locate import Location, SphereLocator, locator_of
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_dets, row_lengths, unit_rows
@@ -46,19 +45,14 @@ class Level:
     own: Level | None = None
 
     @classmethod
-    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None, smoothing: float = 0.0) -> Level:
-        """A surface's own mesh; a MeshError that names it if the surface is its own map.
-
-        Its metric is that of the surface smoothed by so many radians of a sphere of its area.
-        """
+    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
+        """A surface's own mesh; a MeshError that names it if the surface is its own map."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
             raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
                             "was mapped")
-        landmarks = np.empty(0, dtype=np.int64) if landmarks is None else landmarks
-        surface = FeatureSurface(result.mesh)
-        return cls(result, surface.diffuse(surface.v, smoothing) if smoothing else surface.v, landmarks)
+        return cls(result, result.mesh.v, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
 
     def coarser(self, size: int) -> Level:
         """About `size` points spread evenly over the sphere, beside the landmarks, and their Delaunay triangulation.

@@ -18,7 +18,6 @@ from ..mesh.measure import face_areas, weighted_quantile
 from ..result.run import History, Iterate, Listener
 from ..result.sphere_map import SphereMap
 from ..shapes.rotation import RotationCandidate
-from ..untangle.local_repair import unfolded
 from . import STAGES, USUAL
 from .descent import Descent, Stage
 from .features import FeaturePair
@@ -33,7 +32,7 @@ _CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.3
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
-_UNSURE = 0.9  # a runner-up with this share of the best correlation is reported
+_UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
 _GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface
 _STEPS = 15  # of Newton's method on each level
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
@@ -122,10 +121,11 @@ def register(
         see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and
         compared at unit variance.
     stages : sequence of str
-        Which of these, by default the first and the last: "rotation" (that correlates best; before "elastic", of the
-        four best the one that leads to the least energy from surface to surface), "moebius" (Gauss-Newton over Moebius
-        maps) and "elastic" (Newton's method on the strain from one surface to the other and on that of the
-        source's sphere, with the features' difference, on up to 10,242 points of the sphere, which carry the vertices).
+        Which of these, by default the first and the last: "rotation" (that correlates best; before "elastic", of
+        those that correlate nearly alike the one that leads to the least energy from surface to surface), "moebius"
+        (Gauss-Newton over Moebius maps) and "elastic" (Newton's method on the strain from one surface to the other and
+        on that of the source's sphere, with the features' difference, on up to 10,242 points of the sphere, which carry
+        the vertices).
     stiffness : float, default 0.5
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
@@ -168,9 +168,9 @@ def register(
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     source = reflected(source) if reflect else source
-    a = Level.of(source, "the source", smoothing=_SMOOTHING)
-    b = Level.of(target, "the target", smoothing=_SMOOTHING)
-    pair = FeaturePair(a, b, features, WIDTHS)
+    own = Level.of(source, "the source"), Level.of(target, "the target")
+    pair = FeaturePair(*own, features, WIDTHS)
+    a, b = pair.smoothed(_SMOOTHING)
     first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
     columns = pair.source([first]).shape[1]
     plan = [Stage(min(size, len(a.x)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
@@ -180,16 +180,19 @@ def register(
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            candidates = descent.start(first, moebius=False)[1] if "elastic" in stages else tuple(pair.rotations(first))
+            turned, candidates = descent.start(first, moebius=False, least=_UNSURE if "elastic" in stages else 1.0)
             with course.stage("rotation"):
-                turned = unfolded(source.mesh, course.x @ candidates[0].rotation.T)  # rounding may fold slivers
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
                 fit_moebius(course.x, a.f, pair.weights, pair.source([first]), pair.target([first]), course)
         if "elastic" in stages:
+            def step(_: Stage, level: Level, y: FloatArray, energy: float) -> None:
+                course(course.x if listener is None else level.carried(y, a), energy)  # the history keeps numbers only
+
             with course.stage("elastic", course.x):
-                descent.run(course.x, lambda _, level, y, energy: course(level.carried(y, a), energy))
+                level, y = descent.run(course.x, step)
+                course.x = level.carried(y, a)
     result = certified(source.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))

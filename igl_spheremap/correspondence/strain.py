@@ -8,7 +8,7 @@ from ..balance.energy import BalancedEnergy
 from ..balance.flat_faces import FaceImages, FlatFaces
 from ..mesh.arrays import FloatArray, IntArray
 from ..newton.system import PAIRS
-from ..shapes.locate import SphereLocator
+from ..shapes.locate import Location, SphereLocator
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_crosses, row_dots
 from .levels import Level
@@ -22,15 +22,16 @@ class Lift:
 
     def __init__(self, locator: SphereLocator, values: FloatArray) -> None:
         self._locator, self._values = locator, values
+        self._last: tuple[FloatArray, Location] | None = None
 
     def values(self, y: FloatArray) -> FloatArray:
         """Values (n, d) at points of the sphere."""
-        face, weights = self._locator.locate(y)
+        face, weights = self._locate(y)
         return weighted(self._values, self._locator.f[face], weights, labels=False)
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
-        face, weights = self._locator.locate(y)
+        face, weights = self._locate(y)
         corners = self._locator.f[face]
         values = weighted(self._values, corners, weights, labels=False)
         # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
@@ -41,6 +42,12 @@ class Lift:
         changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
         changes /= total[:, None, None]
         return values, np.einsum("nkd,nkj->ndj", self._values[corners] - values[:, None], changes)
+
+    def _locate(self, y: FloatArray) -> Location:
+        """Where points lie, kept for the next call."""
+        if self._last is None or self._last[0] is not y:
+            self._last = y, self._locator.locate(y)
+        return self._last[1]
 
 
 class SpaceStrain(BalancedEnergy):
@@ -100,10 +107,13 @@ class ComposedStrain:
 
     def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
         """Energies of the given faces; infinite where one is folded."""
-        used = np.unique(self.f[faces])
-        on_b = self._lift.values(y[used])
-        everywhere = np.zeros((len(y), on_b.shape[1]))
-        everywhere[used] = on_b
+        if isinstance(faces, slice):
+            everywhere = self._lift.values(y)
+        else:
+            used = np.unique(self.f[faces])
+            on_b = self._lift.values(y[used])
+            everywhere = np.zeros((len(y), on_b.shape[1]))
+            everywhere[used] = on_b
         return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
 
     def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from ..errors import MeshError, check_number, own_errstate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
+from ..operators.factor.factor import Factor
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..sphere.rows import weighted_sum
@@ -30,10 +31,11 @@ class FeatureSurface:
         self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
         self.areas = 4 * np.pi * mesh.areas
         self.L = usable_laplacian(mesh)
+        self._last: Factor | None = None
 
     def diffuse(self, values: FloatArray, sigma: float, steps: int = 2) -> FloatArray:
         """Implicit heat steps that together smooth by a Gaussian of that width."""
-        factor = factorize(sp.csr_matrix(self.L * (sigma**2 / (2 * steps)) + sp.diags_array(self.areas)))
+        factor = self._factor(self.L * (sigma**2 / (2 * steps)) + sp.diags_array(self.areas))
         for _ in range(steps):
             values = np.stack([factor.solve(self.areas * column) for column in values.T], axis=1)
         return values
@@ -49,7 +51,12 @@ class FeatureSurface:
         normals = np.asarray(igl.per_vertex_normals(self.v, self.f))
         bending = np.einsum("ij,ij->i", self.L @ self.v, normals)  # 2 H times the vertex area
         rest = bending - self.areas * (bending.sum() / self.areas.sum())
-        return factorize(sp.csr_matrix(self.L + sp.diags_array(self.areas / ell**2))).solve(rest)  # shapes (6)
+        return self._factor(self.L + sp.diags_array(self.areas / ell**2)).solve(rest)  # shapes (6)
+
+    def _factor(self, P: sp.sparray) -> Factor:
+        """The factor of a matrix of the Laplacian's pattern, in the order of the last one."""
+        self._last = factorize(sp.csr_matrix(P), reuse=self._last)
+        return self._last
 
     @cached_property
     def curvature_and_depth(self) -> FloatArray:
