@@ -81,16 +81,14 @@ _GU_YAU, _DEFAULT = "Gu-Yau", "default"
 _ENDS = {"CONVERGED": "rule met", "PLATEAU": "plateau", "MAX_ITERATIONS": "cap", "STALLED": "no step"}
 
 _NOTE = """\
-"As printed" is the paper's algorithm without safeguards, `Lai2014.as_printed()`: it ends where the L2 norm of A F is
-at most 1e-10, or after 5,000 iterations. "Made safe" is `Lai2014()`, and "default" the default method, which the paper
-does not have. "Ended by" says why: "rule met" where the stopping rule was met (1e-10 as printed, 1e-3 made safe),
-"plateau" where the energy fell by less than 5e-7 of itself in 100 iterations, "cap" after the most iterations allowed,
-"no step" where no step was acceptable. Seconds are CPU time of one thread, everything included; the paper's are those
-of its machine and programs, so that only ratios compare.
+"As printed" is `Lai2014.as_printed()`, without safeguards, which ends at a gradient of 1e-10 or after 5,000 iterations;
+"made safe" is `Lai2014()`; "default" is the default method, which the paper does not have. "Rule met": the stopping
+rule was met (1e-10 as printed, 1e-3 made safe); "plateau": the energy fell by less than 5e-7 of itself in 100
+iterations; "cap": the most iterations allowed; "no step": no step was acceptable. Seconds are CPU time of one thread,
+everything included; the paper's are those of its machine and programs, so that only ratios compare.
 """
 _GU_YAU_NOTE = """\
-Ways to run the algorithms, ends, seconds and what rounding changes are explained under Table 1 (`reproduce table1`).
-"Gu-Yau" is method "gu-yau" from the Gauss map, as in the paper's comparison; it ends by the rules of "made safe", or
+Terms are those of Table 1. "Gu-Yau" is method "gu-yau" from the Gauss map; it ends by the rules of "made safe", or
 after 20,000 iterations.
 """
 
@@ -227,23 +225,15 @@ def _removal(found: Sequence[Line]) -> list[str]:
     spread = {way: {line.surface.label for line in found if all(one.foldings == 0 for one in line.spread(way))}
               for way in (_PRINTED, _SAFE)}
     needed = [name for name in left[_SAFE] if name in clean[_SAFE] - clean[_PRINTED]]
-    sentences = [f"{_begin(way)}, {_left(left[way])}." for way in _WAYS_3]
     both = [name for name in left[_SAFE] if name in spread[_PRINTED]]
-    findings = ["**Folded faces that are left.** " + " ".join(sentences)]
-    findings.append(f"**Where the paper's claim needs the safeguards.** \"Our code always removed all the foldings\" "
-                    f"holds as printed on {_names(both)}; it needs the safeguards on {_names(needed)}.")
+    findings = [f"**Where the paper's claim needs the safeguards.** \"Our code always removed all the foldings\" "
+                f"holds as printed on {_names(both)}; it needs the safeguards on {_names(needed)}."]
     points = [line.surface.label for line in found if line.outcome(_PRINTED).energy < 2 * np.pi]
     findings.append(f"**Where it collapses.** As printed the map ends at the constant map, of energy 0, on "
                     f"{_names(points)}.")
     fails = [name for name in left[_SAFE] if name not in clean[_SAFE]]
     findings.append(f"**Where it fails with them, too.** On {_names(fails)}.")
     return findings
-
-
-def _left(counts: dict[str, int]) -> str:
-    some = [f"{count:,} on {name}" for name, count in counts.items() if count > 0]
-    none = [f"there is no map of {name}" for name, count in counts.items() if count < 0]
-    return ", ".join(some + none) or "none on any surface"
 
 
 def _begin(way: str) -> str:
@@ -287,9 +277,9 @@ def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
         folds = max(max(one.foldings for one in each) - min(one.foldings for one in each) for each in spreads)
         angles = max(_range([one.mean_angle for one in each]) for each in spreads)
         parts.append(f"{way}: iterations {iterations:.0%}, mean angle differences {angles:.0%}, folded faces {folds:,}")
-    return (f"\nIn brackets: least and largest count over {copies} renumbered copies, which only rounding changes. "
-            f"Largest ranges, in shares of the median, or faces: {'; '.join(parts)}. "
-            "Another machine may differ by as much.\n")
+    return (f"\nIn brackets: the range over {copies} renumbered copies, which only rounding changes; "
+            f"another machine may differ by as much. Largest ranges, in shares of the median, or faces: "
+            f"{'; '.join(parts)}.\n")
 
 
 def _range(values: Sequence[float]) -> float:
