@@ -81,7 +81,7 @@ def measured(v, f):
         row["balances"]["0"] = figures(conformal, 1.0, 0)
         for balance in BALANCES:
             began, watched = time.process_time(), 0.0
-            result = ism.rebalance(conformal, balance, listener=count)
+            result = conformal.rebalance(balance, listener=count)
             cost = 1 + (time.process_time() - began - watched) / seconds
             claimed = result.certificate.folding_free
             if claimed != ism.certify(result.sphere, f).folding_free or not claimed:

@@ -20,9 +20,9 @@ from disks import cut
 
 import igl_spheremap as ism
 from igl_spheremap.errors import FactorisationFailed
-from igl_spheremap.plane.disk_map import slid_map
 from igl_spheremap.plane.doubling import double_map
-from igl_spheremap.result.plane_map import in_space
+from igl_spheremap.plane.plane_map import in_space
+from igl_spheremap.plane.sliding import slid_map
 from igl_spheremap.result.run import History
 from igl_spheremap.verify.distortion import mean_angle_difference
 from igl_spheremap.verify.rim import rim_crossings
@@ -85,9 +85,9 @@ def methods() -> dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]]:
     """Functions of v, f that return images (n, 2)."""
     return {
         "disk_conformal_map": lambda v, f: ism.disk_conformal_map(v, f).plane,
-        "disk_conformal_map, balance 1": lambda v, f: ism.disk_conformal_map(v, f, 1).plane,
+        "balanced_disk_map, balance 1": lambda v, f: ism.balanced_disk_map(v, f, balance=1).plane,
         "flatten": lambda v, f: ism.flatten(v, f).plane,
-        "flatten, balance 0": lambda v, f: ism.flatten(v, f, 0).plane,
+        "flatten, balance 0": lambda v, f: ism.flatten(v, f, balance=0).plane,
         "igl.harmonic": _harmonic,
         "igl.lscm": _lscm,
         f"igl.slim, {_STEPS} steps": _slim,

@@ -41,7 +41,7 @@ def figures(operation: str, v: np.ndarray, f: np.ndarray) -> dict[str, object]:
     result, spent = measured(lambda: ism.spherical_conformal_map(v, f))
     folded = result.rounds[0].foldings_after if result.rounds else 0
     if operation != "map":
-        result, spent = measured(lambda: ism.rebalance(result, float(operation)))
+        result, spent = measured(lambda: result.rebalance(float(operation)))
     size = np.abs(result.angle_differences())
     return {"vertices": len(v), "foldings at first": folded, "certified": bool(result.certificate),
             "microseconds a vertex": 1e6 * spent["cpu"] / len(v),

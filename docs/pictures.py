@@ -177,7 +177,7 @@ def balance_front(path: Path) -> list[str]:
         v, f = ism.samples.make(name, n_vertices=4000)
         result, points = ism.spherical_conformal_map(v, f), []
         for balance in np.linspace(0, 1, 9):
-            result = ism.rebalance(result, float(balance))
+            result = result.rebalance(float(balance))
             area, angle = np.abs(result.area_ratios()).mean(), np.abs(result.angle_differences()).mean()
             points.append((angle, np.exp(area)))
         x, y = np.transpose(points)

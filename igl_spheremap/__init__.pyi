@@ -37,7 +37,6 @@ from .io.written_map import SphereCheck as SphereCheck
 from .io.written_map import read_map as read_map
 from .io.written_map import write_map as write_map
 from .maps.balanced import balanced_spherical_map as balanced_spherical_map
-from .maps.balanced import rebalance as rebalance
 from .maps.given_sphere import repair_foldings as repair_foldings
 from .maps.given_sphere import sphere_map as sphere_map
 from .maps.mapper import SphereMapper as SphereMapper
@@ -47,6 +46,8 @@ from .maps.options import Lai2014 as Lai2014
 from .maps.options import Stereographic as Stereographic
 from .maps.remove_foldings import minimize_harmonic_energy as minimize_harmonic_energy
 from .maps.remove_foldings import remove_foldings as remove_foldings
+from .maps.sphere_map import OpenMap as OpenMap
+from .maps.sphere_map import SphereMap as SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map
 from .maps.variational import fidelity_map as fidelity_map
 from .maps.variational import landmark_map as landmark_map
@@ -63,6 +64,7 @@ from .mesh.quality import MeshQuality as MeshQuality
 from .mesh.topology import Component as Component
 from .mesh.topology import Topology as Topology
 from .plane.disk_map import DiskMap as DiskMap
+from .plane.disk_map import balanced_disk_map as balanced_disk_map
 from .plane.disk_map import disk_conformal_map as disk_conformal_map
 from .plane.flat_map import FlatMap as FlatMap
 from .plane.flat_map import flatten as flatten
@@ -77,8 +79,6 @@ from .result.run import Round as Round
 from .result.run import Run as Run
 from .result.run import Status as Status
 from .result.run import Step as Step
-from .result.sphere_map import OpenMap as OpenMap
-from .result.sphere_map import SphereMap as SphereMap
 from .shapes.features import depth_potential as depth_potential
 from .shapes.grid import from_grid as from_grid
 from .shapes.grid import to_grid as to_grid

@@ -112,7 +112,7 @@ def test_witnesses_import_no_solver():
 def test_every_form_of_import_is_seen():
     """The checks above rest on this: indented imports, as for type checkers, count; names resolve to files."""
     seen = imported(ROOT / "maps" / "spherical_conformal_map.py")
-    assert ROOT / "result" / "sphere_map.py" in seen  # only under TYPE_CHECKING
+    assert ROOT / "maps" / "sphere_map.py" in seen  # only under TYPE_CHECKING
     assert ROOT / "maps" / "methods.py" in seen  # in a function
     assert ROOT / "samples" / "__init__.py" in imported(ROOT / "__init__.pyi")  # from . import samples
 

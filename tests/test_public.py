@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.result.sphere_map import SphereMap
+from igl_spheremap.maps.sphere_map import SphereMap
 
 V, F = ism.samples.make("spheroid", n_vertices=300)
 CLASSES = [one for name in ism.__all__ if inspect.isclass(one := getattr(ism, name))]

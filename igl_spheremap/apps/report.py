@@ -21,13 +21,13 @@ from ..draw.palette import FOLDED, areas, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
+from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..result.plane_map import PlaneMap, plane_rows
+from ..plane.plane_map import PlaneMap, plane_rows
 from ..result.recording import Recording, plot_run
 from ..result.run import title_of
-from ..result.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..verify.certificate import Certificate
 from .viewer.app import present
 from .viewer.choices import SUBJECTS

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from ..maps.given_sphere import certified
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_values, plain_array
 from ..mesh.check import check_mesh
-from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, row_lengths, unit_rows

@@ -10,10 +10,10 @@ from scipy.spatial import ConvexHull
 
 from ..errors import MeshError
 from ..maps.given_sphere import certified
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh, check_mesh
 from ..newton.system import VertexSystem
-from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
 from ..shapes.locate import Location, SphereLocator, locator_of
 from ..shapes.transfer import weighted

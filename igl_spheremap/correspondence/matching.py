@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from ..errors import MapError, check_number, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
+from ..maps.sphere_map import SphereMap
 from ..maps.variational import check_landmarks, match_landmarks
 from ..mesh.arrays import FloatArray, listed_words
 from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener
-from ..result.sphere_map import SphereMap
 from ..shapes.features import FeatureSurface
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate

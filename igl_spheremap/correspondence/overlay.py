@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..errors import own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 from ..mesh.edges import marked
-from ..result.sphere_map import SphereMap
 from ..shapes.locate import Location, at_vertices, joined, take_points
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_crosses, row_dots, unit_rows

@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike
 
 from ..errors import check_number, own_errstate
 from ..maps.given_sphere import certified
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.measure import face_areas, weighted_quantile
-from ..result.run import History, Iterate, Listener
-from ..result.sphere_map import SphereMap
+from ..result.result import Result
+from ..result.run import History, Iterate, Listener, Run
 from ..shapes.rotation import RotationCandidate
+from ..verify.certificate import Certificate
 from . import STAGES, USUAL
 from .descent import Descent, Stage
 from .features import FeaturePair
@@ -63,7 +65,7 @@ class RegistrationStage:
 
 
 @dataclass(frozen=True, eq=False)
-class Registration:
+class Registration(Result):
     """The source's map in the frame of the target's.
 
     Attributes
@@ -87,6 +89,16 @@ class Registration:
     def __repr__(self) -> str:
         reached = ", ".join(f"{stage.name} {stage.correlation.mean():.3f}" for stage in self.stages)
         return f"Registration({len(self.map.sphere)} vertices; correlation at {reached})"
+
+    @property
+    def certificate(self) -> Certificate:
+        """Of the source's map."""
+        return self.map.certificate
+
+    @property
+    def run(self) -> Run:
+        """How the map came about."""
+        return replace(self.map.run, notes=self.notes)
 
     @property
     def rotation(self) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import igl
@@ -11,12 +11,15 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit
-from ..result.sphere_map import SphereMap
+from ..result.result import Result
+from ..result.run import Run
 from ..shapes.locate import Location, locator_of
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
 from ..sphere.rows import row_lengths, unit_rows
+from ..verify.certificate import Certificate
 from .overlay import Overlay, overlay
 from .stretch import Distortion
 
@@ -27,7 +30,7 @@ _FAR = 1e100
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceMap:
+class SurfaceMap(Result):
     """A bijection from one surface to another: to the sphere by the source's map, from there to the target by its own.
 
     Attributes
@@ -57,6 +60,16 @@ class SurfaceMap:
     def __repr__(self) -> str:
         return (f"SurfaceMap({len(self.map.sphere)} vertices onto {len(self.target.sphere)}, "
                 f"{len(self.landmarks)} landmarks)")
+
+    @property
+    def certificate(self) -> Certificate:
+        """Of the map to the sphere."""
+        return self.map.certificate
+
+    @property
+    def run(self) -> Run:
+        """How the map came about."""
+        return replace(self.map.run, notes=self.notes)
 
     @cached_property
     def location(self) -> Location:

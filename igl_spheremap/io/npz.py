@@ -16,10 +16,10 @@ import scipy
 from numpy.typing import NDArray
 
 from ..errors import MeshError, printable
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Status, Step
-from ..result.sphere_map import SphereMap
 from ..verify.certificate import Certificate
 from .reading import check_expansion
 from .records import Label, Metadata, RawMesh, of_triangles

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
-from ..result.plane_map import PlaneMap
+from ..plane.plane_map import PlaneMap
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh, write_mesh

@@ -17,9 +17,9 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import FileError, MeshError, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz

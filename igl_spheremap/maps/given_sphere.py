@@ -16,7 +16,6 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.effort import Effort
 from ..untangle.local_repair import repair_locally
@@ -26,6 +25,7 @@ from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .methods import check_start
 from .options import Auto, Polish
+from .sphere_map import SphereMap
 
 
 @takes_mesh

@@ -6,22 +6,19 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..balance.family import Family
-from ..errors import MeshError, check_number, own_errstate
+from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, plain_array
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
-from ..result.sphere_map import SphereMap
-from .balanced import balance_map
 from .methods import auto, check_start
 from .options import Auto, method_of
+from .sphere_map import SphereMap
 
 
 class SphereMapper:
@@ -56,7 +53,7 @@ class SphereMapper:
     TypeError
         If `method` is no record of `Auto`.
     RuntimeError
-        From `move`, `map` and `rebalance`: if another call is at work, of another thread or of a listener's.
+        From `move` and `map`: if another call is at work, of another thread or of a listener's.
 
     Examples
     --------
@@ -114,7 +111,6 @@ class SphereMapper:
             mesh = move_mesh(self.mesh, v)
             self.operators = build_operators(mesh, self.method.backend, reuse=self.operators)
             self.mesh = mesh
-            self.__dict__.pop("_family", None)
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
@@ -126,11 +122,6 @@ class SphereMapper:
             yield
         finally:
             self._lock.release()
-
-    @cached_property
-    def _family(self) -> Family:
-        """What its balanced maps share."""
-        return Family(self.mesh)
 
     @own_errstate
     @timed()
@@ -172,39 +163,6 @@ class SphereMapper:
             found = auto(mesh, self.method, history, self.operators, x)
             run = history.complete(found.run, self.method.name, self.method.settings())
             return replace(found, mesh=self.mesh, run=run)
-
-    @own_errstate
-    def rebalance(self, result: SphereMap, balance: float, *, listener: Listener | None = None) -> SphereMap:
-        """Take a map of this surface to another balance; what depends on the mesh alone is computed once.
-
-        Parameters
-        ----------
-        result : SphereMap
-            A map of this mapper, conformal or balanced.
-        balance, listener
-            As of `igl_spheremap.rebalance`, which gives the same map bit for bit.
-
-        Returns
-        -------
-        SphereMap
-            As from `igl_spheremap.rebalance`.
-
-        Raises
-        ------
-        ValueError
-            If `balance` is not in [0, 1].
-        MeshError
-            If the map is one of other positions or faces.
-        FoldingsRemain
-            If the map has foldings.
-        """
-        with self._alone():
-            check_number(balance, "balance", most=1)
-            same = result.mesh is self.mesh or (np.array_equal(result.vertices, self.mesh.vertices)
-                                                and np.array_equal(result.faces, self.mesh.f))
-            if not same:
-                raise MeshError("the map is one of another surface than the mapper's; map this one first")
-            return balance_map(self._family, result, balance, listener)
 
 
 def _shares(weights: ArrayLike, n: int) -> FloatArray:

@@ -22,16 +22,18 @@ from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
 from ..operators.laplacian import Operators, build_operators, laplacian, laplacian_and_notes
 from ..result.run import Iterate, Listener, Round, Run, Status
-from ..result.sphere_map import SphereMap
 from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.algorithm_2 import remove_foldings
+from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
+from ..untangle.plan import plan_repair
 from ..untangle.repair import repair
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Lai2014, Method, Stereographic
+from .sphere_map import SphereMap
 
 #: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
 _PROJECTIONS = 40
@@ -48,26 +50,35 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
     x = fix_gauge(mesh, minimum.last.x)
+    certificate = Certificate.of(x, mesh.f)
     run = Run(minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes)
-    found = SphereMap(mesh, x, Certificate.of(x, mesh.f), run)
-    if found.status is Status.STOPPED:
-        return found
+    if run.status is Status.STOPPED:
+        return SphereMap(mesh, x, certificate, run)
+    if 2 * certificate.foldings > len(mesh.f):
+        x = fix_orientation(x, mesh.f)
+        certificate = Certificate.of(x, mesh.f)
+    plan = plan_repair(mesh, x, certificate, options.polish, options.effort)
     try:
-        found = repair(found, operators, listener, polish=options.polish, centred=options.gauge == "centred",
-                       effort=options.effort)
+        if plan.starts:
+            x, run = repair(mesh, x, run, plan, operators, listener, centred=options.gauge == "centred",
+                            effort=options.effort)
+            certificate = Certificate.of(x, mesh.f)
+        elif listener is not None:
+            listener(Iterate("repair", 0, 0, x, run.energy, 0.0))
     except StopIteration:
-        return replace(found, run=replace(run, status=Status.STOPPED))
-    return replace(found, run=replace(found.run, notes=(*found.notes, *_remarks(found))))
+        return SphereMap(mesh, x, certificate, replace(run, status=Status.STOPPED))
+    run = replace(run, notes=(*run.notes, *_remarks(mesh, x, run)), plan=str(plan))
+    return SphereMap(mesh, x, certificate, run)
 
 
-def _remarks(found: SphereMap) -> Iterator[str]:
+def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
     """What sets a map apart from others, for its notes."""
-    if found.gauge == "centred" and is_off_centre(found.mesh, found.sphere):
+    if run.gauge == "centred" and is_off_centre(mesh, x):
         yield "not Moebius-centred, which would fold huge faces or spoil their angles"
-    elif found.gauge == "poles":
+    elif run.gauge == "poles":
         yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
-    if found.stretch > 1:
-        yield f"limbs too deep for float64 are mapped as if up to {found.stretch:.3g} times shorter"
+    if run.stretch > 1:
+        yield f"limbs too deep for float64 are mapped as if up to {run.stretch:.3g} times shorter"
 
 
 def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:

@@ -11,9 +11,9 @@ from ..mesh.check import check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
-from ..result.sphere_map import SphereMap
 from .methods import check_start, lai2014
 from .options import Lai2014, method_of
+from .sphere_map import SphereMap
 
 
 @takes_mesh

@@ -15,7 +15,7 @@ from ..untangle.effort import Effort
 from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:
-    from ..result.sphere_map import SphereMap
+    from .sphere_map import SphereMap
 
 
 @takes_mesh

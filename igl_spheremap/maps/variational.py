@@ -21,11 +21,11 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Run
-from ..result.sphere_map import SphereMap
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from .methods import as_it_is, auto, check_start, in_gauge
 from .options import Auto, Method, PaperGauge
+from .sphere_map import SphereMap
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..maps.methods import auto
 from ..maps.options import Auto
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.disk import Disk
 from ..mesh.edges import edge_keys, marked, next_corners, shared_edges
 from ..result.run import Listener
-from ..result.sphere_map import SphereMap
 from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
 

@@ -19,12 +19,12 @@ from ..mesh.measure import surface_area
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..newton.system import VertexSystem
-from ..result.plane_map import PlaneMap, in_space, upright
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import edge_distortion
-from .disk_map import disk_conformal_map
+from .disk_map import DiskMap, disk_conformal_map
+from .plane_map import PlaneMap, in_space, upright
 from .problem import RADIUS, FreeProblem
 from .tutte import by_lengths, tutte_map
 from .unrolling import FLAT, stretch, unrolled
@@ -49,7 +49,16 @@ class FlatMap(PlaneMap):
         Of ``plane`` and ``faces``, in exact arithmetic.
     run : Run
         How the map came about.
+    conformal : DiskMap, optional
+        The map to the disk that it started from; none if it was unrolled.
     """
+
+    conformal: DiskMap | None = None
+
+    def _rebalanced(self, balance: float, listener: Listener | None) -> FlatMap:
+        """That of `flatten`, bit for bit: it starts from the same disk."""
+        history = History(listener, self.conformal.run if self.conformal else None)
+        return _flattened(self.mesh, balance, history, self.conformal)
 
 
 @takes_mesh
@@ -112,8 +121,12 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
     (True, True)
     """
     check_number(balance, "balance", most=1)
-    history = History(listener)
-    disk, settings = check_disk(v, f), {"balance": float(balance)}
+    return _flattened(check_disk(v, f), float(balance), History(listener))
+
+
+def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | None = None) -> FlatMap:
+    """The layout of a balance, from a map to the disk, if there is one already."""
+    settings = {"balance": balance}
     with stage("unroll"):
         isometry = unrolled(disk)
         if isometry is not None:
@@ -123,7 +136,7 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
                 with suppress(StopIteration):
                     history(Iterate("unrolled", 0, 0, q, 0.0))
                 return FlatMap(disk, q, certificate, history.complete(_UNROLLED, "flatten", settings))
-    start = disk_conformal_map(v, f, listener=history)
+    start = start or disk_conformal_map(disk, listener=history)
     p, run = start.plane, start.run
     if run.status is not Status.STOPPED:
         with stage("flatten"):
@@ -134,7 +147,7 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
                                               "distorted instead"))
     if balance > 0 and run.status is not Status.STOPPED:
         run = _judged(run, disk, q)
-    return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings))
+    return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings), start)
 
 
 def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:

@@ -18,9 +18,9 @@ from ..io.written_map import make_mark, read_mark, write_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.clean import repair_mesh
-from ..result.sphere_map import SphereMap
 from ..verify.distortion import edge_distortion, log_figures
 from .job import Job, Task
 from .table import Row
@@ -99,4 +99,4 @@ def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -
         mapper = SphereMapper(v, f, options.method, caps=caps)
     result = mapper.map()
     _OF_THREAD.mapper = mapper
-    return mapper.rebalance(result, options.balance) if options.balance else result
+    return result.rebalance(options.balance)

@@ -263,13 +263,14 @@ class Run:
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
-    It is made when a public call begins; `complete` adds what is known when the call ends.
+    It is made when a public call begins; `complete` adds what is known when the call ends, and what a run before had
+    that this one goes on from.
     """
 
-    def __init__(self, listener: Listener | None = None) -> None:
+    def __init__(self, listener: Listener | None = None, before: Run | None = None) -> None:
         check_listener(listener)
         self.steps: list[Step] = []
-        self._listener = listener
+        self._listener, self._before = listener, before
         self._began = time.perf_counter()
 
     def __call__(self, iterate: Iterate) -> None:
@@ -279,6 +280,8 @@ class History:
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
         """The record of a run with its method, its history, what safeguards did, and the time that it took."""
-        return replace(run, method=method, settings=settings or {}, history=tuple(self.steps),
-                       notes=(*run.notes, *safeguard_notes(self.steps)), seconds=time.perf_counter() - self._began,
-                       timings=timings())
+        seconds, history = time.perf_counter() - self._began, tuple(self.steps)
+        if self._before is not None:
+            seconds, history = seconds + self._before.seconds, self._before.history + history
+        return replace(run, method=method, settings=settings or {}, history=history, seconds=seconds, timings=timings(),
+                       notes=(*run.notes, *safeguard_notes(self.steps)))

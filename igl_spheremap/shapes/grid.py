@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, check_whole, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
 from .basis import gauss_rows, grid_points, longitudes
 from .transfer import check_map, transfer, weighted

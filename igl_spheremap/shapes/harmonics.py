@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number, check_whole, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values, own_unit
 from ..mesh.measure import vertex_areas
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
 from . import LARGEST_DEGREE
 from .basis import blocks, degree_of, expand, power, synthesis, terms

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
-from ..result.sphere_map import SphereMap
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator, locator_of
 from .weights import Resampling, apply_matrix, check_resampling, largest, linear_matrix, transfer_weights

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
 from ..errors import MeshError, own_errstate
+from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, own_unit, plain_array
 from ..mesh.measure import vertex_areas
-from ..result.sphere_map import SphereMap
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator
 

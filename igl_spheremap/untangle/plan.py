@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..mesh.arrays import FloatArray
+from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..result.sphere_map import SphereMap
+from ..mesh.timings import stage
 from ..start.punctured import is_coarse
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .effort import Effort
 from .local_repair import has_few_foldings
@@ -26,7 +29,8 @@ class Plan:
     Attributes
     ----------
     itself : bool
-        Whether the map starts, repaired where it folds; if not, it is embedded where there is room after the layouts.
+        Whether the map starts, repaired where it folds; if not, and layouts do, it is embedded where there is room
+        after them.
     layouts : int
         How many layouts by angles that close may start.
     holes : int
@@ -46,7 +50,7 @@ class Plan:
 
     @property
     def starts(self) -> int:
-        """How many candidates may start."""
+        """How many candidates may start; 0 if the map is to stay as it is."""
         return self.itself + self.layouts
 
     def __str__(self) -> str:
@@ -59,9 +63,9 @@ class Plan:
         return f"{self.why}; so {' and '.join(names)} may start, and steps go on while further ones gain {percent}"
 
 
-def plan_repair(first: SphereMap, polish: str | None, effort: Effort) -> Plan:
+@stage("plan")
+def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort) -> Plan:
     """The plan for a map, by what folds, its angles, and what steps are predicted to gain."""
-    mesh, x, certificate = first.mesh, first.sphere, first.certificate
     free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
     price = effort.polish_gain if polish == "angles" else effort.price(n)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
@@ -74,7 +78,8 @@ def plan_repair(first: SphereMap, polish: str | None, effort: Effort) -> Plan:
             holes = effort.holes if coarse else max(0, layouts - 1)
             return Plan(few, layouts if few else max(1, layouts), holes, price, why)
     if polish is None:
-        return Plan(True, 0, 0, np.inf, folded)
+        return Plan(not free, 0, 0, np.inf, folded)
     if polish == "angles" or is_worth_steps(mesh, x, price, harmonic=True):
         return Plan(True, 0, 0, price, f"{folded}, and steps are predicted to pay" if polish == "auto" else folded)
-    return Plan(True, 0, 0, np.inf, f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent")
+    why = f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent"
+    return Plan(not free, 0, 0, np.inf, why)

@@ -1,6 +1,6 @@
 """The repair: from a map with foldings to one that is certified to have none, near the mesh's angles.
 
-A good map is handed back as it is. For others a plan (plan.py) says which maps start, and they race (race.py):
+A plan (plan.py) says whether a map is to stay as it is, and else which maps start; they race (race.py):
 
 1. *map*: the map itself, if at most 1 percent of its faces fold.
 2. *angles*: the body laid out in the plane by angles that close, which can't underflow, and put on the sphere. Limbs
@@ -28,23 +28,22 @@ import numpy as np
 from ..descent.energies import HarmonicEnergy
 from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
+from ..mesh.check import Mesh
 from ..mesh.timings import stage
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
-from ..result.run import Iterate, Listener, Round, Status
-from ..result.sphere_map import SphereMap
+from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .candidates import layouts, unfolded_first
 from .deep_limbs import floors
 from .effort import Effort
-from .embedding import fix_orientation
 from .layout import Placed, unroll
 from .local_repair import is_off_centre, is_worse, repair_locally, restore_gauge
 from .match_angles import match_angles
-from .plan import POOR, Plan, plan_repair
+from .plan import POOR, Plan
 from .poles import placements
 from .race import Candidate, race
 
@@ -54,24 +53,19 @@ _ROUGH_GAIN = 0.1
 
 
 @stage("repair")
-def repair(first: SphereMap, operators: Operators, listener: Listener | None = None, *, polish: str | None = "auto",
-           centred: bool = False, effort: Effort = Effort()) -> SphereMap:  # noqa: B008 - it is frozen
-    """Free a map, in the gauge of the result, of foldings, and bring it nearer to the mesh's angles.
+def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators, listener: Listener | None = None, *,
+           centred: bool = False, effort: Effort = Effort()) -> tuple[FloatArray, Run]:  # noqa: B008 - it is frozen
+    """Carry out a plan that lets a map start, in the gauge of the result: free it of foldings, and improve its angles.
 
-    Returns `first` if it is free of foldings, not poor, and steps are not asked for or would gain little. Bodies with
-    limbs too deep for float64 get the gauge "poles", unless `centred`.
+    Bodies with limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    if 2 * first.certificate.foldings > len(first.faces):
-        x = fix_orientation(first.sphere, first.faces)
-        first = replace(first, sphere=x, certificate=Certificate.of(x, first.faces))
-    plan = plan_repair(first, polish, effort)
-    run, field = _Repair(first, operators, listener, effort, plan, centred), list[Candidate]()
+    work, field = _Repair(mesh, x, run, plan, operators, listener, centred, effort), list[Candidate]()
     try:
-        with run.attempt("repair"):
-            field = run.field()
+        with work.attempt("repair"):
+            field = work.field()
             if field and np.isfinite(plan.price):
-                field = [race(field, partial(run.steps, least_gain=plan.price), plan.price)]
-        return run.result(field)
+                field = [race(field, partial(work.steps, least_gain=plan.price), plan.price)]
+        return work.result(field)
     except _Stopped:
         raise StopIteration from None
 
@@ -83,10 +77,10 @@ class _Stopped(BaseException):
 class _Repair:
     """A plan that is carried out, and the record of what happened."""
 
-    def __init__(self, first: SphereMap, operators: Operators, listener: Listener | None, effort: Effort, plan: Plan,
-                 centred: bool) -> None:
-        self.first, self.mesh, self.operators, self.listener = first, first.mesh, operators, listener
-        self.effort, self.plan, self.centred = effort, plan, centred
+    def __init__(self, mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators,
+                 listener: Listener | None, centred: bool, effort: Effort) -> None:
+        self.mesh, self.x, self.run, self.plan, self.operators = mesh, x, run, plan, operators
+        self.listener, self.centred, self.effort = listener, centred, effort
         self.rounds: list[Round] = []
         self.notes: list[str] = []
         self._began = time.perf_counter()
@@ -105,22 +99,19 @@ class _Repair:
             self.notes.append(left_out(name, error))
 
     def field(self) -> list[Candidate]:
-        """The candidates after rough steps, if several may start; none if the first map is to stay."""
+        """The candidates after rough steps, if several may start."""
         field, plan = list[Candidate](), self.plan
-        if self.first.certificate.folding_free and np.isinf(plan.price):
-            self._notify(self.first.sphere, self.first.energy, 0)
-            return field
         for start in islice(self.starts(), plan.starts):
             field.append(start if plan.starts == 1 else self.steps(start, _ROUGH_GAIN, rough=True))
             if field[-1].mean <= POOR:
                 break
-        if not field and (last := self.embedded(self.first.sphere)):
+        if not field and (last := self.embedded(self.x)):
             field = [last]
         return field
 
     def starts(self) -> Iterator[Candidate]:
         """Candidates in the order in which they start, each made when it is asked for."""
-        x = self.first.sphere
+        x = self.x
         first = self.record("map", x)
         if self.plan.itself and (start := first or self.embedded(x)):
             yield start
@@ -146,7 +137,7 @@ class _Repair:
     def _shallow(self, placed: Placed | None) -> Iterator[Candidate]:
         """A layout, those around other holes, and a map that mostly folds."""
         maps = layouts(self.mesh, placed, self._system, self.plan.holes)
-        for y, mended in unfolded_first(self.mesh, chain(maps, [] if self.plan.itself else [self.first.sphere])):
+        for y, mended in unfolded_first(self.mesh, chain(maps, [] if self.plan.itself else [self.x])):
             if start := self.record("angles", y) or self.embedded(y, mended):
                 yield start
 
@@ -188,21 +179,19 @@ class _Repair:
         except StopIteration:
             raise _Stopped from None
 
-    def result(self, field: list[Candidate]) -> SphereMap:
+    def result(self, field: list[Candidate]) -> tuple[FloatArray, Run]:
         """The best candidate that is left in the package's gauge, or the first map, with the record."""
-        found = self.first
+        x, run = self.x, self.run
         best = min(field, key=attrgetter("mean"), default=None)
-        if best is not None and best.x is not found.sphere:
+        if best is not None and best.x is not x:
             x = best.x
             if best.gauge == "centred":
                 with self.attempt("gauge"):
                     x = restore_gauge(self.mesh, x)
             energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
-            run = replace(found.run, energy=energy, stretch=best.stretch, gauge=best.gauge)
-            found = replace(found, sphere=x, certificate=Certificate.of(x, self.mesh.f), run=run)
+            run = replace(run, energy=energy, stretch=best.stretch, gauge=best.gauge)
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
-        notes, plan = (*found.notes, *self.notes), str(self.plan)
-        return replace(found, run=replace(found.run, rounds=rounds, notes=notes, plan=plan))
+        return x, replace(run, rounds=rounds, notes=(*run.notes, *self.notes))
 
 
 def left_out(name: str, error: Exception) -> str:

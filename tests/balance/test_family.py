@@ -5,19 +5,21 @@ import pytest
 from scipy.optimize import least_squares
 
 import igl_spheremap as ism
-from igl_spheremap.balance.family import POWER, Family, balanced_iterates
+from igl_spheremap.balance.family import POWER, balanced_energy, balanced_iterates
+from igl_spheremap.balance.flat_faces import FlatFaces
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.newton.faces import FaceProblem
 from igl_spheremap.newton.loop import LineSearch
+from igl_spheremap.newton.system import VertexSystem
 
 LENGTH = 1.8  # of the spheroid, in diameters
 
 
 def converged(mesh, conformal, balance):
     """The minimiser, to rounding."""
-    family = Family(mesh)
-    problem = FaceProblem(family.energy(conformal, balance), turns=False)
-    *_, last = balanced_iterates(problem, LineSearch(family.system), conformal, "balance")
+    energy = balanced_energy(FlatFaces.of(mesh.v, mesh.f), conformal, balance)
+    search = LineSearch(VertexSystem(mesh.f, len(mesh.v)))
+    *_, last = balanced_iterates(FaceProblem(energy, turns=False), search, conformal, "balance")
     return last.x
 
 

@@ -53,7 +53,7 @@ def test_a_mesh_is_checked_and_normalised_once(call, checks):
     lambda: RESULT.conformal_factor(),
     lambda: RESULT.area_ratios(),
     lambda: RESULT._repr_html_(),
-    lambda: ism.rebalance(RESULT, 0.6),
+    lambda: RESULT.rebalance(0.6),
     lambda: ism.register(RESULT, RESULT, stages=("rotation", "moebius")),
     lambda: ism.transfer(RESULT, V, RESULT),
     lambda: ism.spherical_harmonics(RESULT, degree=3),

@@ -171,10 +171,9 @@ def test_records_of_other_methods_are_refused(call):
     ("1", TypeError), (None, TypeError), (True, TypeError), ([1], TypeError),
     (float("nan"), ValueError), (1.5, ValueError), (-0.1, ValueError)])
 def test_a_balance_is_a_number_from_0_to_1(balance, error):
-    mapper = ism.SphereMapper(V, F)
-    result = mapper.map()
-    for call in (lambda: ism.balanced_spherical_map(V, F, balance), lambda: ism.rebalance(result, balance),
-                 lambda: mapper.rebalance(result, balance), lambda: ism.map_many([], "", balance=balance)):
+    result = ism.spherical_conformal_map(V, F)
+    for call in (lambda: ism.balanced_spherical_map(V, F, balance), lambda: result.rebalance(balance),
+                 lambda: ism.map_many([], "", balance=balance)):
         with pytest.raises(error, match="balance"):
             call()
 

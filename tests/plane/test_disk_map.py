@@ -9,7 +9,7 @@ from igl_spheremap.balance.energy import BalancedEnergy
 from igl_spheremap.balance.family import POWER
 from igl_spheremap.balance.flat_faces import FlatFaces
 from igl_spheremap.newton.system import VertexSystem
-from igl_spheremap.plane.disk_map import slide
+from igl_spheremap.plane.sliding import slide
 from igl_spheremap.plane.tutte import by_lengths, tutte_map
 from igl_spheremap.result.run import History
 
@@ -64,7 +64,7 @@ def test_the_map_is_the_same_after_similarities_and_moebius_maps_of_the_source()
 def test_the_boundary_runs_once_along_the_circle():
     v, f, _ = half(*ism.samples.make("spheroid", n_vertices=2000))
     for balance in (0, 0.5, 1):
-        disk = ism.disk_conformal_map(v, f, balance)
+        disk = ism.balanced_disk_map(v, f, balance=balance)
         q = disk.plane[disk.rim]
         assert np.abs(np.hypot(q[:, 0], q[:, 1]) - 1).max() < 1e-15
         turn = np.angle(np.roll(q @ [1, 1j], -1) / (q @ [1, 1j]))
@@ -89,7 +89,7 @@ def test_balances_lead_from_conformal_to_area_preserving():
 
 def test_the_area_preserving_map_of_a_cap_keeps_its_symmetry():
     v, f, exact = cap(16, np.radians(120))
-    p = ism.disk_conformal_map(v, f, 1).plane
+    p = ism.balanced_disk_map(v, f, balance=1).plane
     radius = np.sin(np.arccos(v[:, 2]) / 2) / np.sin(np.radians(60))  # Lambert's projection
     direction = exact / np.maximum(np.hypot(*exact.T), 1e-9)[:, None]
     assert np.sqrt(((p - radius[:, None] * direction) ** 2).sum(axis=1).mean()) < 0.02
@@ -115,7 +115,7 @@ def test_sliding_and_doubling_agree():
 @pytest.mark.parametrize("balance", [0, 1])
 def test_the_smallest_disks(faces, balance):
     v = np.array([[0, 0, 0], [1, 0, 0.1], [1, 1, 0], [0, 1, 0.3], [0.2, 0.6, 0]])[: np.max(faces) + 1]
-    disk = ism.disk_conformal_map(v, faces, balance)
+    disk = ism.balanced_disk_map(v, faces, balance=balance)
     assert disk.certificate.folding_free
     assert ism.flatten(v, faces).certificate.folding_free
 
@@ -154,7 +154,7 @@ def test_a_deep_tube_keeps_its_tip():
     assert np.abs(disk.angle_differences()).mean() < 15
     radius = np.hypot(*disk.plane.T)
     assert np.log(radius[radius > 0].min()) == pytest.approx(-60, rel=0.1)
-    assert ism.flatten(v[rows], f.reshape(-1, 3), 0).certificate.folding_free
+    assert ism.flatten(v[rows], f.reshape(-1, 3), balance=0).certificate.folding_free
 
 
 def test_a_listener_sees_the_run_and_can_stop_it():
@@ -168,7 +168,7 @@ def test_a_listener_sees_the_run_and_can_stop_it():
 
     for stop in (False, True):
         seen.clear()
-        disk = ism.disk_conformal_map(v, f, 1, listener=watch)
+        disk = ism.balanced_disk_map(v, f, balance=1, listener=watch)
         assert (disk.status is ism.Status.STOPPED) == stop
     assert disk.plane.shape == (len(v), 2)
 
@@ -176,8 +176,8 @@ def test_a_listener_sees_the_run_and_can_stop_it():
 @pytest.mark.parametrize(("balance", "error"), [(2, ValueError), (-1, ValueError), ("1", TypeError)])
 def test_a_balance_is_between_0_and_1(balance, error):
     v, f, _ = cap(2, 1.5)
-    for call in (ism.disk_conformal_map, ism.flatten):
+    for call in (ism.balanced_disk_map, ism.flatten):
         with pytest.raises(error):
-            call(v, f, balance)
+            call(v, f, balance=balance)
     with pytest.raises(error):
         ism.disk_conformal_map(v, f).rebalance(balance)

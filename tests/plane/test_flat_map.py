@@ -97,7 +97,7 @@ def test_a_helical_strip_is_laid_out_without_overlap(turns):
 
 def test_balance_trades_angles_for_areas():
     v, f, _ = half(*ism.samples.make("spheroid", n_vertices=1500), axis=0)
-    maps = [ism.flatten(v, f, balance) for balance in (0, 0.7, 1)]
+    maps = [ism.flatten(v, f, balance=balance) for balance in (0, 0.7, 1)]
     angles = [np.abs(m.angle_differences()).mean() for m in maps]
     areas = [np.abs(m.area_ratios()).mean() for m in maps]
     edges = [np.abs(m.edge_ratios()).mean() for m in maps]

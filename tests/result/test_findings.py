@@ -7,8 +7,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
+from igl_spheremap.maps.sphere_map import map_findings, result_rows, round_rows
 from igl_spheremap.result.findings import angles, areas, certificate_numbers, verdict
-from igl_spheremap.result.sphere_map import map_findings, result_rows, round_rows
 
 BALL = "sample:spheroid:n_vertices=300"
 

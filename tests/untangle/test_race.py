@@ -8,8 +8,6 @@ from bodies import random_body
 from triangulations import unit
 
 import igl_spheremap as ism
-from igl_spheremap.result.run import Run, Status
-from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.untangle.plan import plan_repair
 from igl_spheremap.untangle.race import Candidate, race
 from igl_spheremap.verify.certificate import Certificate
@@ -59,15 +57,19 @@ def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
     assert ism.Effort(holes=0).layouts(100) == 0
 
 
+def plan_of(result, x, polish):
+    return plan_repair(result.mesh, x, Certificate.of(x, result.faces), polish, ism.Effort())
+
+
 def test_a_plan_says_what_starts_and_why():
     v, f = ism.samples.make("sphere", n_vertices=500)
     good = ism.spherical_conformal_map(v, f, ism.Auto(polish=None))
-    assert np.isinf(plan_repair(good, None, ism.Effort()).price)
-    asked = plan_repair(good, "angles", ism.Effort())
+    stays = plan_of(good, good.sphere, None)
+    assert (stays.starts, stays.price) == (0, np.inf)
+    asked = plan_of(good, good.sphere, "angles")
     assert (asked.itself, asked.layouts, asked.price) == (True, 0, ism.Effort().polish_gain)
     x = unit(np.where(good.mesh.v[:, :1] > 0, good.sphere[::-1], good.sphere))
-    folded = SphereMap(good.mesh, x, Certificate.of(x, f), Run(Status.CONVERGED, np.nan))
-    plan = plan_repair(folded, "auto", ism.Effort())
+    plan = plan_of(good, x, "auto")
     assert not plan.itself
     assert plan.layouts > 1
     assert "faces fold" in str(plan)

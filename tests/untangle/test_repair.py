@@ -10,14 +10,16 @@ from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
 from igl_spheremap.descent.preconditioned import harmonic_map
+from igl_spheremap.maps.sphere_map import SphereMap
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.result.run import Run, Status
-from igl_spheremap.result.sphere_map import SphereMap
 from igl_spheremap.sphere.moebius import center, fix_gauge
 from igl_spheremap.untangle.candidates import Badness
+from igl_spheremap.untangle.embedding import fix_orientation
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
+from igl_spheremap.untangle.plan import plan_repair
 from igl_spheremap.untangle.repair import left_out, repair
 from igl_spheremap.verify.certificate import Certificate, certify
 from igl_spheremap.verify.distortion import angle_differences
@@ -30,9 +32,15 @@ def _mapped(name, **parameters):
     return mesh, operators, fix_gauge(mesh, harmonic_map(mesh, operators).last.x)
 
 
-def _repaired(mesh, operators, x, listener=None, **options):
-    first = SphereMap(mesh, x, Certificate.of(x, mesh.f), Run(Status.CONVERGED, np.nan))
-    return repair(first, operators, listener, **options)
+def _repaired(mesh, operators, x, listener=None, *, polish="auto", effort=None, **options):
+    effort = effort or Effort()
+    if 2 * folded_faces(x, mesh.f).sum() > len(mesh.f):
+        x = fix_orientation(x, mesh.f)
+    run = Run(Status.CONVERGED, np.nan)
+    plan = plan_repair(mesh, x, Certificate.of(x, mesh.f), polish, effort)
+    if plan.starts:
+        x, run = repair(mesh, x, run, plan, operators, listener, effort=effort, **options)
+    return SphereMap(mesh, x, Certificate.of(x, mesh.f), run)
 
 
 def _mean(mesh, x):

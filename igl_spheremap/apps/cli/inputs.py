@@ -20,10 +20,10 @@ from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
 from ...io.templates import TEMPLATES, template_sphere
 from ...maps.given_sphere import sphere_map
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
 from ...mesh.clean import repair_mesh
-from ...result.sphere_map import SphereMap
 from ...shapes.transfer import regular_mesh
 from ...sphere.rows import row_lengths
 from ..viewer.choices import guess_up

@@ -15,9 +15,9 @@ from typing import Any
 
 from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import IntArray
 from ...result.run import Iterate
-from ...result.sphere_map import SphereMap
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS
 from .stage import Stage

@@ -14,12 +14,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
 from ...result.recording import BUDGET, Frame, Recording
 from ...result.run import Iterate, Listener, Step, stage_title
-from ...result.sphere_map import SphereMap
 
 Source = tuple[FloatArray, IntArray]
 

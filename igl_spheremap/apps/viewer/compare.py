@@ -13,11 +13,11 @@ import numpy as np
 from ...correspondence.registration import Registration
 from ...draw.palette import INK, LINES, SURFACE, Colour, sequential
 from ...draw.plot import angle_histogram, fit, pose
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.disk import Disk
-from ...result.plane_map import in_space
-from ...result.sphere_map import SphereMap
+from ...plane.plane_map import in_space
 from ...shapes.features import FeatureSurface
 from ...sphere.rows import unit_rows
 from ...verify.certificate import Certificate

@@ -9,14 +9,13 @@ import numpy as np
 from ...draw.folds import Clusters
 from ...draw.palette import INK
 from ...draw.plot import SIDES, fit, pose
-from ...maps.balanced import rebalance
 from ...maps.given_sphere import sphere_map
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...result import findings
 from ...result.run import Listener, title_of
-from ...result.sphere_map import SphereMap
 from ...sphere.moebius import moebius
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
@@ -338,7 +337,7 @@ def _given(v: FloatArray, f: IntArray) -> Source:
 
 def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap:
     """What a process computes while the window stays alive; v and f are those of the result."""
-    return rebalance(result, balance, listener=listener)
+    return result.rebalance(balance, listener=listener)
 
 
 def edge_width(mesh: Mesh, subject: str) -> float:

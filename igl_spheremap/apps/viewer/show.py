@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
-from ...result.sphere_map import SphereMap
 from . import window
 from .app import present
 from .body import Lens

@@ -12,13 +12,13 @@ import numpy as np
 
 from ....io.written_map import SphereCheck, write_map
 from ....maps.balanced import balanced_spherical_map
+from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....maps.variational import landmark_map, p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.timings import stage
 from ....result.findings import certificate_numbers
 from ....result.recording import Recording, plot_run
 from ....result.run import Iterate, Listener, Status, title_of
-from ....result.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....sphere.rows import unit_rows
 from ...report import write_report
 from ..arguments import chosen_method, given

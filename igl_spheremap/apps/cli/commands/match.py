@@ -14,9 +14,9 @@ from ....io.scalars import read_landmarks
 from ....io.surface_maps import write_surface_map
 from ....io.written_map import read_map
 from ....maps.balanced import balanced_spherical_map
+from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import IntArray
 from ....result.findings import certificate_numbers
-from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ..exits import Exit, UsageError

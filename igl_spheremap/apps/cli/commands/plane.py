@@ -16,10 +16,10 @@ from ....io.plane_map import is_patch, read_plane_map, write_plane_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ....mesh.surface import Surface
-from ....plane.disk_map import disk_conformal_map
+from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
+from ....plane.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result import findings
-from ....result.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result.run import Status
 from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, area_distortion, edge_distortion
@@ -47,7 +47,7 @@ def run_disk(args: Namespace) -> Exit:
     igl-spheremap disk face.ply face_disk.obj
     igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png
     """
-    return _map_by(args, disk_conformal_map)
+    return _map_by(args, balanced_disk_map)
 
 
 def run_flatten(args: Namespace) -> Exit:
@@ -74,7 +74,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
                 show(iterate)
 
         try:
-            result = solve(source.v, source.f, args.balance, listener=listen)
+            result = solve(source.v, source.f, balance=args.balance, listener=listen)
         except MeshError as error:
             raise MeshError(f"{source.name}: {error}") from None
     stopped = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None

@@ -9,9 +9,9 @@ import numpy as np
 from ....correspondence import STAGES
 from ....correspondence.registration import WIDTHS, Registration, reflected, register
 from ....io.written_map import write_map
+from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
-from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE
 from ...viewer.compare import registration_view

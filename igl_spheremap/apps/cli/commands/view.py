@@ -8,9 +8,9 @@ from pathlib import Path
 from ....errors import FileError, FoldingsRemain, MeshError
 from ....io.written_map import read_map
 from ....maps.balanced import balanced_spherical_map
+from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ....result.sphere_map import SphereMap
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
 from ...viewer.compare import plane_view

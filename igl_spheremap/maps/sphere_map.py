@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..draw.markup import table
-from ..errors import own_errstate
+from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
+from ..result.findings import Finding, angles, areas, energy, verdict
+from ..result.recording import plot_run
+from ..result.result import Result
+from ..result.run import History, Listener, Run, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, area_distortion, conformal_factor
-from .findings import Finding, angles, areas, energy, verdict
-from .recording import plot_run
-from .run import Round, Run, Status, Step
 
 
-@dataclass(frozen=True, eq=False)
-class SphereMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class SphereMap(Result):
     """A map of a closed genus-0 mesh to the unit sphere.
 
     Attributes
@@ -55,76 +56,6 @@ class SphereMap:
     def faces(self) -> IntArray:
         """The input's faces, (m, 3) int64; positively oriented (outward) on the sphere."""
         return self.mesh.f
-
-    @property
-    def energy(self) -> float:
-        """Harmonic energy, equation (6); 4 pi for a smooth conformal map."""
-        return self.run.energy
-
-    @property
-    def status(self) -> Status:
-        """How the last minimisation ended."""
-        return self.run.status
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of all stages together."""
-        return self.run.iterations
-
-    @property
-    def seconds(self) -> float:
-        """Wall time from arrays to result."""
-        return self.run.seconds
-
-    @property
-    def timings(self) -> dict[str, float]:
-        """Wall seconds by stage."""
-        return self.run.timings
-
-    @property
-    def method(self) -> str:
-        """The method's name."""
-        return self.run.method
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The method's options that are not at their defaults."""
-        return self.run.settings
-
-    @property
-    def history(self) -> tuple[Step, ...]:
-        """Every iterate of every stage."""
-        return self.run.history
-
-    @property
-    def rounds(self) -> tuple[Round, ...]:
-        """Foldings before and after each round of folding removal."""
-        return self.run.rounds
-
-    @property
-    def backend(self) -> str:
-        """The factorisation that was used; empty where none was."""
-        return self.run.backend
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Remarks on the run."""
-        return self.run.notes
-
-    @property
-    def gauge(self) -> str:
-        """Where the map lies among its Moebius images: "centred", "turned", "poles", "given" or "free", see `Run`."""
-        return self.run.gauge
-
-    @property
-    def stretch(self) -> float:
-        """How many times limbs too deep for float64 are shortened; 1 if there is none."""
-        return self.run.stretch
-
-    @property
-    def balance(self) -> float:
-        """0 for a conformal map, 1 for an area-preserving one."""
-        return self.run.balance
 
     @own_errstate
     def angle_differences(self) -> FloatArray:
@@ -175,12 +106,12 @@ class SphereMap:
         >>> v, f = ism.samples.make("spheroid", n_vertices=500)
         >>> mesh = ism.repair_mesh(v, f[2:], holes="fill")
         >>> part = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0).drop_caps()
-        >>> bool((part.v == v).all()), bool((part.f == f[2:]).all()), part.sphere.shape == v.shape
+        >>> bool((part.vertices == v).all()), bool((part.faces == f[2:]).all()), part.sphere.shape == v.shape
         (True, True, True)
         """
         kept = self.faces[self.mesh.surface]
         rows = np.unique(kept)
-        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows)
+        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows, self)
 
     def plot(self) -> Any:
         """Plot the course of the energy and the histogram of angle differences.
@@ -198,55 +129,90 @@ class SphereMap:
         return plot_run(self.history, None, self.angle_differences(), self.area_ratios(),
                         title=f"method {self.method}")
 
-    def explain(self) -> str:
-        """Say what was decided on the way to the map, and why.
+    def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
+        conformal = self.conformal or self
+        if balance == 0 or conformal.status is Status.STOPPED:
+            return conformal
+        if not (self.certificate.folding_free and conformal.certificate.folding_free):
+            raise FoldingsRemain("a map with foldings can't be balanced; remove them with repair_foldings", self)
+        from ..balance.family import balanced_map  # at the first use: who reads a map waits for no solver
 
-        Returns
-        -------
-        str
-            The method, and the plan of the repair if there was one; a line for each map on the way, with its folded
-            faces and its mean angle difference in degrees; and the notes.
-
-        Examples
-        --------
-        >>> import igl_spheremap as ism
-        >>> print(ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500)).explain())
-        auto: no face folds, and steps are predicted to gain less than 3.9 percent; so no steps are taken
-        """
-        lines = [f"{self.method}: {self.run.plan or self.status.value}"]
-        lines += [f"{each.start}: {each.foldings_after:,} folded faces, {each.mean_angle_difference:.3g} degrees off"
-                  for each in self.rounds]
-        return "\n".join((*lines, *self.notes))
+        history = History(listener, conformal.run)
+        x, certificate, run = balanced_map(self.mesh, conformal.sphere, self.sphere, balance, history)
+        run = replace(conformal.run, status=run.status, energy=run.energy, notes=(*conformal.notes, *run.notes),
+                      gauge=run.gauge)
+        run = history.complete(run, conformal.method, conformal.settings | {"balance": balance})
+        return SphereMap(self.mesh, x, certificate, run, conformal)
 
     def _repr_html_(self) -> str:
         """The figures as notebooks show them."""
         return table(result_rows(self))
 
-    def __repr__(self) -> str:
-        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
-        return (f"SphereMap({len(self.vertices)} vertices, {len(self.faces)} faces, method={self.method!r}, {outcome}, "
-                f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
+    def _size(self) -> str:
+        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
 
 
-class OpenMap(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class OpenMap(Result):
     """A part of a surface and its image on the unit sphere, see `SphereMap.drop_caps`.
 
     Attributes
     ----------
-    v : (k, 3) float64 array
-        Vertices of the surface.
-    f : (l, 3) int64 array
+    vertices : (k, 3) float64 array
+        Vertices of the part.
+    faces : (l, 3) int64 array
         Its faces, indices of these vertices.
     sphere : (k, 3) float64 array
         Images of the vertices, unit rows.
     vertex_source : (k,) int64 array
         Row of each vertex in the map that it is a part of.
+    whole : SphereMap
+        That map, whose certificate and run are those of the part.
     """
 
-    v: FloatArray
-    f: IntArray
+    vertices: FloatArray
+    faces: IntArray
     sphere: FloatArray
     vertex_source: IntArray
+    whole: SphereMap
+
+    @property
+    def certificate(self) -> Certificate:
+        """That of the whole map: a part of an injective map is injective."""
+        return self.whole.certificate
+
+    @property
+    def run(self) -> Run:
+        """How the whole map came about."""
+        return self.whole.run
+
+    @property
+    def conformal(self) -> OpenMap | None:
+        """The part of the conformal map that a balanced one started from."""
+        conformal = self.whole.conformal
+        return None if conformal is None else conformal.drop_caps()
+
+    def angle_differences(self) -> FloatArray:
+        """Angle differences (l, 3) in degrees, image minus source."""
+        return self.whole.angle_differences()
+
+    def area_ratios(self) -> FloatArray:
+        """Logarithm of image area over source area (l,), each of area 1."""
+        return self.whole.area_ratios()
+
+    def conformal_factor(self) -> FloatArray:
+        """Conformal factor e^{2u} at the vertices (k,), equation (14)."""
+        return np.asarray(self.whole.conformal_factor()[self.vertex_source])
+
+    def plot(self) -> Any:
+        """As `SphereMap.plot`."""
+        return self.whole.plot()
+
+    def _rebalanced(self, balance: float, listener: Listener | None) -> OpenMap:
+        return self.whole.rebalance(balance, listener=listener).drop_caps()
+
+    def _size(self) -> str:
+        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
 
 
 def run_findings(result: SphereMap) -> list[Finding]:

@@ -12,18 +12,19 @@ from ..draw.plot import plot_plane
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
+from ..result.findings import Finding, angles, areas, edges, verdict
+from ..result.result import Result
+from ..result.run import Run
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, area_distortion, edge_distortion
-from .findings import Finding, angles, areas, edges, verdict
-from .run import Run, Status
 
 #: Share of the best agreement above which views agree equally well, up to rounding: the first of them is taken.
 _NEARLY = 1 - 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlaneMap:
+class PlaneMap(Result):
     """A map of a surface with one boundary loop to the plane.
 
     Attributes
@@ -36,12 +37,15 @@ class PlaneMap:
         Of ``plane`` and ``faces``, in exact arithmetic.
     run : Run
         How the map came about.
+    conformal : DiskMap, optional
+        The conformal map that it started from.
     """
 
     mesh: Disk
     plane: FloatArray
     certificate: Certificate
     run: Run
+    conformal: PlaneMap | None = None
 
     @property
     def vertices(self) -> FloatArray:
@@ -57,16 +61,6 @@ class PlaneMap:
     def rim(self) -> IntArray:
         """Vertices of the boundary loop (k,), counterclockwise in the plane."""
         return self.mesh.rim
-
-    @property
-    def status(self) -> Status:
-        """How the last minimisation ended."""
-        return self.run.status
-
-    @property
-    def balance(self) -> float:
-        """The balance that was asked for: 0 is conformal, 1 preserves areas."""
-        return self.run.balance
 
     @property
     def image(self) -> FloatArray:
@@ -135,10 +129,8 @@ class PlaneMap:
         """The figures as notebooks show them."""
         return table(plane_rows(self))
 
-    def __repr__(self) -> str:
-        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
-        return (f"{type(self).__name__}({len(self.vertices)} vertices, {len(self.faces)} faces, {len(self.rim)} on the "
-                f"rim, {outcome}, {self.status.name}, {self.run.iterations} iterations, {self.run.seconds:.2f} s)")
+    def _size(self) -> str:
+        return f"{len(self.vertices)} vertices, {len(self.faces)} faces, {len(self.rim)} on the rim"
 
 
 def in_space(p: FloatArray) -> FloatArray:

@@ -1,0 +1,174 @@
+"""What every result has: its certificate, the record of its run, and the way to another balance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ..errors import check_number, own_errstate
+from ..mesh.timings import timed
+from ..verify.certificate import Certificate
+from .run import Listener, Round, Run, Status, Step
+
+R = TypeVar("R", bound="Result")
+
+
+class Result:
+    """A map that was made, with its certificate, and how it came about.
+
+    Attributes
+    ----------
+    certificate : Certificate
+        Of the map's positions, in exact arithmetic.
+    run : Run
+        How the map came about. What it holds can be read from the result, too: ``result.energy`` is
+        ``result.run.energy``.
+    """
+
+    if TYPE_CHECKING:  # fields of the records, or properties
+
+        @property
+        def certificate(self) -> Certificate: ...
+        @property
+        def run(self) -> Run: ...
+
+    @property
+    def energy(self) -> float:
+        """Harmonic energy, equation (6): 4 pi for a smooth conformal map; of maps to the plane what was lowered."""
+        return self.run.energy
+
+    @property
+    def status(self) -> Status:
+        """How the last minimisation ended."""
+        return self.run.status
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all stages together."""
+        return self.run.iterations
+
+    @property
+    def seconds(self) -> float:
+        """Wall time from arrays to result."""
+        return self.run.seconds
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Wall seconds by stage."""
+        return self.run.timings
+
+    @property
+    def method(self) -> str:
+        """The method's name."""
+        return self.run.method
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The method's options that are not at their defaults."""
+        return self.run.settings
+
+    @property
+    def history(self) -> tuple[Step, ...]:
+        """Every iterate of every stage."""
+        return self.run.history
+
+    @property
+    def rounds(self) -> tuple[Round, ...]:
+        """Foldings before and after each round of folding removal."""
+        return self.run.rounds
+
+    @property
+    def backend(self) -> str:
+        """The factorisation that was used; empty where none was."""
+        return self.run.backend
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the run, and reasons to doubt the result."""
+        return self.run.notes
+
+    @property
+    def gauge(self) -> str:
+        """Where the map lies among its Moebius images: "centred", "turned", "poles", "given" or "free", see `Run`."""
+        return self.run.gauge
+
+    @property
+    def stretch(self) -> float:
+        """How many times limbs too deep for float64 are shortened; 1 if there is none."""
+        return self.run.stretch
+
+    @property
+    def balance(self) -> float:
+        """0 for a conformal map, 1 for an area-preserving one."""
+        return self.run.balance
+
+    def explain(self) -> str:
+        """Say what was decided on the way to the map, and why.
+
+        Returns
+        -------
+        str
+            The method, and the plan of the repair if there was one; a line for each map on the way, with its folded
+            faces and its mean angle difference in degrees; and the notes.
+
+        Examples
+        --------
+        >>> import igl_spheremap as ism
+        >>> print(ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500)).explain())
+        auto: no face folds, and steps are predicted to gain less than 3.9 percent; so no steps are taken
+        """
+        lines = [f"{self.method}: {self.run.plan or self.status.value}"]
+        lines += [f"{each.start}: {each.foldings_after:,} folded faces, {each.mean_angle_difference:.3g} degrees off"
+                  for each in self.rounds]
+        return "\n".join((*lines, *self.notes))
+
+    @own_errstate
+    @timed()
+    def rebalance(self: R, balance: float, *, listener: Listener | None = None) -> R:
+        """Take the map to another balance of the same surface, as a slider does.
+
+        Parameters
+        ----------
+        balance : float
+            0 is conformal, 1 preserves areas, as of the function that made the map. The closer the balances of two
+            maps to the sphere or the disk, the fewer steps.
+        listener : callable, optional
+            Called with every `Iterate`; may raise StopIteration to stop with the current map.
+
+        Returns
+        -------
+        SphereMap, OpenMap, DiskMap or FlatMap
+            Of the same kind. At 0, maps to the sphere and to the disk give the conformal map back that they came from.
+
+        Raises
+        ------
+        ValueError
+            If `balance` is not in [0, 1].
+        TypeError
+            If it is not a number, or the result is not the map of one surface that has a balance: maps between
+            surfaces, and maps to the plane from files.
+        FoldingsRemain
+            If the map has foldings; `igl_spheremap.repair_foldings` removes those of maps to the sphere.
+
+        Examples
+        --------
+        >>> import igl_spheremap as ism
+        >>> result = ism.balanced_spherical_map(*ism.samples.make("spheroid", n_vertices=1000), balance=0.5)
+        >>> result.rebalance(0.6).certificate.folding_free
+        True
+        """
+        return self._rebalanced(check_number(balance, "balance", most=1), listener)
+
+    def _rebalanced(self: R, balance: float, listener: Listener | None) -> R:
+        """The map at another balance, which is in range."""
+        raise TypeError(f"a {type(self).__name__} can't be rebalanced; make another one, from maps of balance "
+                        f"{balance:g} or by a function that takes balance={balance:g}")
+
+    def _size(self) -> str:
+        """How large it is, in words."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        balance = f", balance={self.balance:g}" if self.balance else ""
+        return (f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
+                f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")

@@ -1,0 +1,83 @@
+"""What every result has in common: the same attributes, read from its run, and one door to another balance."""
+
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.plane.plane_map import PlaneMap
+from igl_spheremap.result.result import Result
+
+V, F = ism.samples.make("spheroid", n_vertices=500)
+ROWS, HALF = np.unique(F[V[F, 2].mean(axis=1) > 0], return_inverse=True)
+PART = V[ROWS], HALF.reshape(-1, 3)
+#: What only maps to the sphere, only maps to the plane, and only parts of maps have.
+OWN = {"SphereMap": {"mesh", "sphere", "drop_caps", "conformal_factor"},
+       "OpenMap": {"sphere", "vertex_source", "whole", "conformal_factor"},
+       "PlaneMap": {"mesh", "plane", "rim", "image", "edge_ratios"}}
+OWN |= {"DiskMap": OWN["PlaneMap"], "FlatMap": OWN["PlaneMap"]}
+
+
+@pytest.fixture(scope="module")
+def results():
+    sphere, disk = ism.spherical_conformal_map(V, F), ism.disk_conformal_map(*PART)
+    plane = PlaneMap(disk.mesh, disk.plane, disk.certificate, disk.run)
+    found = [sphere, sphere.drop_caps(), plane, disk, ism.flatten(*PART)]
+    return {type(result).__name__: result for result in found}
+
+
+def attributes(result):
+    return {name for name in dir(result) if not name.startswith("_")}
+
+
+def test_maps_of_one_surface_have_the_same_attributes(results):
+    common = [attributes(result) - OWN[name] for name, result in results.items()]
+    assert all(OWN[name] <= attributes(result) for name, result in results.items())
+    assert common == common[:1] * 5
+    assert {"vertices", "faces", "conformal", "angle_differences", "plot"} <= common[0]
+
+
+def test_all_results_have_those_of_their_run(results):
+    sphere = results["SphereMap"]
+    between = [ism.register(sphere, sphere, stages=["rotation"]), ism.match(sphere, sphere)]
+    for result in (*results.values(), *between):
+        assert isinstance(result, Result)
+        for name in ("energy", "status", "iterations", "seconds", "timings", "method", "settings", "history", "rounds",
+                     "backend", "notes", "gauge", "stretch", "balance"):
+            assert getattr(result, name) == getattr(result.run, name)
+        assert result.certificate.folding_free
+        assert result.explain().startswith(f"{result.method}: ")
+        assert "\n" not in repr(result)
+        assert repr(result).startswith(f"{type(result).__name__}(")
+    assert [result.method for result in between] == ["register", "match"]
+
+
+@pytest.mark.parametrize("name", ["SphereMap", "OpenMap", "DiskMap", "FlatMap"])
+def test_maps_go_to_another_balance_and_say_which(results, name):
+    before = results[name]
+    after = before.rebalance(0.9)
+    assert type(after) is type(before)
+    assert after.balance == after.settings["balance"] == 0.9
+    assert "balance=0.9" in repr(after)
+    assert after.certificate.folding_free
+    assert np.abs(after.area_ratios()).mean() < np.abs(before.area_ratios()).mean()
+    assert after.history[:len(after.conformal.history)] == after.conformal.history
+    assert after.seconds > after.conformal.seconds
+
+
+@pytest.mark.parametrize(("make", "name"), [(ism.balanced_disk_map, "DiskMap"), (ism.flatten, "FlatMap")])
+def test_a_map_that_is_rebalanced_is_the_one_that_is_made_so(results, make, name):
+    there, here = make(*PART, balance=0.4), results[name].rebalance(0.4)
+    assert np.array_equal(there.plane, here.plane)
+    assert (there.energy, there.history, there.notes) == (here.energy, here.history, here.notes)
+
+
+def test_what_was_unrolled_stays_as_it_is():
+    flat = ism.flatten([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
+    assert np.array_equal(flat.rebalance(0.1).plane, flat.plane)
+
+
+def test_what_has_no_balance_of_its_own_says_so(results):
+    sphere = results["SphereMap"]
+    for result in (results["PlaneMap"], ism.register(sphere, sphere, stages=["rotation"])):
+        with pytest.raises(TypeError, match=r"can't be rebalanced; make another one, from maps of balance 0\.5"):
+            result.rebalance(0.5)
