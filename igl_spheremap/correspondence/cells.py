@@ -262,10 +262,11 @@ def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray,
             break
 
 
-def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
+def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> int:
     """Give nodes at the ends of sides as short as rounding one place on a surface, in place, where faces are negative.
 
     A limb of the other surface may lie in a speck of this one: its faces are apart there, and have no area here.
+    Returned is how many have none.
     """
     normals, held = _normals(surface)[owners], marked(fixed, len(p))
     place, groups, some = np.arange(len(p)), dict[int, list[int]](), True
@@ -286,6 +287,7 @@ def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: Int
                 members = groups.pop(gone, [gone])
                 groups.setdefault(kept, [kept]).extend(members)
                 place[members], p[members], some = kept, p[kept], True
+    return int((twice <= 0).sum())
 
 
 def _normals(surface: FloatArray) -> FloatArray:

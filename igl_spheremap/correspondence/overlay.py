@@ -41,6 +41,8 @@ class Overlay:
         Which vertices are those of the target.
     merged : int
         Vertices that float64 could not tell from others, which took their places.
+    unresolved : (int, int)
+        Faces without area on the source, and on the target: parts of limbs of the other that float64 does not resolve.
     """
 
     faces: IntArray
@@ -52,6 +54,7 @@ class Overlay:
     target_face: IntArray
     target_vertex: IntArray
     merged: int = 0
+    unresolved: tuple[int, int] = (0, 0)
 
     def __repr__(self) -> str:
         return f"Overlay({len(self.on_source)} vertices, {len(self.faces)} faces)"
@@ -70,7 +73,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     triangulated sphere and hands over areas of that order at most. Other nodes are moved by some 1e-15 of the size. So
     the result is a closed oriented sphere whose faces are positive on A and on B. Where a whole
     limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
-    that one.
+    that one, and are counted, too: they have a side up to 1e-15 of the size there.
 
     Parameters
     ----------
@@ -123,17 +126,16 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
                                                  (on_target, own_b[B.f], merged.owners[1], other)):
             nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
     kept = merged.faces[merged.left]
-    for positions, surface, owner, fixed in ((on_source, own_a[A.f], merged.owners[0], own),
-                                             (on_target, own_b[B.f], merged.owners[1], other)):
-        join_places(positions, kept, surface, owner[merged.left], merged.node[fixed])
+    source_face, target_face = merged.owners[:, merged.left]
+    unresolved = (join_places(on_source, kept, own_a[A.f], source_face, merged.node[own]),
+                  join_places(on_target, kept, own_b[B.f], target_face, merged.node[other]))
     target_vertex = merged.node[other]
     target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
-    used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
+    used, corners = np.unique(kept, return_inverse=True)
     on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
-    source_face, target_face = merged.owners[:, merged.left]
     return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
                    take_points(target_location, used), source_face, target_face,
-                   np.searchsorted(used, target_vertex), len(x) - len(used))
+                   np.searchsorted(used, target_vertex), len(x) - len(used), unresolved)
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:

@@ -193,7 +193,12 @@ def test_limbs_that_float64_does_not_resolve_on_the_other_surface_have_no_negati
     common = overlay(a, b)
     assert half_edges(common.faces, len(common.on_source)) is not None
     sides = (a, common.on_source, common.source_face), (b, common.on_target, common.target_face)
-    for result, positions, owner in sides:
+    for (result, positions, owner), unresolved in zip(sides, common.unresolved, strict=True):
         areas, whole = signed_areas(result.vertices, result.faces, positions, common.faces, owner)
         assert (areas >= 0).all()
         assert np.isclose(areas.sum(), whole.sum(), rtol=1e-12, atol=0)
+        corners = positions[common.faces[areas == 0]]
+        shortest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min(axis=1)
+        assert shortest.max(initial=0) <= 1e-15 * np.ptp(positions)
+        assert unresolved == len(corners)
+    assert common.unresolved[1] > 100
