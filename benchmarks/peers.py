@@ -111,7 +111,7 @@ def mean_curvature_flow(v: Array, f: Array) -> Array:
 def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
     """What the map factorises."""
     mesh = ism.check_mesh(v, f)
-    return laplacian(mesh.v, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.v, mesh.f), format="csr")
+    return laplacian(mesh.unit, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.unit, mesh.f), format="csr")
 
 
 #: In the order of the tables.

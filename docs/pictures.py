@@ -63,15 +63,15 @@ _OTHER_SOLVERS = ("cvxopt", "sksparse")
 def dino(path: Path) -> list[str]:
     """A surface, its Gauss map with the folded faces, its folding-free map, and the head on that map."""
     mesh, turn = _sample("dino")
-    gauss = ism.gauss_map(mesh.vertices, mesh.f)
-    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    gauss = ism.gauss_map(mesh.v, mesh.f)
+    result = ism.spherical_conformal_map(mesh.v, mesh.f)
     angles = np.abs(result.angle_differences()).mean()
-    forward = fit(mesh.v, turn)[mesh.f, 0].mean(axis=1)
+    forward = fit(mesh.unit, turn)[mesh.f, 0].mean(axis=1)
     lens = look_at(result.sphere @ turn.T, mesh.f[forward > np.percentile(forward, 92)])
     checks = checkerboard(mesh, result.sphere).checks
     folded = np.flatnonzero(folded_faces(gauss, mesh.f))
     row = [
-        Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.v, turn), mesh.f),
+        Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.unit, turn), mesh.f),
         Part(f"its Gauss map\n{len(folded):,} folded faces (red)", gauss @ turn.T, mesh.f, folded=folded),
         Part(f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees",
              result.sphere @ turn.T, mesh.f),
@@ -84,7 +84,7 @@ def eigen_projection(path: Path) -> list[str]:
     """Fig. 9 of the paper: conformal factor, map and eigenfunctions, on the way through Algorithm 2."""
     mesh, turn = _sample("dino", n_vertices=2000)
     recording = ism.Recording(mesh.f)
-    result = ism.spherical_conformal_map(mesh.vertices, mesh.f, "lai2014", listener=recording)
+    result = ism.spherical_conformal_map(mesh.v, mesh.f, "lai2014", listener=recording)
     first = [frame.iterate for frame in recording.frames if frame.iterate.round == 0]
     early = next(iterate for iterate in first if iterate.energy < 4 * np.pi + 1)
     columns: list[list[Part]] = []
@@ -93,14 +93,14 @@ def eigen_projection(path: Path) -> list[str]:
         ("Algorithm 1 has ended", first[-1].x),
         ("Algorithm 2 has ended", result.sphere),
     ):
-        projection = ism.weighted_eigen_projection(mesh.vertices, mesh.f, x)
+        projection = ism.weighted_eigen_projection(mesh.v, mesh.f, x)
         factor, folds = (colouring(mesh, x, subject, reach=_REACH) for subject in ("conformal factor", "foldings"))
         lens = follow(x @ turn.T, mesh.f, folds.folded)
         power = f"foldings magnified {lens.power:,.0f} times" if len(folds.folded) else "no folding is left"
         phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
         reach = np.linalg.norm(phi, axis=1)
         columns.append([
-            Part(f"{name}\nthe conformal factor", fit(mesh.v, turn), mesh.f, factor.colours,
+            Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f, factor.colours,
                  legend=factor.legend if len(columns) == 1 else None),
             Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds.colours, folds.folded,
                  edges=0.5, lens=lens),
@@ -124,10 +124,10 @@ def curves(path: Path) -> list[str]:
 def harmonics(path: Path) -> list[str]:
     """A surface, and the sums of its spherical harmonics up to three degrees."""
     mesh, turn = _sample("brain")
-    result = ism.spherical_conformal_map(mesh.vertices, mesh.f)
+    result = ism.spherical_conformal_map(mesh.v, mesh.f)
     shape = ism.spherical_harmonics(result, degree=50)
     error = shape.error()
-    row = [Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.v, turn), mesh.f)]
+    row = [Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.unit, turn), mesh.f)]
     for degree in (5, 15, 50):
         part = ism.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
         caption = f"degree {degree}\n{error[degree]:.2f} percent off"
@@ -308,7 +308,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
 
 def _sample(name: str, **parameters: int) -> tuple[ism.Mesh, np.ndarray]:
     mesh = ism.check_mesh(*ism.samples.make(name, **parameters))
-    return mesh, pose(mesh.v, "z")
+    return mesh, pose(mesh.unit, "z")
 
 
 def _draw(rows: Sequence[Sequence[Part]], path: Path, size: tuple[int, int]) -> list[str]:

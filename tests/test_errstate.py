@@ -16,7 +16,7 @@ FILES = {"read_coefficients", "read_mesh", "read_patch", "write_coefficients", "
 
 
 @pytest.mark.parametrize("call", [
-    lambda: ism.check_mesh(WILD, F).v,
+    lambda: ism.check_mesh(WILD, F).unit,
     lambda: ism.certify(WILD, F).degree,
     lambda: ism.certify(1e200 * X, F).off_sphere,
     lambda: ism.cayley_update(X, X[::-1], 1e200),

@@ -129,7 +129,7 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
     views = [
         View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
         for caption, x, ramp, values in (
-            ("Surface: areas", fit(disk.v, pose(disk.v, up)), areas(ratios), ratios),
+            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), areas(ratios), ratios),
             ("Image: areas", image, areas(ratios), ratios),
             ("Image: angles", image, sizes_of, differences),
         )
@@ -141,11 +141,11 @@ def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
     """Surface, Gauss map and result, to be turned."""
     if len(mesh.f) > MOST_FACES:
         return _TOO_LARGE.format(len(mesh.f))
-    turn = pose(mesh.v, up)
-    gauss, result = (colouring(mesh, x, SUBJECTS[0]) for x in (vertex_normals(mesh.v, mesh.f), sphere))
-    views = [View("Surface", fit(mesh.v, turn), gauss.colours, gauss.folded,
+    turn = pose(mesh.unit, up)
+    gauss, result = (colouring(mesh, x, SUBJECTS[0]) for x in (vertex_normals(mesh.unit, mesh.f), sphere))
+    views = [View("Surface", fit(mesh.unit, turn), gauss.colours, gauss.folded,
                   ("folded by the Gauss map; same colour: same place", FOLDED))]
-    for name, x, colours in (("Gauss map", vertex_normals(mesh.v, mesh.f), gauss), ("Result", sphere, result)):
+    for name, x, colours in (("Gauss map", vertex_normals(mesh.unit, mesh.f), gauss), ("Result", sphere, result)):
         views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, colours.colours, colours.folded,
                           sphere=True, image=True))
     return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
@@ -159,7 +159,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
     if not in_scene:
-        shots.insert(0, ("Gauss map", vertex_normals(mesh.v, mesh.f), SUBJECTS[0]))
+        shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))
 
     def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
         return lambda path: picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)

@@ -58,7 +58,7 @@ def balanced_map(mesh: Mesh, conformal: FloatArray, x: FloatArray, balance: floa
 
     `conformal` is the conformal map of the mesh. The result is turned to the Gauss map.
     """
-    source = FlatFaces.of(mesh.v, mesh.f)
+    source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
     with stage("balance"):
         minimum = minimize_balanced(partial(FaceProblem, turns=False), VertexSystem(source.f, source.n), energy,

@@ -52,7 +52,7 @@ class Level:
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
             raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
                             "was mapped")
-        return cls(result, result.mesh.v, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
+        return cls(result, result.mesh.unit, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
 
     def coarser(self, size: int) -> Level:
         """About `size` points spread evenly over the sphere, beside the landmarks, and their Delaunay triangulation.
@@ -63,7 +63,7 @@ class Level:
         for landmark in kept:
             x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
         x = np.concatenate((kept, x))
-        v = self.at(x, self.mesh.vertices)
+        v = self.at(x, self.mesh.v)
         return Level(certified(check_mesh(v, hull_faces(x)), x), self.at(x, self.metric), np.arange(len(kept)), self)
 
     @property
@@ -77,9 +77,9 @@ class Level:
         return self.map.sphere
 
     @property
-    def v(self) -> FloatArray:
-        """Positions."""
-        return self.mesh.v
+    def unit(self) -> FloatArray:
+        """Positions of unit area."""
+        return self.mesh.unit
 
     @property
     def f(self) -> IntArray:
@@ -117,7 +117,7 @@ class Level:
         edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
         f, ends, parts = bisected(self.f, edges * marked[:, None], len(y))
         v, metric, x, z = (np.concatenate((p, p[ends].mean(axis=1)))
-                           for p in (self.mesh.vertices, self.metric, self.x, y))
+                           for p in (self.mesh.v, self.metric, self.x, y))
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y

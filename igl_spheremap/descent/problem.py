@@ -135,7 +135,7 @@ class Problem:
         if metric is not None:
             share = mesh.areas / metric.weights if isinstance(metric, Diagonal) else None
             return cls(energy, metric, mesh.A, mesh.areas, mesh.f, gauge, share)
-        shares = vertex_areas(mesh.v, mesh.f)
+        shares = vertex_areas(mesh.unit, mesh.f)
         areas = normalised_weights(shares, float(shares.sum()))
         return cls(energy, Diagonal(areas), mesh.A, areas, mesh.f, gauge)
 

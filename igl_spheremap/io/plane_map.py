@@ -67,7 +67,7 @@ def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, ro
     (True, (4, 2))
     """
     mesh = result.mesh
-    mark = {"mark": make_mark(mesh.vertices, mesh.f, result.run.method, result.run.settings)}
+    mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
     if is_patch(path):
         border = np.zeros(len(mesh.v), dtype=bool)
         border[mesh.rim] = True
@@ -75,11 +75,11 @@ def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, ro
     elif format_of(path).name == "OBJ":
         corners = np.repeat(mesh.f + 1, 2, axis=1)
         with replacing(path, force) as partial:
-            write_text(partial, "", mark, ("v %r %r %r\n", mesh.vertices), ("vt %r %r\n", result.plane),
+            write_text(partial, "", mark, ("v %r %r %r\n", mesh.v), ("vt %r %r\n", result.plane),
                        ("f %r/%r %r/%r %r/%r\n", corners))
     elif format_of(path).name == "NPZ":
         with replacing(path, force) as partial:
-            npz.write_arrays(partial, {"vertices": mesh.vertices, "faces": mesh.f, "plane": result.plane}, mark)
+            npz.write_arrays(partial, {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}, mark)
     else:
         write_mesh(path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark)
     return Certificate.of_plane(read_plane_map(path), mesh.f, mesh.rim)

@@ -66,13 +66,13 @@ def write_textured(
         If `v, f` is no closed genus-0 mesh.
     """
     mesh = check_mesh(v, f)
-    normals = atlas.carry(igl.per_vertex_normals(mesh.v, mesh.f))
+    normals = atlas.carry(igl.per_vertex_normals(mesh.unit, mesh.f))
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
     target = Path(path)
     writers = {".obj": _write_obj, ".glb": _write_glb}
     if target.suffix.lower() not in writers:
         raise FileError(f"{path}: textures are written to .obj and .glb files")
-    writers[target.suffix.lower()](target, atlas.carry(mesh.vertices), normals, atlas, image, force)
+    writers[target.suffix.lower()](target, atlas.carry(mesh.v), normals, atlas, image, force)
 
 
 def _write_obj(

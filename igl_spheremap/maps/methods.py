@@ -95,7 +95,7 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray 
                         max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
                         round=first.round)
 
-    x, name = (vertex_normals(mesh.v, mesh.f), "gauss map") if start is None else (start, "given map")
+    x, name = (vertex_normals(mesh.unit, mesh.f), "gauss map") if start is None else (start, "given map")
     projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
     metric = step_metric(L) if options.metric == "laplacian" else None
     x, run = remove_foldings(
@@ -127,9 +127,9 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
         rounds.append(minimum.as_round(mesh, start, time.perf_counter() - began))
         return minimum
 
-    name, x = "gauss map", vertex_normals(mesh.v, mesh.f)
+    name, x = "gauss map", vertex_normals(mesh.unit, mesh.f)
     if options.tutte:
-        minimum = descend(name, x, "tutte", laplacian(mesh.v, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
+        minimum = descend(name, x, "tutte", laplacian(mesh.unit, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
         name, x = "tutte map", minimum.last.x
     if not options.tutte or minimum.status is not Status.STOPPED:
         minimum = descend(name, x, "harmonic", energy.L, options.plateau)

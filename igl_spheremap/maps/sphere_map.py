@@ -50,7 +50,7 @@ class SphereMap(Result):
     @property
     def vertices(self) -> FloatArray:
         """The source as it was given, (n, 3) float64."""
-        return self.mesh.vertices
+        return self.mesh.v
 
     @property
     def faces(self) -> IntArray:

@@ -32,9 +32,9 @@ class Mesh:
 
     Attributes
     ----------
-    vertices : (n, 3) float64 array
-        The input's vertices, in the input's units.
     v : (n, 3) float64 array
+        The input's vertices, in the input's units.
+    unit : (n, 3) float64 array
         The vertices moved to the origin and scaled to unit total area.
     f : (m, 3) int64 array
         The input's faces, 0-based, in the input's order.
@@ -50,8 +50,8 @@ class Mesh:
         Faces that only close holes and cuts; None if there are none.
     """
 
-    vertices: FloatArray
     v: FloatArray
+    unit: FloatArray
     f: IntArray
     edges: HalfEdges
     A: FloatArray
@@ -66,7 +66,7 @@ class Mesh:
     @cached_property
     def angles(self) -> FloatArray:
         """Corner angles (m, 3), in radians."""
-        return corner_angles(self.v, self.f)
+        return corner_angles(self.unit, self.f)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"

@@ -28,9 +28,9 @@ class Disk:
 
     Attributes
     ----------
-    vertices : (n, 3) float64 array
-        The input's vertices, in the input's units.
     v : (n, 3) float64 array
+        The input's vertices, in the input's units.
+    unit : (n, 3) float64 array
         The vertices moved to the origin and scaled to unit total area.
     f : (m, 3) int64 array
         The input's faces, 0-based, in the input's order.
@@ -41,8 +41,8 @@ class Disk:
         Vertex areas with sum 1, none below a billionth of their mean.
     """
 
-    vertices: FloatArray
     v: FloatArray
+    unit: FloatArray
     f: IntArray
     rim: IntArray
     A: FloatArray
@@ -55,7 +55,7 @@ class Disk:
     @cached_property
     def angles(self) -> FloatArray:
         """Corner angles (m, 3), in radians."""
-        return corner_angles(self.v, self.f)
+        return corner_angles(self.unit, self.f)
 
     def __repr__(self) -> str:
         return f"Disk({len(self.v)} vertices, {len(self.f)} faces, {len(self.rim)} on the rim)"

@@ -19,16 +19,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
 
-#: Where meshes keep their vertices in the caller's units, and their faces: `Mesh` and `Disk`; trimesh and libraries
-#: like it; what readers and repairs return.
-_NAMES = (("vertices", "f"), ("vertices", "faces"), ("v", "f"))
-
-
-class _Checked(Protocol):
-    @property
-    def vertices(self) -> Any: ...
-    @property
-    def f(self) -> Any: ...
+#: Where meshes keep their vertices and faces: trimesh and libraries like it; what checks, readers and repairs return.
+_NAMES = (("vertices", "faces"), ("v", "f"))
 
 
 class _Triangles(Protocol):
@@ -51,7 +43,7 @@ class _Cells(Protocol):
 
 
 #: What stands for `v, f`: a mesh of this package, of trimesh, PyVista or meshio, or a pair.
-MeshLike = _Checked | _Triangles | _Pair | _Cells | tuple[ArrayLike, ArrayLike]
+MeshLike = _Triangles | _Pair | _Cells | tuple[ArrayLike, ArrayLike]
 
 
 class TakesMesh(Protocol[P, R_co]):

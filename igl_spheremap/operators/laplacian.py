@@ -68,7 +68,7 @@ def laplacian(
 
 def cotangent_laplacian(mesh: Mesh) -> sp.csr_matrix:
     """L of the paper's algorithms, by libigl."""
-    L = igl.cotmatrix(mesh.v, mesh.f)  # eq. (13), of the other sign
+    L = igl.cotmatrix(mesh.unit, mesh.f)  # eq. (13), of the other sign
     return sp.csr_matrix((-L.data, L.indices, L.indptr), shape=L.shape)  # it is symmetric: its columns are its rows
 
 
@@ -96,14 +96,14 @@ def laplacian_and_notes(
     mesh: Mesh, weights: Weights = "cotangent", mollify: bool = True
 ) -> tuple[sp.csr_matrix, tuple[str, ...]]:
     """`usable_laplacian`, and a note where it is mollified; a MapError where it must not be and is not finite."""
-    L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.v, mesh.f, weights, mesh.edges)
+    L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L) or (not mollify and np.isfinite(L.data).all()):
         return L, ()
     if not mollify:
-        bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.v, mesh.f)).all(axis=1))
+        bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1))
         raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
                        f"{examples(bad)}; remove such faces, or take mollified weights (mollify=True)")
-    return laplacian(mesh.v, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
+    return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
 
 
 def apply_laplacian(L: sp.csr_matrix, x: FloatArray) -> FloatArray:
@@ -161,7 +161,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
     notes: list[str] = []
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order:
-        L = laplacian(mesh.v, mesh.f, choice, mesh.edges)
+        L = laplacian(mesh.unit, mesh.f, choice, mesh.edges)
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: {_SPOILT}")
             continue

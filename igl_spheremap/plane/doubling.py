@@ -26,7 +26,7 @@ def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, Spher
     The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
     reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric.
     """
-    v, f = without_chords(disk.v, disk.f, disk.rim)
+    v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))
     inside = np.flatnonzero(~on_rim)
     copy = np.arange(n)

@@ -130,7 +130,7 @@ def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | No
     with stage("unroll"):
         isometry = unrolled(disk)
         if isometry is not None:
-            q = np.ldexp(_turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.vertices)[1])
+            q = np.ldexp(_turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.v)[1])
             certificate = Certificate.of_plane(q, disk.f, disk.rim)
             if certificate.folding_free:
                 with suppress(StopIteration):
@@ -156,7 +156,7 @@ def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listene
     Where a surface is long, thin or bent, the conformal disk has lengths that differ by factors without bound; Tutte's
     map has those of the boundary.
     """
-    source = FlatFaces.of(disk.v, disk.f)
+    source = FlatFaces.of(disk.unit, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
     starts = [p for p in (conformal, tutte_map(disk, by_lengths(disk)))
               if p is conformal or Certificate.of_plane(p, disk.f, disk.rim).folding_free]
@@ -185,7 +185,7 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
 
 def _judged(run: Run, disk: Disk, p: FloatArray) -> Run:
     """The record of a run, which says so where lengths are far off."""
-    worst = float(np.exp(np.abs(edge_distortion(disk.v, disk.f, in_space(p / np.abs(p).max()))).max()))
+    worst = float(np.exp(np.abs(edge_distortion(disk.unit, disk.f, in_space(p / np.abs(p).max()))).max()))
     if worst < _FAR:
         return run
     note = f"lengths are off by a factor of up to {worst:.3g}; {run.status.value}"
@@ -196,6 +196,6 @@ def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
     """A layout turned upright, with the area of the surface in its own units, if it has any."""
     q = p[disk.rim]
     image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
-    source = surface_area(disk.v, disk.f)
-    size = np.ptp(disk.vertices, axis=0).max() / np.ptp(disk.v, axis=0).max()
+    source = surface_area(disk.unit, disk.f)
+    size = np.ptp(disk.v, axis=0).max() / np.ptp(disk.unit, axis=0).max()
     return np.asarray(upright(p, disk) * (size * np.sqrt(source / image if source > 0 else 1.0)))

@@ -50,7 +50,7 @@ class PlaneMap(Result):
     @property
     def vertices(self) -> FloatArray:
         """The source as it was given, (n, 3) float64."""
-        return self.mesh.vertices
+        return self.mesh.v
 
     @property
     def faces(self) -> IntArray:
@@ -81,7 +81,7 @@ class PlaneMap(Result):
         (m, 3) float64 array
             Column k belongs to corner ``faces[:, k]``; zero for a conformal map.
         """
-        return angle_differences(self.mesh.v, self.mesh.f, self._scaled)
+        return angle_differences(self.mesh.unit, self.mesh.f, self._scaled)
 
     @own_errstate
     def area_ratios(self) -> FloatArray:
@@ -92,7 +92,7 @@ class PlaneMap(Result):
         (m,) float64 array
             Zero for an area-preserving map.
         """
-        return area_distortion(self.mesh.v, self.mesh.f, self._scaled)
+        return area_distortion(self.mesh.unit, self.mesh.f, self._scaled)
 
     @own_errstate
     def edge_ratios(self) -> FloatArray:
@@ -103,7 +103,7 @@ class PlaneMap(Result):
         (m, 3) float64 array
             Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
         """
-        return edge_distortion(self.mesh.v, self.mesh.f, self._scaled)
+        return edge_distortion(self.mesh.unit, self.mesh.f, self._scaled)
 
     def plot(self, title: str = "") -> Any:
         """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.
@@ -160,7 +160,7 @@ def upright(p: FloatArray, disk: Disk) -> FloatArray:
 
     A surface in the plane z = 0 keeps its directions; one that faces downwards keeps that of x.
     """
-    v, z = disk.v - weighted_sum(disk.A, disk.v), p[:, 0] + 1j * p[:, 1]
+    v, z = disk.unit - weighted_sum(disk.A, disk.unit), p[:, 0] + 1j * p[:, 1]
     slopes = [complex((disk.A * (v[:, i] + side * v[:, j]) * z).sum())
               for i, j in ((0, 1), (0, 2), (1, 2)) for side in (-1j, 1j)]
     largest = max(map(abs, slopes))

@@ -45,7 +45,7 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Certific
 def balanced_disk(disk: Disk, conformal: FloatArray, p: FloatArray, balance: float,
                   listener: Listener) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map p without foldings, given the conformal one."""
-    source, system = FlatFaces.of(disk.v, disk.f), VertexSystem(disk.f, len(disk.v))
+    source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = balanced_energy(source, RADIUS * conformal, balance)
     p, run = slide(disk, energy, p, listener, system)
     for weight in _EVEN_WEIGHTS if balance > energy.weight else ():
@@ -79,7 +79,7 @@ def _conformal(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 
 def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     """A conformal map without foldings by sliding alone, if rounding folds not every start."""
-    source, system = FlatFaces.of(disk.v, disk.f), VertexSystem(disk.f, len(disk.v))
+    source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = BalancedEnergy(source, 0.0, _POWER, np.zeros(len(disk.f)))
     found: list[tuple[FloatArray, Run]] = []
     for p in _starts(disk, found):

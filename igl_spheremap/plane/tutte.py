@@ -30,7 +30,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     n, f = len(disk.v), disk.f
     p, inner = np.zeros((n, 2)), ~marked(disk.rim, n)
     p[disk.rim] = circle
-    weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.v, f))
+    weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.unit, f))
     positive = np.clip(weight, _LEAST, 1 / _LEAST)
     for attempt in range(4) if inner.any() else ():
         L = summed_laplacian(weight, f, n)
@@ -63,7 +63,7 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
     flux of g through the boundary: the harmonic measure. A vertex has what the Laplacian leaves there, and shares it
     out to its two edges by their lengths.
     """
-    v, f = without_chords(disk.v, disk.f, disk.rim)
+    v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, length = len(v), _rim_lengths(disk)
     inner = ~marked(disk.rim, n)
     if not inner.any():
@@ -79,7 +79,7 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
 
 
 def _rim_lengths(disk: Disk) -> FloatArray:
-    ring = disk.v[disk.rim]
+    ring = disk.unit[disk.rim]
     lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
     return np.maximum(lengths, _LEAST * lengths.mean())
 

@@ -26,7 +26,7 @@ def unrolled(disk: Disk) -> FloatArray | None:
     A flat surface is projected to its plane, which rounds least. Any other is laid out along a tree of faces, each
     beside its parent across long common edges, if the angles around each inner vertex sum to 2 pi. Images may overlap.
     """
-    v = own_unit(disk.vertices)[0]  # as given: what is moved to the origin is rounded
+    v = own_unit(disk.v)[0]  # as given: what is moved to the origin is rounded
     p = _projected(disk, v)
     change = stretch(disk, p) if Certificate.of_plane(p, disk.f, disk.rim).folding_free else np.inf
     if change > FLAT and _closes(disk):
@@ -38,7 +38,7 @@ def unrolled(disk: Disk) -> FloatArray | None:
 def stretch(disk: Disk, p: FloatArray) -> float:
     """The largest relative change of the length of an edge."""
     i, j = disk.f.ravel(), disk.f[:, [1, 2, 0]].ravel()
-    v = own_unit(disk.vertices)[0]
+    v = own_unit(disk.v)[0]
     before, after = row_lengths(v[i] - v[j]), np.hypot(*(p[i] - p[j]).T)
     return float((np.abs(after - before) / np.maximum(before, np.finfo(float).tiny)).max())
 
@@ -61,7 +61,7 @@ def _projected(disk: Disk, v: FloatArray) -> FloatArray:
 
 def _closes(disk: Disk) -> bool:
     """Whether the angles around each inner vertex sum to 2 pi, up to what rounding makes of those of thin faces."""
-    corners = disk.v[disk.f]
+    corners = disk.unit[disk.f]
     after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     after, before = after.reshape(-1, 3), before.reshape(-1, 3)
     angles = np.arctan2(row_lengths(row_crosses(after, before)), row_dots(after, before))

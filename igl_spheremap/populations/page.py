@@ -224,7 +224,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), _LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T
-    colours = ramp.colours(area_distortion(mesh.v, mesh.f, x))
+    colours = ramp.colours(area_distortion(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
     tiles = [raster(y @ turn, mesh.f, colours * shading(y, mesh.f, turn, _AMBIENT)[:, None], SIZE, folded)
              for turn in (view, view * _BEHIND) for y in (v, x)]

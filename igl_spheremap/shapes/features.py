@@ -28,7 +28,7 @@ class FeatureSurface:
     """A surface of area 4 pi, as large as its sphere: lengths on it are comparable to radians."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self.v, self.f = mesh.v * np.sqrt(4 * np.pi), mesh.f
+        self.v, self.f = mesh.unit * np.sqrt(4 * np.pi), mesh.f
         self.areas = 4 * np.pi * mesh.areas
         self.L = usable_laplacian(mesh)
         self._last: Factor | None = None

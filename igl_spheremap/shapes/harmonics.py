@@ -30,7 +30,7 @@ class Expanded:
     values : (n, k) float64 array
         Positions or data at the vertices.
     areas : (n,) float64 array
-        Of the source at the scale of ``mesh.v``, a third of the faces around each vertex.
+        Of the source at the scale of ``mesh.unit``, a third of the faces around each vertex.
     """
 
     x: FloatArray
@@ -319,5 +319,5 @@ def spherical_harmonics(
     check_map(result)
     data = check_values(result.vertices if values is None else values, len(result.vertices))
     coefficients = expand(locator_of(result), data, int(degree), oversampling)
-    areas = vertex_areas(result.mesh.v, result.faces)
+    areas = vertex_areas(result.mesh.unit, result.faces)
     return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))

@@ -130,8 +130,8 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
-    normals = vertex_normals(mesh.v, mesh.f)
-    outward = mesh.v - weighted_sum(mesh.A, mesh.v)
+    normals = vertex_normals(mesh.unit, mesh.f)
+    outward = mesh.unit - weighted_sum(mesh.A, mesh.unit)
     inside_out = np.vdot(mesh.A, row_dots(normals, outward)) < 0
     outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
     outward += normals  # algorithm (21)

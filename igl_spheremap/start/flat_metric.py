@@ -56,7 +56,7 @@ def flat_metric(
     inequality fails the energy goes on with angles pi, 0, 0.
     """
     rest = (mesh.f != vertex).all(axis=1)
-    f, log_l = mesh.f[rest], np.log(mollified_edge_lengths(mesh.v, mesh.f))
+    f, log_l = mesh.f[rest], np.log(mollified_edge_lengths(mesh.unit, mesh.f))
     u = _first_guess(mesh, vertex, x)
     star, corner = np.nonzero(mesh.f == vertex)
     link = mesh.f[star, (corner + 1) % 3]
@@ -109,7 +109,7 @@ def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
     """Scale factors of `x`, then of the stereographic projection from the vertex."""
     edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))  # each edge both ways
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.v)])
+        ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.unit)])
         scale = np.bincount(edges[:, 0], ratio[0] - ratio[1]) / np.bincount(edges[:, 0])
         # Lengths in the plane are 2 |x - y| / (|x - pole| |y - pole|).
         u = scale - np.log(((x - x[vertex]) ** 2).sum(axis=1))

@@ -74,7 +74,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         if abs(nu) < _LARGEST_NU and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
-        return _evaluated(center(vertex_normals(mesh.v, mesh.f), mesh.A), operators)
+        return _evaluated(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
     if coarse:  # large chords have so little energy that it can't rank maps
         return min(tried, key=lambda start: mean_angle_difference(mesh, start.x))
     return min(tried, key=lambda start: start.energy)
@@ -189,7 +189,7 @@ def _median(values: ComplexArray) -> complex | None:
 
 def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]:
     """Faces in their own planes, as seen from outside: corners are 0, a length, and a point above the real line."""
-    a, b, c = (np.ascontiguousarray(mesh.v[corners].T) for corners in f.T)
+    a, b, c = (np.ascontiguousarray(mesh.unit[corners].T) for corners in f.T)
     p, q = b - a, c - a
     side = np.maximum(np.sqrt((p * p).sum(axis=0)), _TINY)
     along = (p * q).sum(axis=0) / side

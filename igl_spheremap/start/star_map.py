@@ -58,7 +58,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     array([0.577, 0.577, 0.577])
     """
     mesh = check_mesh(v, f)
-    return vertex_normals(mesh.v, mesh.f)
+    return vertex_normals(mesh.unit, mesh.f)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +143,8 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     """
     # The integral of e_i e_j e_k is area / 60 times 6 (all equal), 2 (two equal), 1 (all different), that of e_i e_j is
     # M_ij: B_ij is a fifth of (w_i + w_j) M_ij plus M_ij of faces that are larger by the sum of their weights.
-    M, W = igl.massmatrix(mesh.v, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)  # eq. (23)
-    sides = igl.edge_lengths(mesh.v, mesh.f) * np.sqrt(weight[mesh.f].sum(axis=1))[:, None]
+    M, W = igl.massmatrix(mesh.unit, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)  # eq. (23)
+    sides = igl.edge_lengths(mesh.unit, mesh.f) * np.sqrt(weight[mesh.f].sum(axis=1))[:, None]
     grown = igl.massmatrix_intrinsic(sides, mesh.f, igl.MASSMATRIX_TYPE_FULL)
     return sp.csr_matrix((grown + (W @ M + M @ W)) / 5)  # eq. (26)
 
@@ -156,7 +156,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | No
     """
     B = weighted_mass(mesh, finite_conformal_factor(mesh, x) if weight is None else weight)
     values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
-    areas = vertex_areas(mesh.v, mesh.f)
+    areas = vertex_areas(mesh.unit, mesh.f)
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
     frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
@@ -168,7 +168,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean.
     """
-    image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.v, mesh.f)
+    image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.unit, mesh.f)
     factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
     factor[(source == 0) & (image > 0)] = factor.max(initial=1.0)
     return np.maximum(factor, 1e-12 * max(float(factor.mean()), float(np.finfo(float).tiny)))

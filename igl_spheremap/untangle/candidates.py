@@ -63,7 +63,7 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
         yield onto_sphere(placed, placed.z)
     source = proper_angles(mesh.angles)
     # Well-shaped faces of middling size, and the largest, in turn.
-    pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.v, mesh.f), kind="stable").tolist(), strict=False)
+    pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(), strict=False)
     for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
         if closed.residual <= HALF_DIGITS:
@@ -77,7 +77,7 @@ class Badness:
 
     def __init__(self, mesh: Mesh) -> None:
         self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), _SAMPLE)]
-        self.source = corner_angles(mesh.v, self.sample)
+        self.source = corner_angles(mesh.unit, self.sample)
 
     def __call__(self, x: FloatArray) -> float:
         """Badness of a map, by floating-point signs: a percent of folded faces counts as .3 degrees."""

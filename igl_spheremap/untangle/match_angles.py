@@ -91,7 +91,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = Fal
     """
     movable = marked(np.arange(0, len(x), max(1, len(x) // _SAMPLE)), len(x))
     around = mesh.f[touching(mesh.f, movable)]
-    source = corner_angles(mesh.v, around)
+    source = corner_angles(mesh.unit, around)
     difference, own = corner_angles(x, around) - source, movable[around]
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()

@@ -17,7 +17,7 @@ from igl_spheremap.sphere.rows import unit_rows
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
 PROBLEM = harmonic_problem(MESH)
-START = vertex_normals(MESH.v, MESH.f)
+START = vertex_normals(MESH.unit, MESH.f)
 
 
 def run(solver=None, problem=PROBLEM, x=START, **options):

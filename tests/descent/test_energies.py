@@ -83,7 +83,7 @@ def test_energy_of_a_similarity_is_the_power_of_its_scale():
     """Onto a scaled copy of itself each face has |grad F|^2 = 2 s^2, so that E_p = 2^(p/2) s^p / p."""
     s = np.sqrt(4 * np.pi) * 0.7
     for p in (1.5, 2, 4):
-        assert np.isclose(p_harmonic_problem(MESH, p).energy.evaluate(s * MESH.v)[0], 2 ** (p / 2) * s**p / p)
+        assert np.isclose(p_harmonic_problem(MESH, p).energy.evaluate(s * MESH.unit)[0], 2 ** (p / 2) * s**p / p)
 
 
 def test_energies_are_homogeneous_of_degree_p():

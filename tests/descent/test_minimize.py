@@ -18,7 +18,7 @@ PROBLEM = harmonic_problem(MESH)
 
 def run(problem=PROBLEM, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.v, MESH.f)), **options)
+    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.unit, MESH.f)), **options)
 
 
 def test_each_way_to_end_has_its_status():

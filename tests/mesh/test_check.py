@@ -29,8 +29,8 @@ def test_input_of_any_layout_means_the_same(v, f):
     mesh = ism.check_mesh(v, f)
     assert np.array_equal(mesh.f, F)
     assert mesh.f.dtype == np.int64
-    assert mesh.v.flags.c_contiguous
-    assert np.allclose(mesh.v, ism.check_mesh(V, F).v, atol=2e-3)
+    assert mesh.unit.flags.c_contiguous
+    assert np.allclose(mesh.unit, ism.check_mesh(V, F).unit, atol=2e-3)
     ism.gauss_map(v, f)  # and libigl takes what the check makes of it
 
 
@@ -38,7 +38,7 @@ def test_read_only_input_is_neither_refused_nor_changed():
     v, f = V.copy(), F.copy()
     v.flags.writeable = f.flags.writeable = False
     mesh = ism.check_mesh(v, f)
-    assert not np.shares_memory(mesh.vertices, v)
+    assert not np.shares_memory(mesh.v, v)
     assert not np.shares_memory(mesh.f, f)
     assert not np.shares_memory(ism.check_faces(f, len(v)), f)
 
@@ -46,14 +46,15 @@ def test_read_only_input_is_neither_refused_nor_changed():
 @pytest.mark.parametrize(("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)])
 def test_source_is_scaled_to_unit_area(scale, shift):
     mesh = ism.check_mesh(scale * V + shift, F)
-    assert np.isclose(igl.doublearea(mesh.v, mesh.f).sum() / 2, 1)
-    assert np.allclose(mesh.v, ism.check_mesh(V, F).v, atol=1e-9)
+    assert np.array_equal(mesh.v, scale * V + shift)
+    assert np.isclose(igl.doublearea(mesh.unit, mesh.f).sum() / 2, 1)
+    assert np.allclose(mesh.unit, ism.check_mesh(V, F).unit, atol=1e-9)
 
 
 def test_positions_on_a_line_are_legitimate():
     mesh = ism.check_mesh(V[:, [0]] * [1.0, 2.0, 3.0], F)
-    assert np.isfinite(mesh.v).all()
-    assert np.abs(mesh.v).max() <= 1
+    assert np.isfinite(mesh.unit).all()
+    assert np.abs(mesh.unit).max() <= 1
 
 
 def test_any_triangulated_sphere_passes():

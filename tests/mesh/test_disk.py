@@ -24,8 +24,8 @@ def test_a_triangle_is_a_disk():
 def test_areas_and_units():
     disk = ism.check_disk(1e-9 * V + 5, F)
     assert disk.A.sum() == pytest.approx(1)
-    assert np.ptp(disk.v, axis=0).max() > 0.9
-    assert (disk.vertices == 1e-9 * V + 5).all()
+    assert np.ptp(disk.unit, axis=0).max() > 0.9
+    assert (disk.v == 1e-9 * V + 5).all()
 
 
 def torus(n=6):

@@ -98,7 +98,7 @@ def test_the_area_preserving_map_of_a_cap_keeps_its_symmetry():
 def test_sliding_and_doubling_agree():
     v, f, exact = cap(16, 1.8)
     mesh = ism.check_disk(v, f)
-    energy = BalancedEnergy(FlatFaces.of(mesh.v, mesh.f), 0.0, POWER, np.zeros(len(f)))
+    energy = BalancedEnergy(FlatFaces.of(mesh.unit, mesh.f), 0.0, POWER, np.zeros(len(f)))
     p, _ = slide(mesh, energy, tutte_map(mesh, by_lengths(mesh)), History(), VertexSystem(mesh.f, len(mesh.v)))
     disk = ism.disk_conformal_map(v, f)
     assert np.abs(np.abs(p @ [1, 1j]) - np.hypot(*exact.T)).max() < 0.1

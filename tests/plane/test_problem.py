@@ -13,7 +13,7 @@ from igl_spheremap.plane.problem import CircleProblem, ConformalEnergy, FreeProb
 P, F = polar(4)
 RNG = np.random.default_rng(3)
 DISK = ism.check_disk(np.column_stack((P, 0.3 * np.sin(3 * P[:, 0]))), F)
-SOURCE = FlatFaces.of(DISK.v, DISK.f)
+SOURCE = FlatFaces.of(DISK.unit, DISK.f)
 X = 2 * P + 0.02 * RNG.standard_normal(P.shape)
 
 

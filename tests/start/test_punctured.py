@@ -34,18 +34,18 @@ def test_a_dipole_in_the_plane_is_inversion():
 def test_any_puncture_is_within_a_tenth_of_the_harmonic_energys_minimum_and_the_start_within_a_hundredth():
     mesh = ism.check_mesh(*ism.samples.make("pear", n_vertices=2000))
     operators = build_operators(mesh)
-    lowest = ism.spherical_conformal_map(mesh.vertices, mesh.f).energy
+    lowest = ism.spherical_conformal_map(mesh.v, mesh.f).energy
     for faces, share in ((None, 1e-2), ([0], 0.1), ([500], 0.1)):
         x = punctured_start(mesh, operators, faces).x
         assert np.linalg.norm(mesh.A @ x) < 1e-4
-        assert ism.harmonic_energy(mesh.vertices, mesh.f, x) < (1 + share) * lowest
+        assert ism.harmonic_energy(mesh.v, mesh.f, x) < (1 + share) * lowest
 
 
 @pytest.mark.parametrize("name", ["pear", "spheroid"])
 def test_the_error_of_a_puncture_is_that_of_a_few_faces(name):
     """Without its quadratic part, of threefold symmetry, it is that of some five; with it, of 25."""
     mesh = ism.check_mesh(*ism.samples.make(name, n_vertices=4000))
-    lowest = ism.spherical_conformal_map(mesh.vertices, mesh.f, tolerance=1e-6).energy
+    lowest = ism.spherical_conformal_map(mesh.v, mesh.f, tolerance=1e-6).energy
     assert punctured_start(mesh, build_operators(mesh)).energy - lowest < 10 * 4 * np.pi / len(mesh.f)
 
 

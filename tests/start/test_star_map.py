@@ -19,7 +19,7 @@ MESH = ism.check_mesh(X * [1, 1.2, 1.5], F)
 
 
 def test_mass_matrix_of_unit_weight_is_libigls_full_one():
-    full = igl.massmatrix(MESH.v, F, igl.MASSMATRIX_TYPE_FULL)
+    full = igl.massmatrix(MESH.unit, F, igl.MASSMATRIX_TYPE_FULL)
     assert np.abs(weighted_mass(MESH, np.ones(len(X))) - full).max() < 1e-15
 
 
@@ -32,19 +32,19 @@ def test_mass_matrix_integrates_cubic_products_exactly():
     points = [(1 - 2 * s, s, s) for s in (a, b)] + [(s, 1 - 2 * s, s) for s in (a, b)] + [
         (s, s, 1 - 2 * s) for s in (a, b)]
     share = [0.223381589678011, 0.109951743655322] * 3
-    area = igl.doublearea(MESH.v, F) / 2
+    area = igl.doublearea(MESH.unit, F) / 2
     at = [[g[F] @ np.array(c) for c in points] for g in (p, q, w)]
     expected = sum(s * area @ (x * y * z) for s, x, y, z in zip(share, *at, strict=True))
     assert np.isclose(p @ weighted_mass(MESH, w) @ q, expected)
 
 
 def test_stiffness_matrix_is_libigls_cotangent_matrix():
-    assert np.abs(stiffness(MESH) + igl.cotmatrix(MESH.v, F)).max() < 1e-12
+    assert np.abs(stiffness(MESH) + igl.cotmatrix(MESH.unit, F)).max() < 1e-12
 
 
 def test_eigenpairs_are_those_of_a_dense_solver():
-    projection = ism.weighted_eigen_projection(MESH.vertices, F, X)
-    B = weighted_mass(MESH, ism.conformal_factor(MESH.vertices, F, X)).toarray()
+    projection = ism.weighted_eigen_projection(MESH.v, F, X)
+    B = weighted_mass(MESH, ism.conformal_factor(MESH.v, F, X)).toarray()
     A = stiffness(MESH).toarray()
     assert np.allclose(projection.eigenvalues, eigh(A, B)[0][1:4])
     assert np.allclose(projection.phi.T @ B @ projection.phi, np.eye(3), atol=1e-9)  # eq. (16)
@@ -81,7 +81,7 @@ def test_the_smallest_mesh_has_a_star_map():
 
 
 def test_two_runs_agree_bit_for_bit():
-    one, two = (ism.weighted_eigen_projection(MESH.vertices, F, X) for _ in range(2))
+    one, two = (ism.weighted_eigen_projection(MESH.v, F, X) for _ in range(2))
     assert np.array_equal(one.phi, two.phi)
 
 
@@ -105,7 +105,7 @@ def test_star_maps_are_never_inside_out():
 def test_star_maps_of_star_maps_approach_a_conformal_map_without_foldings():
     mesh = ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
     energy = HarmonicEnergy.of(mesh, "delaunay")
-    problem, x, energies = Problem.of(mesh, energy), vertex_normals(mesh.v, mesh.f), []
+    problem, x, energies = Problem.of(mesh, energy), vertex_normals(mesh.unit, mesh.f), []
     assert folded_faces(x, mesh.f).mean() > 0.2
     for _ in range(8):
         x = problem.centred(project(mesh, energy.L, x).star_map)

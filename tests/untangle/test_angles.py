@@ -36,7 +36,7 @@ def system(mesh):
 def body():
     """A body with limbs beyond float64, and its closed angles, a face of the ball cut out."""
     mesh = check_mesh(*random_body(2, depth=60))
-    source = proper_angles(corner_angles(mesh.v, mesh.f))
+    source = proper_angles(corner_angles(mesh.unit, mesh.f))
     return mesh, source, close_angles(system(mesh), source, hole=int((mesh.f.max(axis=1) < 642).argmax()))
 
 
@@ -115,8 +115,8 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         used, f = np.unique(f, return_inverse=True)
         mesh = check_mesh(v[used], f.reshape(-1, 3).astype(np.int64))
         area = mesh.A
-        source = proper_angles(corner_angles(mesh.v, mesh.f))
-        hole = int(np.argmin(mesh.v[mesh.f].mean(axis=1) @ [0, 0, 1]))
+        source = proper_angles(corner_angles(mesh.unit, mesh.f))
+        hole = int(np.argmin(mesh.unit[mesh.f].mean(axis=1) @ [0, 0, 1]))
         placed = centred(mesh, Layout(mesh.f, close_angles(system(mesh), source, hole).angles, hole))
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
         assert np.abs(area @ to_ball(placed.z)).max() < 1e-6 * max(1, depth)
@@ -141,7 +141,7 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
 def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     rng = np.random.default_rng(limbs)
     mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
-    closed = close_angles(system(mesh), proper_angles(corner_angles(mesh.v, mesh.f)), hole=0)
+    closed = close_angles(system(mesh), proper_angles(corner_angles(mesh.unit, mesh.f)), hole=0)
     placed = centred(mesh, Layout(mesh.f, closed.angles, 0))
     floor = 5.0
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]

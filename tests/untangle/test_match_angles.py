@@ -147,7 +147,7 @@ def test_angle_polish_lowers_the_mean():
     x = fix_gauge(mesh, harmonic_map(mesh, build_operators(mesh)).last.x)
     y = polish_map(mesh, x, 20, 0.004)
     assert Certificate.of(y, mesh.f).folding_free
-    before, after = (np.abs(angle_differences(mesh.v, mesh.f, z)).mean() for z in (x, y))
+    before, after = (np.abs(angle_differences(mesh.unit, mesh.f, z)).mean() for z in (x, y))
     assert after < 0.93 * before
 
 

@@ -68,7 +68,7 @@ def test_a_plan_says_what_starts_and_why():
     assert (stays.starts, stays.price) == (0, np.inf)
     asked = plan_of(good, good.sphere, "angles")
     assert (asked.itself, asked.layouts, asked.price) == (True, 0, ism.Effort().polish_gain)
-    x = unit(np.where(good.mesh.v[:, :1] > 0, good.sphere[::-1], good.sphere))
+    x = unit(np.where(good.mesh.unit[:, :1] > 0, good.sphere[::-1], good.sphere))
     plan = plan_of(good, x, "auto")
     assert not plan.itself
     assert plan.layouts > 1

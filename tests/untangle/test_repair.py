@@ -44,7 +44,7 @@ def _repaired(mesh, operators, x, listener=None, *, polish="auto", effort=None, 
 
 
 def _mean(mesh, x):
-    return np.abs(angle_differences(mesh.v, mesh.f, x)).mean()
+    return np.abs(angle_differences(mesh.unit, mesh.f, x)).mean()
 
 
 @pytest.fixture(scope="module")
@@ -239,7 +239,7 @@ def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monk
 
     mesh, operators, x = folded
     if step in ("angles", "newton"):  # taken where many faces are folded
-        x = unit(np.where(mesh.v[:, :1] > 0.3 * mesh.v[:, 0].max(), x[::-1], x))
+        x = unit(np.where(mesh.unit[:, :1] > 0.3 * mesh.unit[:, 0].max(), x[::-1], x))
     monkeypatch.setattr(f"igl_spheremap.untangle.repair.{culprit}", fail)
     monkeypatch.setattr("igl_spheremap.untangle.repair.left_out", left_out)
     repaired = _repaired(mesh, operators, x)
@@ -259,4 +259,4 @@ def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
 def test_a_centroid_off_the_origin_is_off_centre(spheroid):
     mesh, _, x = spheroid
     assert not is_off_centre(mesh, x)
-    assert is_off_centre(mesh, center(x, np.where(mesh.v[:, 2] > 0, 2.0, 1.0) * mesh.A))
+    assert is_off_centre(mesh, center(x, np.where(mesh.unit[:, 2] > 0, 2.0, 1.0) * mesh.A))

@@ -189,7 +189,7 @@ def projections(runs: Runs) -> Table:
     for surface in map(runs.surface, (row.surface for row in TABLE_3)):
         mesh = check_mesh(surface.v, surface.f)
         first = runs.get(surface, _FIRST).maps[0]
-        for name, x in (("Gauss map", vertex_normals(mesh.v, mesh.f)), ("Algorithm 1", first)):
+        for name, x in (("Gauss map", vertex_normals(mesh.unit, mesh.f)), ("Algorithm 1", first)):
             cells = runs.cells(surface, f"projections in a row from {name}", _LIMIT, partial(_counts, mesh, x))
             rows.append([f"{surface.name}: {surface.source}", name, *cells])
     head = ("surface", "start", "folded faces", "nearly conformal after", "predicted", "counted", "corrected",

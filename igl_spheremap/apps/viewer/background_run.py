@@ -144,7 +144,7 @@ class BackgroundRun:
         assert self._recording is not None
         if not self._recording.steps and iterates[0].stage != "gauss map":
             # The start of the paper's algorithms is shown first in every run, for comparison.
-            self._recording(Iterate("gauss map", 0, 0, vertex_normals(self.mesh.v, self.mesh.f), float("nan")))
+            self._recording(Iterate("gauss map", 0, 0, vertex_normals(self.mesh.unit, self.mesh.f), float("nan")))
         for iterate in iterates:
             begins = iterate.iteration == 0 and len(self._recording.steps) > 0
             if not begins or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= _SAME:

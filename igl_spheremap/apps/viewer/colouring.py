@@ -58,7 +58,7 @@ def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 @lru_cache(maxsize=4)
 def relief(mesh: Mesh) -> FloatArray:
     """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
-    a, b, c = (mesh.v[mesh.f[:, k]] for k in range(3))
+    a, b, c = (mesh.unit[mesh.f[:, k]] for k in range(3))
     outward = 1 if np.einsum("ij,ij->", a, np.cross(b, c)) >= 0 else -1  # the sign of the volume
     hollow = -outward * FeatureSurface(mesh).depth(_REACH)[mesh.f].mean(axis=1)
     scale = float(np.percentile(np.abs(hollow), 80)) or 1.0
@@ -68,10 +68,10 @@ def relief(mesh: Mesh) -> FloatArray:
 @lru_cache(maxsize=4)
 def places(mesh: Mesh) -> FloatArray:
     """Colours by place on a surface: from end to end along its longest side, equal areas each."""
-    side = int(np.argmax(np.ptp(mesh.v, axis=0)))
-    order = np.argsort(mesh.v[mesh.f, side].mean(axis=1), kind="stable")
+    side = int(np.argmax(np.ptp(mesh.unit, axis=0)))
+    order = np.argsort(mesh.unit[mesh.f, side].mean(axis=1), kind="stable")
     rank = np.empty(len(mesh.f))
-    rank[order] = np.cumsum(face_areas(mesh.v, mesh.f)[order])
+    rank[order] = np.cumsum(face_areas(mesh.unit, mesh.f)[order])
     return palette.pale("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
 
 
@@ -95,10 +95,10 @@ def colouring(
         ramp = palette.diverging(_U, reach or palette.round_up(float(np.percentile(np.abs(u), palette.WITHIN))))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
-        values = area_distortion(mesh.v, mesh.f, x)
+        values = area_distortion(mesh.unit, mesh.f, x)
         ramp = palette.areas(values[mesh.surface], reach)
     else:
-        values = np.abs(angle_differences(mesh.v, mesh.f, x)).mean(axis=1)
+        values = np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1)
         ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values[mesh.surface], 95))))
     return Colouring(_without_caps(mesh, ramp.colours(values)), folded, ramp)
 

@@ -184,7 +184,7 @@ def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
     checks = SQUARES * p[disk.f].reshape(-1, 2) / np.ptp(p, axis=0).max()
     folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
     return PartsView([[
-        Part(f"{name}\n{len(disk.v):,} vertices", fit(disk.v, pose(disk.v, up)), disk.f, checks=checks),
+        Part(f"{name}\n{len(disk.v):,} vertices", fit(disk.unit, pose(disk.unit, up)), disk.f, checks=checks),
         Part(f"in the plane\n{count_foldings(len(folded))}, {len(certificate.crossings):,} boundary edges that meet "
              "others", fit(in_space(p), np.eye(3)), disk.f, folded=folded, checks=checks),
     ]])  # fmt: skip
@@ -214,12 +214,12 @@ class Comparison(ColouredApp):
     def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
         self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
-        self.differences = {name: angle_differences(mesh.v, mesh.f, x)[mesh.surface] for name, x in maps.items()}
+        self.differences = {name: angle_differences(mesh.unit, mesh.f, x)[mesh.surface] for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
         self._folds = False
-        turn = pose(mesh.v, up)
+        turn = pose(mesh.unit, up)
         for k, (name, x) in enumerate(maps.items()):
-            surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.v, turn), mesh.f))
+            surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.unit, turn), mesh.f))
             image = self.stage.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
             folded = int(folded_faces(x, mesh.f).sum())
             self._folds |= folded > 0

@@ -183,8 +183,8 @@ class Player(App):
 
     def _set_mesh(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.turn = pose(mesh.v, self._up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
+        self.turn = pose(mesh.unit, self._up)
+        self.source = self.stage.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
         self.source.caption = f"{Path(self.name).name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self.images: list[Body] = []  # until there is a map to show
 

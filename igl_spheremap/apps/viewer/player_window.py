@@ -326,7 +326,7 @@ def play(
     mesh = check_mesh(v, f)
     method = method if isinstance(method, Method) else METHODS[method]()
     kind = PlayerWindow if target is None else Player
-    load = partial(_load, mesh.vertices, mesh.f)
+    load = partial(_load, mesh.v, mesh.f)
     budget = round(1e6 * keep)
     return present(lambda: kind(load, _GIVEN, method, up=up, budget=budget), target, size=size)
 

@@ -75,8 +75,8 @@ class ResultView(ColouredApp):
         self._clicked = np.zeros(2)
         self._save = SaveWidgets(self, "map", self._shown_map)
         self.stage = Stage(1, 2, panel=PANEL if panel and result is not None else 0)
-        self.turn = pose(mesh.v, up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.v, self.turn), mesh.f))
+        self.turn = pose(mesh.unit, up)
+        self.source = self.stage.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
         self.image = self.stage.place(0, 1, Body("sphere", x @ self.turn.T, mesh.f, lift=True))
         for body in (self.source, self.image):
             body.mesh.set_selection_mode("vertices_only")
@@ -166,12 +166,12 @@ class ResultView(ColouredApp):
         """Figures of a vertex as labels and texts."""
         at = self.mesh.f == vertex
         around = at.any(axis=1)
-        angles = np.abs(angle_differences(self.mesh.v, self.mesh.f, self.x)[at])
-        own, image = (face_areas(v, self.mesh.f) for v in (self.mesh.v, self.x))
+        angles = np.abs(angle_differences(self.mesh.unit, self.mesh.f, self.x)[at])
+        own, image = (face_areas(v, self.mesh.f) for v in (self.mesh.unit, self.x))
         ratio = image[around].sum() / image.sum() / (own[around].sum() / own.sum())
         return [
             ("vertex", f"{vertex:,} of {len(self.mesh.v):,}"),
-            ("source", ", ".join(f"{c:.4g}" for c in self.mesh.vertices[vertex])),
+            ("source", ", ".join(f"{c:.4g}" for c in self.mesh.v[vertex])),
             ("image", ", ".join(f"{c:.4f}" for c in self.x[vertex])),
             ("angle differences", f"{angles.mean():.3g} degrees on average, {angles.max():.3g} at most"),
             ("area ratio", f"its faces have {ratio:.3g} times their share of the area"),
@@ -182,7 +182,7 @@ class ResultView(ColouredApp):
         assert self.result is not None
         self.close()
         self._balance = balance
-        load, solve = partial(_given, self.mesh.vertices, self.mesh.f), partial(_rebalanced, self.result, balance)
+        load, solve = partial(_given, self.mesh.v, self.mesh.f), partial(_rebalanced, self.result, balance)
         self._run = BackgroundRun(load, solve)
 
     def prepare(self, listener: Listener | None = None) -> None:
@@ -328,7 +328,7 @@ class ResultView(ColouredApp):
 
     def _shown_map(self) -> SphereMap | None:
         """What the button writes: the map after the Moebius map, if there is one."""
-        return sphere_map(self.mesh.vertices, self.mesh.f, self.x) if self.centre.any() else self.result
+        return sphere_map(self.mesh.v, self.mesh.f, self.x) if self.centre.any() else self.result
 
 
 def _given(v: FloatArray, f: IntArray) -> Source:

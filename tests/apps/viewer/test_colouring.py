@@ -27,7 +27,7 @@ def test_the_chart_keeps_the_angles_of_small_faces(poles):
 
 def test_the_chart_is_wound_once_around_each_pole_with_latitude_rising_to_the_first():
     dino = ism.check_mesh(*ism.samples.make("dino", n_vertices=1500))
-    y = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
+    y = ism.spherical_conformal_map(dino.v, dino.f).sphere
     tips = deepest_tips(dino, y)
     corners = mercator_corners(y, dino.f, tips).reshape(-1, 3, 2)
     assert np.isfinite(corners).all()
@@ -42,12 +42,12 @@ def test_the_squares_of_a_conformal_map_are_squares_on_the_surface():
     mesh = ism.check_mesh(*ism.samples.make("spheroid", n_vertices=4000))
     angles = []
     for balance in (0, 1):
-        x = ism.balanced_spherical_map(mesh.vertices, mesh.f, balance).sphere
+        x = ism.balanced_spherical_map(mesh.v, mesh.f, balance).sphere
         corners = checkerboard(mesh, x).checks.reshape(-1, 3, 2)
         flat = np.concatenate((corners, np.zeros((len(mesh.f), 3, 1))), axis=2).reshape(-1, 3)
         away = np.ptp(corners, axis=1).max(axis=1) < 1  # near a pole a face is wider than a square
         chart = corner_angles(flat, np.arange(len(flat)).reshape(-1, 3))
-        angles.append(np.degrees(np.abs(chart - corner_angles(mesh.v, mesh.f)))[away].mean())
+        angles.append(np.degrees(np.abs(chart - corner_angles(mesh.unit, mesh.f)))[away].mean())
     assert angles[0] < 2 < angles[1]
 
 

@@ -78,7 +78,7 @@ def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes
 
 def test_log_factor_is_zero_on_the_unit_sphere_itself():
     mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=2500))
-    assert np.abs(log_conformal_factor(mesh, mesh.vertices)).max() < 5e-3
+    assert np.abs(log_conformal_factor(mesh, mesh.v)).max() < 5e-3
 
 
 def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
@@ -119,9 +119,9 @@ def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
 def test_unknown_subjects_and_directions_are_refused():
     mesh = ism.check_mesh(*ism.samples.sphere(42))
     with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, conformal factor"):
-        colouring(mesh, mesh.v, "factor")
+        colouring(mesh, mesh.unit, "factor")
     with pytest.raises(ValueError, match="unknown direction 'up': choose one of auto, x, -x"):
-        pose(mesh.v, "up")
+        pose(mesh.unit, "up")
 
 
 @needs_drawing

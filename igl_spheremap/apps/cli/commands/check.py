@@ -75,7 +75,7 @@ def run_check(args: Namespace) -> Exit:
                   f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
                   off_radius=off_radius)
     if not len(checked.certificate.not_finite) and checked.radius > 0:
-        unit, v, surface = x / checked.radius, mesh.vertices, mesh.f[mesh.surface]
+        unit, v, surface = x / checked.radius, mesh.v, mesh.f[mesh.surface]
         found.extend([
             findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
             findings.angles(angle_differences(v, surface, unit)),

@@ -161,9 +161,9 @@ def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
     if not len(certificate.not_finite):
         image = in_space(p)
         found.extend([
-            findings.angles(angle_differences(disk.v, disk.f, image)),
-            findings.areas(area_distortion(disk.v, disk.f, image)),
-            findings.edges(edge_distortion(disk.v, disk.f, image)),
+            findings.angles(angle_differences(disk.unit, disk.f, image)),
+            findings.areas(area_distortion(disk.unit, disk.f, image)),
+            findings.edges(edge_distortion(disk.unit, disk.f, image)),
         ])
     found.extend([findings.verdict(certificate)])
     found.report(args)
