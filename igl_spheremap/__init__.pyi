@@ -36,6 +36,8 @@ from .io.surface_maps import write_surface_map as write_surface_map
 from .io.written_map import SphereCheck as SphereCheck
 from .io.written_map import read_map as read_map
 from .io.written_map import write_map as write_map
+from .maps.algorithms import algorithm_1 as algorithm_1
+from .maps.algorithms import algorithm_2 as algorithm_2
 from .maps.balanced import balanced_spherical_map as balanced_spherical_map
 from .maps.given_sphere import repair_foldings as repair_foldings
 from .maps.given_sphere import sphere_map as sphere_map
@@ -44,8 +46,6 @@ from .maps.options import Auto as Auto
 from .maps.options import GuYau as GuYau
 from .maps.options import Lai2014 as Lai2014
 from .maps.options import Stereographic as Stereographic
-from .maps.remove_foldings import minimize_harmonic_energy as minimize_harmonic_energy
-from .maps.remove_foldings import remove_foldings as remove_foldings
 from .maps.sphere_map import OpenMap as OpenMap
 from .maps.sphere_map import SphereMap as SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map

@@ -26,7 +26,7 @@ from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
-from ..untangle.algorithm_2 import remove_foldings
+from ..untangle.algorithm_2 import algorithm_2
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
 from ..untangle.plan import plan_repair
@@ -98,7 +98,7 @@ def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray 
     x, name = (vertex_normals(mesh.unit, mesh.f), "gauss map") if start is None else (start, "given map")
     projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
     metric = step_metric(L) if options.metric == "laplacian" else None
-    x, run = remove_foldings(
+    x, run = algorithm_2(
         mesh, HarmonicEnergy(L), x, name, algorithm_1, options.rounds, projections, metric=metric,
         gauge=options.gauge == "centred", repair_star_maps=options.repair_star_maps, keep_best=options.keep_best,
         listener=listener)

@@ -24,7 +24,7 @@ from .local_repair import has_few_foldings, repair_locally
 _SETTLED = 1e-4
 
 
-def remove_foldings(
+def algorithm_2(
     mesh: Mesh,
     energy: HarmonicEnergy,
     x: FloatArray,

@@ -54,7 +54,7 @@ def printed_algorithm_1(v, f, k):
 
 def test_algorithm_1_as_printed_is_the_papers_six_steps():
     seen = []
-    ism.minimize_harmonic_energy(V, F, method=ism.Lai2014.as_printed(max_iterations=40), listener=seen.append)
+    ism.algorithm_1(V, F, method=ism.Lai2014.as_printed(max_iterations=40), listener=seen.append)
     assert np.array_equal(seen[0].x, ism.gauss_map(V, F))  # as it is, not centred
     for iterate, (x, energy, residual, tau) in zip(seen[2:], printed_algorithm_1(V, F, 40), strict=True):
         assert np.abs(iterate.x - x).max() < 1e-7
@@ -126,10 +126,10 @@ def test_the_map_of_the_best_round_is_kept_or_that_of_the_last():
 def test_weights_are_mollified_unless_that_is_refused():
     v, f = np.array(V), F
     v[f[0, 2]] = v[f[0, 0]]  # faces of no area
-    mollified = ism.minimize_harmonic_energy(v, f, method=ism.Lai2014(max_iterations=5))
+    mollified = ism.algorithm_1(v, f, method=ism.Lai2014(max_iterations=5))
     assert "cotangent weights are not usable: slivers or faces of zero area" in mollified.notes
     with pytest.raises(ism.MapError, match=r"not finite at 2 faces without area, e.g. 0, \d+; remove such faces"):
-        ism.minimize_harmonic_energy(v, f, method=ism.Lai2014.as_printed())
+        ism.algorithm_1(v, f, method=ism.Lai2014.as_printed())
 
 
 @pytest.mark.parametrize("bound", [True, False])
@@ -146,7 +146,7 @@ def test_quotients_are_bounded_or_not(bound):
 def test_wen_yins_rule_ends_where_map_and_energy_hardly_change():
     seen = []
     method = ism.Lai2014.as_printed(stop="wen-yin")
-    result = ism.minimize_harmonic_energy(V, F, method=method, listener=seen.append)
+    result = ism.algorithm_1(V, F, method=method, listener=seen.append)
     assert result.status is ism.Status.CONVERGED
     assert seen[-1].residual > method.gradient_tolerance
     before, after = seen[1:-1], seen[2:]

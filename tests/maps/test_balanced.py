@@ -129,7 +129,7 @@ def test_a_balance_outside_is_refused(balance):
 
 
 def test_a_folded_map_is_refused():
-    folded = ism.minimize_harmonic_energy(V, F, method=ism.Lai2014(max_iterations=1))
+    folded = ism.algorithm_1(V, F, method=ism.Lai2014(max_iterations=1))
     assert not folded.certificate.folding_free
     with pytest.raises(ism.FoldingsRemain, match="repair_foldings"):
         folded.rebalance(0.5)

@@ -35,7 +35,7 @@ def test_keywords_have_the_names_and_defaults_of_the_record(function, record, le
     assert defaults(function) == options
 
 
-@pytest.mark.parametrize("function", [ism.minimize_harmonic_energy, ism.remove_foldings])
+@pytest.mark.parametrize("function", [ism.algorithm_1, ism.algorithm_2])
 def test_the_algorithms_by_name_take_the_papers_record(function):
     assert defaults(function) == {"method": ism.Lai2014()}
     assert function(V, F, method=ism.Lai2014(xi=0.5)).settings["xi"] == 0.5
@@ -158,8 +158,8 @@ def test_a_class_is_no_record(call):
 @pytest.mark.parametrize("call", [
     lambda: ism.SphereMapper(V, F, ism.Lai2014()),
     lambda: ism.SphereMapper(V, F, "auto"),
-    lambda: ism.minimize_harmonic_energy(V, F, method="lai2014"),
-    lambda: ism.remove_foldings(V, F, method=ism.Auto()),
+    lambda: ism.algorithm_1(V, F, method="lai2014"),
+    lambda: ism.algorithm_2(V, F, method=ism.Auto()),
     lambda: ism.spherical_conformal_map(V, F, 3),
 ])
 def test_records_of_other_methods_are_refused(call):

@@ -108,7 +108,7 @@ def test_every_map_takes_caps(body, result):
         ism.spherical_conformal_map(v, f, "lai2014", caps=caps),
         ism.spherical_conformal_map(v, f, "gu-yau", caps=caps),
         ism.spherical_conformal_map(v, f, "stereographic", caps=caps),
-        ism.minimize_harmonic_energy(v, f, caps=caps),
+        ism.algorithm_1(v, f, caps=caps),
         ism.p_harmonic_map(v, f, 1.8, caps=caps),
         ism.landmark_map(v, f, [0], [[0, 0, 1.0]], caps=caps),
         ism.repair_foldings(v, f, result.sphere, caps=caps),

@@ -60,7 +60,7 @@ def test_algorithm_1_and_gu_yau_take_libigls_matrices_once(calls, method):
 
 def test_each_round_of_algorithm_2_takes_a_full_mass(calls):
     v, f = ism.samples.make("bird", n_vertices=880)
-    result = ism.remove_foldings(v, f, method=ism.Lai2014.as_printed(max_iterations=20, rounds=2))
+    result = ism.algorithm_2(v, f, method=ism.Lai2014.as_printed(max_iterations=20, rounds=2))
     rounds = len(result.rounds) - 1
     assert calls["full massmatrix"] == calls["full massmatrix_intrinsic"] == rounds == 2
     assert calls["barycentric massmatrix"] == 1 + 3 * rounds

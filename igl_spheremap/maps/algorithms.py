@@ -18,7 +18,7 @@ from .sphere_map import SphereMap
 
 @takes_mesh
 @own_errstate
-def minimize_harmonic_energy(
+def algorithm_1(
     v: ArrayLike,
     f: ArrayLike,
     start: ArrayLike | None = None,
@@ -62,17 +62,17 @@ def minimize_harmonic_energy(
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.minimize_harmonic_energy(v, f).certificate.folding_free
+    >>> ism.algorithm_1(v, f).certificate.folding_free
     True
     """
     method_of(method, Lai2014)
-    return remove_foldings(v, f, start, method=replace(method, rounds=0), caps=caps, listener=listener)
+    return algorithm_2(v, f, start, method=replace(method, rounds=0), caps=caps, listener=listener)
 
 
 @takes_mesh
 @own_errstate
 @timed()
-def remove_foldings(
+def algorithm_2(
     v: ArrayLike,
     f: ArrayLike,
     start: ArrayLike | None = None,
@@ -116,7 +116,7 @@ def remove_foldings(
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> [(r.start, r.foldings_after) for r in ism.remove_foldings(v, f).rounds]
+    >>> [(r.start, r.foldings_after) for r in ism.algorithm_2(v, f).rounds]
     [('gauss map', 0)]
     """
     method_of(method, Lai2014)

@@ -13,7 +13,7 @@ V = X * [1, 1.2, 1.6]
 def test_foldings_of_a_dinosaur_are_removed_in_at_most_three_rounds():
     v, f = ism.samples.make("dino", n_vertices=2500)
     stages = []
-    result = ism.remove_foldings(v, f, listener=lambda it: stages.append((it.round, it.stage)))
+    result = ism.algorithm_2(v, f, listener=lambda it: stages.append((it.round, it.stage)))
     assert ism.certify(ism.gauss_map(v, f), f).foldings > 500
     assert result.rounds[0].start == "gauss map"
     assert result.rounds[0].foldings_before > 500
@@ -35,7 +35,7 @@ def test_on_a_delaunay_mesh_the_weights_are_the_papers():
 @pytest.mark.parametrize("weights", ["cotangent", "delaunay"])
 @pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
 def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights):
-    result = ism.remove_foldings(X * flat, F, method=ism.Lai2014(edge_weights=weights, max_iterations=50))
+    result = ism.algorithm_2(X * flat, F, method=ism.Lai2014(edge_weights=weights, max_iterations=50))
     assert not result.certificate.folding_free
     assert len(result.rounds) == 1
     assert any("there is no star map" in note for note in result.notes)
@@ -49,23 +49,23 @@ def test_a_listener_can_stop_at_a_star_map():
             assert np.allclose(iterate.details["eigenvalues"], 2, atol=1)
             raise StopIteration
 
-    result = ism.remove_foldings(v, f, method=ism.Lai2014(max_iterations=300), listener=stop)
+    result = ism.algorithm_2(v, f, method=ism.Lai2014(max_iterations=300), listener=stop)
     assert result.status is ism.Status.STOPPED
     assert len(result.rounds) == 2
 
 
 def test_algorithm_1_alone_does_no_eigen_projection():
     v, f = ism.samples.make("dino", n_vertices=1500)
-    result = ism.minimize_harmonic_energy(v, f, method=ism.Lai2014(max_iterations=50))
+    result = ism.algorithm_1(v, f, method=ism.Lai2014(max_iterations=50))
     assert len(result.rounds) == 1
     assert not result.certificate.folding_free
 
 
 def test_any_directions_are_taken_as_a_start_but_nothing_else():
-    result = ism.minimize_harmonic_energy(V, F, 7 * X)
+    result = ism.algorithm_1(V, F, 7 * X)
     assert result.certificate.folding_free
     for bad in (0 * X, np.full_like(X, np.nan)):
         with pytest.raises(ism.MeshError, match="zero or not finite"):
-            ism.minimize_harmonic_energy(V, F, bad)
+            ism.algorithm_1(V, F, bad)
     with pytest.raises(ism.MeshError, match="rows"):
-        ism.minimize_harmonic_energy(V, F, X[1:])
+        ism.algorithm_1(V, F, X[1:])
