@@ -95,7 +95,7 @@ def measured(v, f):
 
 def figures(result, cost, steps):
     """What the table shows; faces whose source has no area have no ratio."""
-    area, angle = np.abs(result.area_ratios()), np.abs(result.angle_differences())
+    area, angle = np.abs(result.log_area_ratios()), np.abs(result.angle_differences())
     area = area[np.isfinite(area)]
     return {"area": float(area.mean()), "area 99 %": float(np.quantile(area, 0.99)), "angles": float(angle.mean()),
             "cost": cost, "steps": steps, "status": result.status.name}
@@ -118,7 +118,7 @@ def field(results, paths):
             else:
                 seconds = seconds or time.process_time() - began
                 x = x / np.linalg.norm(x, axis=1, keepdims=True)
-                found = {"area": float(np.abs(ism.area_distortion(v, f, x)).mean()), "seconds": seconds,
+                found = {"area": float(np.abs(ism.log_area_ratios(v, f, x)).mean()), "seconds": seconds,
                          "angles": float(np.abs(ism.angle_differences(v, f, x)).mean()),
                          "foldings": ism.certify(x, conformal.faces).foldings}
             with results.open("a") as file:

@@ -120,8 +120,8 @@ def figures(v: np.ndarray, f: np.ndarray, p: np.ndarray) -> dict[str, float]:
     mesh = ism.check_disk(v, f)
     image = np.column_stack((p, np.zeros(len(p))))
     certificate = ism.certify(p, f)
-    sizes = [np.abs(part) for part in (ism.angle_differences(v, f, image), ism.area_distortion(v, f, image),
-                                       ism.edge_distortion(v, f, image))]
+    sizes = [np.abs(part) for part in (ism.angle_differences(v, f, image), ism.log_area_ratios(v, f, image),
+                                       ism.log_length_ratios(v, f, image))]
     angle, area, edge = (float(size[np.isfinite(size)].mean()) for size in sizes)
     return {"folds": certificate.foldings, "crossings": int(rim_crossings(p, mesh.rim).sum()), "angle": angle,
             "area": area, "edge": edge}

@@ -115,8 +115,8 @@ def compare(rows) -> None:
 
 def columns(result) -> dict[str, float]:
     """The columns of a row that follow from its map."""
-    sizes = {"angle": result.angle_differences(), "area": result.area_ratios(),
-             "edge": ism.edge_distortion(result.vertices, result.faces, result.sphere)}
+    sizes = {"angle": result.angle_differences(), "area": result.log_area_ratios(),
+             "edge": ism.log_length_ratios(result.vertices, result.faces, result.sphere)}
     kinds = {"mean": np.mean, "p99": lambda size: np.percentile(size, 99), "max": np.max}
     measured = {f"{kind}_{name}": float(of(np.abs(values))) for name, values in sizes.items()
                 for kind, of in kinds.items()}

@@ -22,7 +22,7 @@ def angles_or_areas(v, f, up, target, progress):
     for balance in (0, 0.5, 1):
         result = ism.balanced_spherical_map(v, f, balance, listener=progress.listener(f))
         board = checkerboard(mesh, result.sphere, poles)
-        angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.area_ratios()).mean())
+        angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
         bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=board.checks))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
         spheres.append(Part(caption, result.sphere @ turn.T, f, folded=board.folded, checks=board.checks))

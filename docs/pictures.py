@@ -115,7 +115,7 @@ def curves(path: Path) -> list[str]:
     v, f = ism.samples.make("dino")
     recording = ism.Recording(f)
     result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
                       title="dino, lai2014")
     figure.savefig(path, dpi=110)
     return []
@@ -163,9 +163,9 @@ def flat_maps(path: Path) -> list[str]:
         Part(f"a surface with a boundary\n{len(v):,} vertices", fit(v, pose(v)), f),
         Part(f"conformal disk\nangles differ by {np.abs(disk.angle_differences()).mean():.1f} degrees",
              fit(disk.image, np.eye(3)), f),
-        Part(f"area-preserving disk\nareas differ by {np.abs(even.area_ratios()).mean():.0%}",
+        Part(f"area-preserving disk\nareas differ by {np.abs(even.log_area_ratios()).mean():.0%}",
              fit(even.image, np.eye(3)), f),
-        Part(f"flat map\nlengths differ by {np.abs(flat.edge_ratios()).mean():.0%}", fit(flat.image, np.eye(3)), f),
+        Part(f"flat map\nlengths differ by {np.abs(flat.log_length_ratios()).mean():.0%}", fit(flat.image, np.eye(3)), f),
     ]  # fmt: skip
     return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
 
@@ -178,7 +178,7 @@ def balance_front(path: Path) -> list[str]:
         result, points = ism.spherical_conformal_map(v, f), []
         for balance in np.linspace(0, 1, 9):
             result = result.rebalance(float(balance))
-            area, angle = np.abs(result.area_ratios()).mean(), np.abs(result.angle_differences()).mean()
+            area, angle = np.abs(result.log_area_ratios()).mean(), np.abs(result.angle_differences()).mean()
             points.append((angle, np.exp(area)))
         x, y = np.transpose(points)
         ax.semilogy(x, y, color=colour, marker="o", markersize=4)

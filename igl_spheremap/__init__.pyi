@@ -104,9 +104,9 @@ from .untangle.effort import Effort as Effort
 from .verify.certificate import Certificate as Certificate
 from .verify.certificate import certify as certify
 from .verify.distortion import angle_differences as angle_differences
-from .verify.distortion import area_distortion as area_distortion
 from .verify.distortion import conformal_factor as conformal_factor
-from .verify.distortion import edge_distortion as edge_distortion
+from .verify.distortion import log_area_ratios as log_area_ratios
+from .verify.distortion import log_length_ratios as log_length_ratios
 
 __version__: str
 __all__: list[str]

@@ -145,6 +145,6 @@ class SphereMapAccessor:
         sphere.points = result.sphere
         sphere.point_data[FACTOR] = result.conformal_factor()
         sphere.cell_data[ANGLES] = np.abs(result.angle_differences()).mean(axis=1)
-        sphere.cell_data[AREAS] = result.area_ratios()
+        sphere.cell_data[AREAS] = result.log_area_ratios()
         sphere.spheremap.result = result
         return sphere

@@ -27,7 +27,7 @@ def test_the_sphere_is_that_of_the_arrays_with_the_data_of_the_mesh(mesh):
     assert np.array_equal(sphere.points, result.sphere)
     assert np.array_equal(sphere.regular_faces, mesh.regular_faces)
     assert np.array_equal(sphere["height"], mesh.points[:, 2])
-    assert np.array_equal(sphere.cell_data[ours.AREAS], result.area_ratios())
+    assert np.array_equal(sphere.cell_data[ours.AREAS], result.log_area_ratios())
     assert np.array_equal(sphere.point_data[ours.FACTOR], result.conformal_factor())
     assert sphere.spheremap.result.certificate.folding_free
     assert ours.AREAS not in mesh.cell_data

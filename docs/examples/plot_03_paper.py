@@ -16,6 +16,6 @@ for entry in result.rounds:
     print(f"round {entry.round}: {entry.foldings_before:,} folded faces before, {entry.foldings_after:,} after")
 assert result.certificate.folding_free
 
-figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
+figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
                   title="a dinosaur")
 figure

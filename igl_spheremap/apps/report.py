@@ -76,7 +76,7 @@ def write_report(
         "<h2>Pictures</h2>",
         *_pictures(mesh, result.sphere, recording, up),
         "<h2>Curves</h2>",
-        _svg(plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios())),
+        _svg(plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios())),
     ])
 
 
@@ -122,7 +122,7 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
     disk, f, certificate = result.mesh, result.faces, result.certificate
     if len(f) > MOST_FACES:
         return _TOO_LARGE.format(len(f))
-    ratios, differences = result.area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
+    ratios, differences = result.log_area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
     sizes_of = sizes("angle difference in degrees", round_up(float(np.percentile(differences, 95))))
     folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
     image = fit(result.image, np.eye(3))

@@ -25,17 +25,17 @@ class Distortion:
     ----------
     symmetric_dirichlet : (m,) float64 array
         s1^2 + s2^2 + 1/s1^2 + 1/s2^2; 4 for an isometry.
-    area : (m,) float64 array
+    area_ratio : (m,) float64 array
         The larger one of s1 s2 and its inverse; 1 where areas are kept.
-    angle : (m,) float64 array
+    angle_ratio : (m,) float64 array
         s1 / s2; 1 where angles are kept.
     source_areas, target_areas : (m,) float64 arrays
         The share of each face in the area of the source and of the target; 0 for those in caps.
     """
 
     symmetric_dirichlet: FloatArray
-    area: FloatArray
-    angle: FloatArray
+    area_ratio: FloatArray
+    angle_ratio: FloatArray
     source_areas: FloatArray
     target_areas: FloatArray
 
@@ -65,11 +65,12 @@ class Distortion:
 
     @property
     def figures(self) -> dict[str, dict[str, dict[str, float]]]:
-        """Median, 95 percent and the share of area above 100, as ``figures["over_source"]["angle"]["median"]``.
+        """Median, 95 percent and the share of area above 100, as ``figures["over_source"]["angle_ratio"]["median"]``.
 
         They are taken over the area of the source (``over_source``) and over that of the target (``over_target``).
         """
-        return {over: {name: _figures(getattr(self, name), areas) for name in ("symmetric_dirichlet", "area", "angle")}
+        names = "symmetric_dirichlet", "area_ratio", "angle_ratio"
+        return {over: {name: _figures(getattr(self, name), areas) for name in names}
                 for over, areas in (("over_source", self.source_areas), ("over_target", self.target_areas))}
 
 

@@ -203,8 +203,8 @@ class SurfaceMap(Result):
         --------
         >>> import igl_spheremap as ism
         >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
-        >>> figures = ism.match(a, b).distortion().figures
-        >>> figures["over_source"]["symmetric_dirichlet"]["median"] >= 4, figures["over_target"]["angle"]["above_100"]
+        >>> figures = ism.match(a, b).distortion().figures["over_source"]
+        >>> figures["symmetric_dirichlet"]["median"] >= 4, figures["angle_ratio"]["above_100"]
         (True, 0.0)
         """
         common = self._overlay

@@ -48,7 +48,7 @@ def balanced_spherical_map(
     Returns
     -------
     SphereMap
-        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``area_ratios()`` miss
+        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``log_area_ratios()`` miss
         their target by more than a factor of 1.35 on average, its ``status`` is ``SHORT``, and a note says by how much,
         and how the steps ended.
 
@@ -72,7 +72,7 @@ def balanced_spherical_map(
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
     >>> result = ism.balanced_spherical_map(v, f, balance=1)
-    >>> result.certificate.folding_free, result.status.name, bool(abs(result.area_ratios()).mean() < 0.02)
+    >>> result.certificate.folding_free, result.status.name, bool(abs(result.log_area_ratios()).mean() < 0.02)
     (True, 'CONVERGED', True)
     """
     check_number(balance, "balance", most=1)

@@ -16,7 +16,7 @@ from ..result.recording import plot_run
 from ..result.result import Result
 from ..result.run import History, Listener, Run, Status
 from ..verify.certificate import Certificate
-from ..verify.distortion import angle_differences, area_distortion, conformal_factor
+from ..verify.distortion import angle_differences, conformal_factor, log_area_ratios
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,15 +80,15 @@ class SphereMap(Result):
         return conformal_factor(self.vertices, self.faces, self.sphere)
 
     @own_errstate
-    def area_ratios(self) -> FloatArray:
-        """Logarithm of image area over source area of every face, each surface having area 1.
+    def log_area_ratios(self) -> FloatArray:
+        """Natural logarithm of image area over source area of every face, each surface having area 1.
 
         Returns
         -------
         (m,) float64 array
-            As from `igl_spheremap.area_distortion`, without the rows of caps and their areas.
+            As from `igl_spheremap.log_area_ratios`, without the rows of caps and their areas.
         """
-        return area_distortion(self.vertices, self.faces[self.mesh.surface], self.sphere)
+        return log_area_ratios(self.vertices, self.faces[self.mesh.surface], self.sphere)
 
     def drop_caps(self) -> OpenMap:
         """The open surface and its image, without the caps that close its holes and cuts.
@@ -126,7 +126,7 @@ class SphereMap(Result):
         FileError
             If matplotlib is not installed.
         """
-        return plot_run(self.history, None, self.angle_differences(), self.area_ratios(),
+        return plot_run(self.history, None, self.angle_differences(), self.log_area_ratios(),
                         title=f"method {self.method}")
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
@@ -196,9 +196,9 @@ class OpenMap(Result):
         """Angle differences (l, 3) in degrees, image minus source."""
         return self.whole.angle_differences()
 
-    def area_ratios(self) -> FloatArray:
+    def log_area_ratios(self) -> FloatArray:
         """Logarithm of image area over source area (l,), each of area 1."""
-        return self.whole.area_ratios()
+        return self.whole.log_area_ratios()
 
     def conformal_factor(self) -> FloatArray:
         """Conformal factor e^{2u} at the vertices (k,), equation (14)."""
@@ -232,7 +232,7 @@ def run_findings(result: SphereMap) -> list[Finding]:
 
 def map_findings(result: SphereMap) -> list[Finding]:
     """What is known of a map; the verdict comes last."""
-    found = [energy(result.energy), angles(result.angle_differences()), areas(result.area_ratios())]
+    found = [energy(result.energy), angles(result.angle_differences()), areas(result.log_area_ratios())]
     if result.balance:
         text = f"{result.balance:g} on the way from conformal (0) to area-preserving (1)"
         found.append(Finding("balance", text, {}))

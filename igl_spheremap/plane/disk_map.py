@@ -154,7 +154,7 @@ def balanced_disk_map(
     >>> half = f[v[f, 2].mean(axis=1) > 0]
     >>> rows, half = np.unique(half, return_inverse=True)
     >>> disk = ism.balanced_disk_map(v[rows], half.reshape(-1, 3), balance=1)
-    >>> disk.certificate.folding_free, bool(abs(disk.area_ratios()).mean() < 0.05)
+    >>> disk.certificate.folding_free, bool(abs(disk.log_area_ratios()).mean() < 0.05)
     (True, True)
     """
     check_number(balance, "balance", most=1)

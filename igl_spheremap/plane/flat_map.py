@@ -22,7 +22,7 @@ from ..newton.system import VertexSystem
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
-from ..verify.distortion import edge_distortion
+from ..verify.distortion import log_length_ratios
 from .disk_map import DiskMap, disk_conformal_map
 from .plane_map import PlaneMap, in_space, upright
 from .problem import RADIUS, FreeProblem
@@ -117,7 +117,7 @@ def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Liste
     >>> i = np.arange(65).reshape(5, 13)
     >>> a, b, c, d = (corner.ravel() for corner in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
     >>> flat = ism.flatten(v, np.vstack((np.column_stack((a, b, c)), np.column_stack((a, c, d)))))
-    >>> flat.certificate.folding_free, bool(abs(flat.edge_ratios()).max() < 1e-6)
+    >>> flat.certificate.folding_free, bool(abs(flat.log_length_ratios()).max() < 1e-6)
     (True, True)
     """
     check_number(balance, "balance", most=1)
@@ -185,7 +185,7 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
 
 def _judged(run: Run, disk: Disk, p: FloatArray) -> Run:
     """The record of a run, which says so where lengths are far off."""
-    worst = float(np.exp(np.abs(edge_distortion(disk.unit, disk.f, in_space(p / np.abs(p).max()))).max()))
+    worst = float(np.exp(np.abs(log_length_ratios(disk.unit, disk.f, in_space(p / np.abs(p).max()))).max()))
     if worst < _FAR:
         return run
     note = f"lengths are off by a factor of up to {worst:.3g}; {run.status.value}"

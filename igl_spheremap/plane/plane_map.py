@@ -17,7 +17,7 @@ from ..result.result import Result
 from ..result.run import Run
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
-from ..verify.distortion import angle_differences, area_distortion, edge_distortion
+from ..verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 
 #: Share of the best agreement above which views agree equally well, up to rounding: the first of them is taken.
 _NEARLY = 1 - 1e-6
@@ -84,26 +84,26 @@ class PlaneMap(Result):
         return angle_differences(self.mesh.unit, self.mesh.f, self._scaled)
 
     @own_errstate
-    def area_ratios(self) -> FloatArray:
-        """Logarithm of image area over source area of every face, each surface having area 1.
+    def log_area_ratios(self) -> FloatArray:
+        """Natural logarithm of image area over source area of every face, each surface having area 1.
 
         Returns
         -------
         (m,) float64 array
             Zero for an area-preserving map.
         """
-        return area_distortion(self.mesh.unit, self.mesh.f, self._scaled)
+        return log_area_ratios(self.mesh.unit, self.mesh.f, self._scaled)
 
     @own_errstate
-    def edge_ratios(self) -> FloatArray:
-        """Logarithm of image length over source length of every edge, each surface having area 1.
+    def log_length_ratios(self) -> FloatArray:
+        """Natural logarithm of image length over source length of every edge, each surface having area 1.
 
         Returns
         -------
         (m, 3) float64 array
             Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
         """
-        return edge_distortion(self.mesh.unit, self.mesh.f, self._scaled)
+        return log_length_ratios(self.mesh.unit, self.mesh.f, self._scaled)
 
     def plot(self, title: str = "") -> Any:
         """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.
@@ -123,7 +123,7 @@ class PlaneMap(Result):
         FileError
             If matplotlib is not installed.
         """
-        return plot_plane(self.plane, self.faces, self.rim, self.angle_differences(), self.area_ratios(), title)
+        return plot_plane(self.plane, self.faces, self.rim, self.angle_differences(), self.log_area_ratios(), title)
 
     def _repr_html_(self) -> str:
         """The figures as notebooks show them."""
@@ -140,7 +140,7 @@ def in_space(p: FloatArray) -> FloatArray:
 
 def plane_findings(result: PlaneMap) -> list[Finding]:
     """What is known of a map to the plane; the verdict comes last."""
-    return [angles(result.angle_differences()), areas(result.area_ratios()), edges(result.edge_ratios()),
+    return [angles(result.angle_differences()), areas(result.log_area_ratios()), edges(result.log_length_ratios()),
             verdict(result.certificate)]
 
 

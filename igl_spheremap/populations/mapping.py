@@ -21,7 +21,7 @@ from ..maps.options import Auto, Method
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.clean import repair_mesh
-from ..verify.distortion import edge_distortion, log_figures
+from ..verify.distortion import log_figures, log_length_ratios
 from .job import Job, Task
 from .table import Row
 
@@ -73,8 +73,8 @@ class Options(Task[Job]):
         moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
         figures = {
             "angle": log_figures(result.angle_differences()),
-            "area": log_figures(result.area_ratios()),
-            "edge": log_figures(edge_distortion(result.vertices, result.faces[result.mesh.surface], result.sphere)),
+            "area": log_figures(result.log_area_ratios()),
+            "edge": log_figures(log_length_ratios(result.vertices, result.faces[result.mesh.surface], result.sphere)),
         }
         columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
                                    for kind in ("mean", "p99", "max")}

@@ -29,7 +29,7 @@ from ..io.replacing import replacing
 from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
-from ..verify.distortion import area_distortion
+from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
 from .mapping import Options
@@ -224,7 +224,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), _LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T
-    colours = ramp.colours(area_distortion(mesh.unit, mesh.f, x))
+    colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
     tiles = [raster(y @ turn, mesh.f, colours * shading(y, mesh.f, turn, _AMBIENT)[:, None], SIZE, folded)
              for turn in (view, view * _BEHIND) for y in (v, x)]

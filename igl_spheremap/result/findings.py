@@ -60,15 +60,15 @@ def angles(differences: FloatArray) -> Finding:
 
 def areas(logarithms: FloatArray) -> Finding:
     """Logarithms of image area over source area (m,)."""
-    return _ratios("area", logarithms)
+    return _ratios("areas", "log_area_ratios", logarithms)
 
 
 def edges(logarithms: FloatArray) -> Finding:
     """Logarithms of image length over source length."""
-    return _ratios("edge", logarithms)
+    return _ratios("edges", "log_length_ratios", logarithms)
 
 
-def _ratios(kind: str, logarithms: FloatArray) -> Finding:
+def _ratios(label: str, name: str, logarithms: FloatArray) -> Finding:
     numbers = log_figures(logarithms)
     text = "log(image / source) is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})"
-    return Finding(f"{kind}s", text.format(**numbers), {f"{kind}_ratios": numbers})
+    return Finding(label, text.format(**numbers), {name: numbers})

@@ -108,8 +108,8 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 @takes_mesh
 @own_errstate
-def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
-    """Logarithm of image area over source area of every face, each surface having area 1.
+def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
+    """Natural logarithm of image area over source area of every face, each surface having area 1.
 
     Both areas are those of flat triangles, the image's spanned by its three corners on the sphere.
 
@@ -138,7 +138,7 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
     >>> conformal, preserving = (ism.balanced_spherical_map(v, f, balance) for balance in (0, 1))
-    >>> bool(abs(conformal.area_ratios()).mean() > 0.4), bool(abs(preserving.area_ratios()).mean() < 0.02)
+    >>> bool(abs(conformal.log_area_ratios()).mean() > 0.4), bool(abs(preserving.log_area_ratios()).mean() < 0.02)
     (True, True)
     """
     v, f, x = _checked(v, f, x)
@@ -148,8 +148,8 @@ def area_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 @takes_mesh
 @own_errstate
-def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
-    """Logarithm of image length over source length of every edge, each surface having area 1.
+def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
+    """Natural logarithm of image length over source length of every edge, each surface having area 1.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def edge_distortion(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     --------
     >>> import igl_spheremap as ism
     >>> x, f = ism.samples.sphere(162)
-    >>> bool(abs(ism.edge_distortion(3 * x, f, x)).max() < 1e-12)
+    >>> bool(abs(ism.log_length_ratios(3 * x, f, x)).max() < 1e-12)
     True
     """
     v, f, x = _checked(v, f, x)

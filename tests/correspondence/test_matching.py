@@ -94,7 +94,7 @@ def test_similarities_and_numbering_change_nothing(birds, found):
 def test_a_to_b_is_strained_as_b_to_a(birds, found):
     there, back = found.distortion().figures, ism.match(birds[1], birds[0]).distortion().figures
     for over, under in (("over_source", "over_target"), ("over_target", "over_source")):
-        for measure, most in (("symmetric_dirichlet", 0.1), ("area", 0.1), ("angle", 0.2)):
+        for measure, most in (("symmetric_dirichlet", 0.1), ("area_ratio", 0.1), ("angle_ratio", 0.2)):
             assert there[over][measure]["median"] == pytest.approx(back[under][measure]["median"], rel=most)
 
 

@@ -51,7 +51,7 @@ def test_a_mesh_is_checked_and_normalised_once(call, checks):
 @pytest.mark.parametrize("call", [
     lambda: RESULT.angle_differences(),
     lambda: RESULT.conformal_factor(),
-    lambda: RESULT.area_ratios(),
+    lambda: RESULT.log_area_ratios(),
     lambda: RESULT._repr_html_(),
     lambda: RESULT.rebalance(0.6),
     lambda: ism.register(RESULT, RESULT, stages=("rotation", "moebius")),

@@ -28,9 +28,9 @@ def test_what_unrolls_is_unrolled(name, balance):
     flat = ism.flatten(SHEETS[name](*p.T), f, balance)
     assert flat.certificate.folding_free
     if name != "cone":  # its triangles are no parts of one plane sheet: quadrilaterals across rulings bend
-        assert np.abs(flat.edge_ratios()).max() < 1e-6
+        assert np.abs(flat.log_length_ratios()).max() < 1e-6
         assert np.abs(flat.angle_differences()).max() < 1e-4
-    assert np.abs(flat.edge_ratios()).mean() < 0.01
+    assert np.abs(flat.log_length_ratios()).mean() < 0.01
 
 
 def test_units_area_and_direction_are_the_surface_s():
@@ -51,7 +51,7 @@ def test_extreme_scales_and_surfaces_without_area(scales):
     assert flat.certificate.folding_free
     assert np.isfinite(flat.plane).all()
     if scales[0] == scales[1]:
-        assert np.abs(flat.edge_ratios()).max() < 1e-6
+        assert np.abs(flat.log_length_ratios()).max() < 1e-6
 
 
 def test_turning_the_surface_turns_nothing_but_the_image():
@@ -92,15 +92,15 @@ def winding(turns):
 def test_a_helical_strip_is_laid_out_without_overlap(turns):
     flat = ism.flatten(*winding(turns))
     assert flat.certificate.folding_free
-    assert np.isfinite(flat.edge_ratios()).all()
+    assert np.isfinite(flat.log_length_ratios()).all()
 
 
 def test_balance_trades_angles_for_areas():
     v, f, _ = half(*ism.samples.make("spheroid", n_vertices=1500), axis=0)
     maps = [ism.flatten(v, f, balance=balance) for balance in (0, 0.7, 1)]
     angles = [np.abs(m.angle_differences()).mean() for m in maps]
-    areas = [np.abs(m.area_ratios()).mean() for m in maps]
-    edges = [np.abs(m.edge_ratios()).mean() for m in maps]
+    areas = [np.abs(m.log_area_ratios()).mean() for m in maps]
+    edges = [np.abs(m.log_length_ratios()).mean() for m in maps]
     assert angles == sorted(angles)
     assert areas == sorted(areas, reverse=True)
     assert min(edges) == edges[1]
@@ -180,7 +180,7 @@ def test_what_overlaps_starts_from_the_map_that_keeps_lengths_better(seed):
     """From the conformal disk lengths end off by factors of 15 to 42."""
     flat = ism.flatten(*chain(seed))
     assert flat.certificate.folding_free
-    assert np.abs(flat.edge_ratios()).max() < np.log(10)
+    assert np.abs(flat.log_length_ratios()).max() < np.log(10)
     assert flat.status is not ism.Status.SHORT
 
 
@@ -188,7 +188,7 @@ def test_status_and_notes_say_where_lengths_are_far_off():
     seen = set()
     for (v, f), balance in ((chain(17), 0.7), (cap(8, 3.0)[:2], 0), (cap(8, 1.5)[:2], 0.7)):
         flat = ism.flatten(v, f, balance)
-        off = np.exp(np.abs(flat.edge_ratios()).max())
+        off = np.exp(np.abs(flat.log_length_ratios()).max())
         seen.add((off > 10, balance > 0))
         far = off > 10 and balance > 0  # a conformal map is not asked for lengths
         assert (flat.status is ism.Status.SHORT) == far

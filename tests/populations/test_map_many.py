@@ -53,8 +53,8 @@ def test_rows_are_those_of_single_maps(run):
             assert np.array_equal(read_mesh(row.target).v, result.sphere)
             assert (row.energy, row.mean_angle, row.max_angle) == (result.energy, size.mean(), size.max())
             assert row.p99_angle == np.percentile(size, 99)
-            assert row.max_area == np.abs(result.area_ratios()).max()
-            edges = np.abs(ism.edge_distortion(result.vertices, result.faces, result.sphere))
+            assert row.max_area == np.abs(result.log_area_ratios()).max()
+            edges = np.abs(ism.log_length_ratios(result.vertices, result.faces, result.sphere))
             assert row.max_edge == edges.max()
 
 

@@ -33,7 +33,7 @@ def test_sentences_hold_the_numbers():
     x, f = ism.samples.sphere(42)
     assert verdict(ism.certify(-x, f)).numbers["certificate"]["flipped"] == {"count": 80, "first": list(range(10))}
     assert angles(np.array([[1.0, -2.0, 3.0]])).text.startswith("differ by 2 degrees on average (median 2,")
-    assert areas(np.array([0.5, -1.5])).numbers["area_ratios"]["mean"] == 1
+    assert areas(np.array([0.5, -1.5])).numbers["log_area_ratios"]["mean"] == 1
 
 
 @pytest.mark.parametrize(("balance", "polish"), [(0.75, "auto"), (0.0, "angles"), (0.0, "auto")])

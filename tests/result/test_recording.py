@@ -99,7 +99,7 @@ def test_a_plot_shows_no_logarithms_of_what_is_about_zero():
     v, f = ism.samples.make("spheroid", n_vertices=500)
     recording = Recording(f)
     result = ism.spherical_conformal_map(v, f, listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios())
+    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios())
     energy = figure.axes[0]
     assert energy.get_yscale() == "linear"
     shown = energy.get_lines()[0].get_ydata()

@@ -13,7 +13,7 @@ PART = V[ROWS], HALF.reshape(-1, 3)
 #: What only maps to the sphere, only maps to the plane, and only parts of maps have.
 OWN = {"SphereMap": {"mesh", "sphere", "drop_caps", "conformal_factor"},
        "OpenMap": {"sphere", "vertex_source", "whole", "conformal_factor"},
-       "PlaneMap": {"mesh", "plane", "rim", "image", "edge_ratios"}}
+       "PlaneMap": {"mesh", "plane", "rim", "image", "log_length_ratios"}}
 OWN |= {"DiskMap": OWN["PlaneMap"], "FlatMap": OWN["PlaneMap"]}
 
 
@@ -59,7 +59,7 @@ def test_maps_go_to_another_balance_and_say_which(results, name):
     assert after.balance == after.settings["balance"] == 0.9
     assert "balance=0.9" in repr(after)
     assert after.certificate.folding_free
-    assert np.abs(after.area_ratios()).mean() < np.abs(before.area_ratios()).mean()
+    assert np.abs(after.log_area_ratios()).mean() < np.abs(before.log_area_ratios()).mean()
     assert after.history[:len(after.conformal.history)] == after.conformal.history
     assert after.seconds > after.conformal.seconds
 

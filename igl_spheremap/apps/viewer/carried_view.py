@@ -60,7 +60,7 @@ class CarriedView(ColouredApp):
 
     def _facts(self) -> list[str]:
         """What the panel says of the map."""
-        names = {"symmetric_dirichlet": "symmetric Dirichlet energy", "area": "area", "angle": "angle"}
+        names = {"symmetric_dirichlet": "symmetric Dirichlet energy", "area_ratio": "area", "angle_ratio": "angle"}
         lines = []
         for over, figures in self.distortion.figures.items():
             lines.append(over.replace("_", " the "))

@@ -16,7 +16,7 @@ from ...mesh.measure import face_areas
 from ...shapes.features import FeatureSurface
 from ...sphere.rows import INFINITE, to_chart
 from ...start.star_map import finite_conformal_factor
-from ...verify.distortion import angle_differences, area_distortion
+from ...verify.distortion import angle_differences, log_area_ratios
 from ...verify.signs import folded_faces
 from .body import Body, Legend
 from .choices import SUBJECTS
@@ -95,7 +95,7 @@ def colouring(
         ramp = palette.diverging(_U, reach or palette.round_up(float(np.percentile(np.abs(u), palette.WITHIN))))
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
-        values = area_distortion(mesh.unit, mesh.f, x)
+        values = log_area_ratios(mesh.unit, mesh.f, x)
         ramp = palette.areas(values[mesh.surface], reach)
     else:
         values = np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1)

@@ -92,7 +92,7 @@ class ResultView(ColouredApp):
             for found in (
                 findings.verdict(self.result.certificate, self.mesh.caps),
                 findings.angles(self.result.angle_differences()),
-                findings.areas(self.result.area_ratios()),
+                findings.areas(self.result.log_area_ratios()),
             )
         ]
         self.move(np.zeros(3))

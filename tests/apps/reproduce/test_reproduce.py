@@ -232,7 +232,7 @@ def test_a_map_that_counts_foldings_shows_them_however_small():
     v, f = ism.samples.make("dino", n_vertices=1500)
     surface = PaperSurface("Dino", v, f, "sample:dino", "the same")
     x = ism.spherical_conformal_map(v, f).sphere
-    smallest = f[int(np.argmin(ism.area_distortion(v, f, x)))]
+    smallest = f[int(np.argmin(ism.log_area_ratios(v, f, x)))]
     folded = x.copy()
     folded[smallest[:2]] = x[smallest[1::-1]]
     for positions, shown in ((x, False), (folded, True)):

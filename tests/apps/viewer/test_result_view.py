@@ -233,7 +233,7 @@ for balance in (0.5, 1.0, 0.0):
     view.rebalance(balance)
     view.prepare()
     drawn_.append(drawn(window.grab()))
-    spread.append(float(np.abs(ism.area_distortion(v, f, view.x)).mean()))
+    spread.append(float(np.abs(ism.log_area_ratios(v, f, view.x)).mean()))
     facts.append('\\n'.join(': '.join(row) for row in view._rows))
 figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x == result.sphere).all()))
 """)

@@ -13,7 +13,7 @@ from ....mesh.arrays import FloatArray, check_directions
 from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import row_lengths, unit_rows
-from ....verify.distortion import angle_differences, area_distortion, edge_distortion
+from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ..exits import Exit, UsageError
 from ..inputs import load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
@@ -79,8 +79,8 @@ def run_check(args: Namespace) -> Exit:
         found.extend([
             findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
             findings.angles(angle_differences(v, surface, unit)),
-            findings.areas(area_distortion(v, surface, unit)),
-            findings.edges(edge_distortion(v, surface, unit)),
+            findings.areas(log_area_ratios(v, surface, unit)),
+            findings.edges(log_length_ratios(v, surface, unit)),
         ])
     found.report(args)
     return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED

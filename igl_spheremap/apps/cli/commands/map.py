@@ -157,7 +157,7 @@ def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, record
     """The course of the run as curves and as a page, which is returned."""
     if args.plot is not None:
         args.progress.stage(f"drawing {args.plot}")
-        figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.area_ratios(),
+        figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
                           title=f"{os.path.basename(source.name)}, {result.method}")
         write_plot(args.plot, figure)
     if args.report is not None:

@@ -107,7 +107,7 @@ def _describe(found: Findings, result: SurfaceMap) -> None:
     figures = result.distortion().figures
     found.figures["distortion"] = figures
     for over, name in (("over_source", "source"), ("over_target", "target")):
-        dirichlet, area, angle = (figures[over][key] for key in ("symmetric_dirichlet", "area", "angle"))
+        dirichlet, area, angle = (figures[over][key] for key in ("symmetric_dirichlet", "area_ratio", "angle_ratio"))
         found.add(f"over {name}", f"symmetric Dirichlet energy {dirichlet['median']:.3g} (median; 4 is an isometry), "
                   f"95% below {dirichlet['p95']:.3g}, {100 * dirichlet['above_100']:.2g}% of the area above 100; areas "
                   f"times {area['median']:.3g}, 95% below {area['p95']:.3g}; angles by singular values' ratio "

@@ -22,7 +22,7 @@ from ....plane.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result import findings
 from ....result.run import Status
 from ....verify.certificate import Certificate
-from ....verify.distortion import angle_differences, area_distortion, edge_distortion
+from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ...report import write_plane_report
 from ...viewer.choices import guess_up
 from ..exits import Exit, Interrupt
@@ -162,8 +162,8 @@ def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
         image = in_space(p)
         found.extend([
             findings.angles(angle_differences(disk.unit, disk.f, image)),
-            findings.areas(area_distortion(disk.unit, disk.f, image)),
-            findings.edges(edge_distortion(disk.unit, disk.f, image)),
+            findings.areas(log_area_ratios(disk.unit, disk.f, image)),
+            findings.edges(log_length_ratios(disk.unit, disk.f, image)),
         ])
     found.extend([findings.verdict(certificate)])
     found.report(args)

@@ -240,9 +240,9 @@ def test_balance_reaches_the_map_and_its_figures(tmp_path):
     target, figures = tmp_path / "map.npz", tmp_path / "figures.json"
     assert main(["map", SAMPLE, str(target), "--balance", "1", "--json", str(figures)]) == 0
     assert read_map(target).balance == 1
-    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+    assert json.loads(figures.read_text())["log_area_ratios"]["mean"] < 0.05
     assert main(["check", SAMPLE, str(target), "--json", str(figures)]) == 0
-    assert json.loads(figures.read_text())["area_ratios"]["mean"] < 0.05
+    assert json.loads(figures.read_text())["log_area_ratios"]["mean"] < 0.05
 
 
 def test_a_balance_outside_is_refused(tmp_path, capsys):
