@@ -28,7 +28,7 @@ def test_the_help_lists_the_directions_that_there_are():
 
 @pytest.mark.parametrize("up", UPS)
 def test_a_pose_is_a_rotation_with_up_upwards(dino, up):
-    rotation = pose(dino.v, up)
+    rotation = pose(dino.unit, up)
     assert rotation @ rotation.T == pytest.approx(np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1)
     assert rotation[1] @ UPS[up] > 0.9
@@ -36,7 +36,7 @@ def test_a_pose_is_a_rotation_with_up_upwards(dino, up):
 
 @pytest.mark.parametrize(("side", "x"), [("left", -1), ("right", 1)])
 def test_a_view_from_a_side_shows_it_with_z_upwards(dino, side, x):
-    rotation = pose(dino.v, side)
+    rotation = pose(dino.unit, side)
     assert np.linalg.det(rotation) == pytest.approx(1)
     assert rotation[2].tolist() == [x, 0, 0]
     assert rotation[1].tolist() == [0, 0, 1]
@@ -51,7 +51,7 @@ def test_what_stands_is_shown_standing_whatever_its_file_calls_up(name, up):
 
 
 def test_fitting_moves_no_shape(dino):
-    x = fit(dino.v, pose(dino.v))
+    x = fit(dino.unit, pose(dino.unit))
     assert np.linalg.norm(x, axis=1).max() == pytest.approx(1)
     assert ism.angle_differences(dino.v, dino.f, x) == pytest.approx(0, abs=1e-6)
 
@@ -82,9 +82,9 @@ def test_log_factor_is_zero_on_the_unit_sphere_itself():
 
 
 def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
-    x = ism.spherical_conformal_map(dino.vertices, dino.f).sphere
+    x = ism.spherical_conformal_map(dino.v, dino.f).sphere
     planted = x.copy()
-    vertex = int(np.argmax(ism.conformal_factor(dino.vertices, dino.f, x)))
+    vertex = int(np.argmax(ism.conformal_factor(dino.v, dino.f, x)))
     planted[vertex] = -planted[vertex]
     around = np.flatnonzero((dino.f == vertex).any(axis=1))
     for subject in SUBJECTS:
