@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, plain_array
 from ..mesh.check import check_mesh, move_mesh
+from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
@@ -31,7 +32,7 @@ class SphereMapper:
     v : (n, 3) array_like
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
-        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0. A mesh object may stand for both.
     method : Auto
         Options of all maps, the factorisation among them.
     caps : (m,) array_like of bool, optional
@@ -66,15 +67,16 @@ class SphereMapper:
     @own_errstate
     def __init__(
         self,
-        v: ArrayLike,
-        f: ArrayLike,
+        v: ArrayLike | MeshLike,
+        f: ArrayLike | None = None,
         method: Auto = Auto(),  # noqa: B008 - it is frozen
         *,
         caps: ArrayLike | None = None,
     ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        self.mesh = check_mesh(v, f, caps)
+        given = {} if caps is None else {"caps": caps}  # a mesh object may bring its own
+        self.mesh = check_mesh(v, **given) if f is None else check_mesh(v, f, **given)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 

@@ -49,12 +49,15 @@ def test_every_public_function_of_v_and_f_takes_a_mesh_object():
         if inspect.isfunction(one) and list(inspect.signature(one).parameters)[:2] == ["v", "f"]:
             with pytest.raises(TypeError, match="the name of a file"):
                 one("bunny.obj")
+    with pytest.raises(TypeError, match="the name of a file"):
+        ism.SphereMapper("bunny.obj")
 
 
 def test_the_caps_of_a_mesh_come_with_it():
     repaired = ism.repair_mesh(V, F[5:], holes="fill")
     assert np.array_equal(ism.check_mesh(repaired).caps, repaired.face_source < 0)
     assert ism.check_mesh(repaired, caps=np.arange(len(repaired.f)) == 0).caps.sum() == 1
+    assert np.array_equal(ism.SphereMapper(repaired).mesh.caps, repaired.caps)
     assert ism.repair_mesh(V, F).caps is None
 
 

@@ -23,7 +23,7 @@ from ...sphere.rows import row_dots, tangent, unit_rows, weighted_moment
 from ...start.star_map import project, stiffness
 from ...verify.distortion import angle_differences, mean_angle_difference
 from ...verify.signs import folded_faces
-from .runs import Job, Outcome, Runs
+from .runs import Outcome, PaperRun, Runs
 from .surfaces import PaperSurface, all_surfaces
 from .tables import TABLE_1, TABLE_3, Table
 
@@ -38,18 +38,18 @@ _PLANES: tuple[tuple[str, Plane], ...] = (("[11]", "laplace-beltrami"), ("[12]",
 _OTHERS_OF_TABLE_4 = ("Algorithm 1 made safe", "Algorithm 2 made safe", "default")
 
 
-def _punctured(runs: Runs, surface: PaperSurface, name: str, plane: Plane) -> list[Job]:
+def _punctured(runs: Runs, surface: PaperSurface, name: str, plane: Plane) -> list[PaperRun]:
     """Runs through the plane with punctures that are drawn at random."""
     faces = np.random.default_rng(0).choice(len(surface.f), min(_PUNCTURES, len(surface.f)), replace=False)
-    return [runs.job(surface, f"{name}, face {k}", Stereographic(plane, int(k))) for k in faces]
+    return [runs.plan(surface, f"{name}, face {k}", Stereographic(plane, int(k))) for k in faces]
 
 
-def jobs_of_table_4(runs: Runs) -> Iterator[Job]:
+def runs_of_table_4(runs: Runs) -> Iterator[PaperRun]:
     """All runs of Table 4."""
     for surface in map(runs.surface, (row.surface for row in TABLE_1)):
         for name, plane in _PLANES:
             yield from _punctured(runs, surface, name, plane)
-        yield from (runs.job(surface, name) for name in _OTHERS_OF_TABLE_4)
+        yield from (runs.plan(surface, name) for name in _OTHERS_OF_TABLE_4)
 
 
 def table_4(runs: Runs) -> Table:
@@ -57,7 +57,7 @@ def table_4(runs: Runs) -> Table:
     rows = []
     for surface in map(runs.surface, (row.surface for row in TABLE_1)):
         for name, plane in _PLANES:
-            tried = [runs.get(job.surface, job.name, job.method) for job in _punctured(runs, surface, name, plane)]
+            tried = [runs.get(one.surface, one.name, one.method) for one in _punctured(runs, surface, name, plane)]
             mapped = sorted((one for one in tried if one.foldings >= 0), key=lambda one: one.mean_angle)
             failed = f", no map for {len(tried) - len(mapped)}" if len(mapped) < len(tried) else ""
             rows += [_compared(surface, f"{name}, {which} of {len(tried)}{failed}", one)
@@ -175,9 +175,9 @@ def predict(step: Projected) -> int:
     return max(0, *(ceil(log(_CLOSE / max(error, _CLOSE)) / log(factor)) for error, factor in left))
 
 
-def jobs_of_projections(runs: Runs) -> Iterator[Job]:
+def runs_of_projections(runs: Runs) -> Iterator[PaperRun]:
     """The runs whose first maps are projected."""
-    return (runs.job(runs.surface(row.surface), _FIRST) for row in TABLE_3)
+    return (runs.plan(runs.surface(row.surface), _FIRST) for row in TABLE_3)
 
 
 _FIRST = "Algorithm 2 made safe, Delaunay weights"

@@ -46,7 +46,7 @@ def reproduce(
     from ...io.replacing import check_writable, replacing
     from .claims import CLAIMS
     from .figures import FIGURES
-    from .needs import jobs_of
+    from .needs import runs_of
     from .page import check_page, fill
     from .runs import Runs, settings
     from .tables import TABLES
@@ -72,7 +72,7 @@ def reproduce(
     report("reading the surfaces")
     if "projections" in names:
         report("projections in a row take some ten minutes, besides the runs")
-    runs.announce(job for name in names for job in jobs_of(name, runs))
+    runs.announce(one for name in names for one in runs_of(name, runs))
     written, tables = [], {}
     for name in names:
         path = out / f"{name}{'.md' if name in makers else '.png'}"

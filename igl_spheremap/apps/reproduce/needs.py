@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .claims import jobs_of_projections, jobs_of_table_4
+from .claims import runs_of_projections, runs_of_table_4
 from .figures import FIG_10, TO_THE_FLOOR, dinosaurs
-from .runs import Job, Runs
+from .runs import PaperRun, Runs
 from .surfaces import all_surfaces
 from .tables import TABLE_1, WAYS, lines
 
@@ -29,19 +29,19 @@ _DINOSAURS: dict[str, tuple[str, ...]] = {
 }
 
 
-def jobs_of(name: str, runs: Runs) -> Iterator[Job]:
+def runs_of(name: str, runs: Runs) -> Iterator[PaperRun]:
     """All runs that a table or figure takes."""
     if name in WAYS:
         rows, algorithm, ways = WAYS[name]
         for line in lines(runs, rows, algorithm):
-            yield from line.jobs(ways)
+            yield from line.planned(ways)
     elif name == "table4":
-        yield from jobs_of_table_4(runs)
+        yield from runs_of_table_4(runs)
     elif name == "projections":
-        yield from jobs_of_projections(runs)
+        yield from runs_of_projections(runs)
     elif name == "eigenfunctions":
-        yield from (runs.job(surface, "default") for surface in all_surfaces(runs.meshes))
+        yield from (runs.plan(surface, "default") for surface in all_surfaces(runs.meshes))
     surfaces, methods = _RUNS.get(name, ((), ()))
-    yield from (runs.job(runs.surface(surface), method) for surface in surfaces for method in methods)
-    yield from (runs.job(surface, method) for method in _DINOSAURS.get(name, ())
+    yield from (runs.plan(runs.surface(surface), method) for surface in surfaces for method in methods)
+    yield from (runs.plan(surface, method) for method in _DINOSAURS.get(name, ())
                 for surface in (dinosaurs(runs) if name == "fig5" else [runs.surface("Dino", sample=True)]))

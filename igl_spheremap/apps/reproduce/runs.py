@@ -90,7 +90,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class PaperRun:
     """A run that may be kept already: a method on a surface, or on a renumbered copy, of which only counts are kept."""
 
     surface: PaperSurface
@@ -138,30 +138,30 @@ class Runs:
             self._surfaces[name, sample] = load_surface(name, None if sample else self.meshes)
         return self._surfaces[name, sample]
 
-    def job(self, surface: PaperSurface, name: str, method: Method | None = None, copy: int = 0) -> Job:
+    def plan(self, surface: PaperSurface, name: str, method: Method | None = None, copy: int = 0) -> PaperRun:
         """A run of a method, by default that of `METHODS`, within the cap of iterations."""
         method = method or METHODS[name]
         if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
             method = replace(method, max_iterations=self._cap)
-        return Job(surface, name, method, copy)
+        return PaperRun(surface, name, method, copy)
 
-    def announce(self, jobs: Iterable[Job]) -> None:
+    def announce(self, planned: Iterable[PaperRun]) -> None:
         """Report how many of the runs are not kept yet, and about how long they take."""
-        self._ahead = {self._path(job): job.cost for job in jobs if not self._path(job).is_file()}
+        self._ahead = {self._path(one): one.cost for one in planned if not self._path(one).is_file()}
         if self._ahead:
             self._report(f"{len(self._ahead)} runs to do, {duration(sum(self._ahead.values()))} of one processor; "
                          f"finished ones are kept in {self._folder}: interrupt it when you like, and run it again")
 
     def get(self, surface: PaperSurface, name: str, method: Method | None = None, copy: int = 0) -> Outcome:
         """The outcome of a method, by default that of `METHODS`; of a failed run, the status is the error's message."""
-        job = self.job(surface, name, method, copy)
-        path = self._path(job)
+        planned = self.plan(surface, name, method, copy)
+        path = self._path(planned)
         if path.is_file():
             return _load(path)
         left = f"{len(self._ahead)} runs left, {duration(sum(self._ahead.values()))}: " if self._ahead else ""
-        self._report(f"{left}{job.title} ...")
+        self._report(f"{left}{planned.title} ...")
         mesh = surface.renumbered(copy) if copy else surface
-        outcome = run(mesh, job.method, self._listen(mesh.f))
+        outcome = run(mesh, planned.method, self._listen(mesh.f))
         self._ahead.pop(path, None)
         self._report(f"    {outcome.iterations:,} iterations, {outcome.seconds:.1f} s, {outcome.foldings:,} foldings")
         if copy:
@@ -185,9 +185,9 @@ class Runs:
         kept: list[str] = json.loads(path.read_text(encoding="utf-8"))
         return kept
 
-    def _path(self, job: Job) -> Path:
-        method = job.method
-        return self._file([job.surface.digest, job.copy, method.name, asdict(method), __version__, _ARRAYS], "npz")
+    def _path(self, one: PaperRun) -> Path:
+        method = one.method
+        return self._file([one.surface.digest, one.copy, method.name, asdict(method), __version__, _ARRAYS], "npz")
 
     def _file(self, key: list[Any], suffix: str) -> Path:
         return self._folder / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:20]}.{suffix}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .runs import Job, Outcome, Runs, to_common_energy
+from .runs import Outcome, PaperRun, Runs, to_common_energy
 from .surfaces import PaperSurface
 
 
@@ -102,23 +102,23 @@ class Line:
     runs: Runs
     algorithm: str
 
-    def job_name(self, way: str) -> str:
+    def run_name(self, way: str) -> str:
         """The name of a run in `METHODS`."""
         return way if way in (_GU_YAU, _DEFAULT) else f"{self.algorithm} {way}"
 
-    def jobs(self, ways: Sequence[str]) -> Iterator[Job]:
+    def planned(self, ways: Sequence[str]) -> Iterator[PaperRun]:
         """All runs that the rows are made of, copies included."""
         for way in ways:
             for copy in range(self.runs.copies + 1 if way in _SPREAD else 1):
-                yield self.runs.job(self.surface, self.job_name(way), copy=copy)
+                yield self.runs.plan(self.surface, self.run_name(way), copy=copy)
 
     def outcome(self, way: str) -> Outcome:
         """A run on the surface."""
-        return self.runs.get(self.surface, self.job_name(way))
+        return self.runs.get(self.surface, self.run_name(way))
 
     def spread(self, way: str) -> list[Outcome]:
         """The run, and those on renumbered copies."""
-        found = self.runs.spread(self.surface, self.job_name(way)) if way in _SPREAD else [self.outcome(way)]
+        found = self.runs.spread(self.surface, self.run_name(way)) if way in _SPREAD else [self.outcome(way)]
         # The default method's rounds are repairs, and not those of Algorithm 2.
         return [replace(one, rounds=[]) for one in found] if way == _DEFAULT else found
 

@@ -20,7 +20,7 @@ from ...mesh.arrays import IntArray
 from ...result.run import Iterate
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS
-from .stage import Stage
+from .grid import Grid
 from .window import imgui, implot, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
@@ -32,9 +32,9 @@ _ZOOM = 30.0
 
 
 class App:
-    """A picture that has frames and a panel; the panel is drawn where the stage leaves room for it."""
+    """A picture that has frames and a panel; the panel is drawn where the grid leaves room for it."""
 
-    stage: Stage
+    grid: Grid
     #: What is done between two pictures of a window, such as writing a file, and what came of it.
     pending: Callable[[], str] | None = None
     message = ""
@@ -57,7 +57,7 @@ class App:
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         """What shows each picture of a video of about so many, and whether it is held for a second: a full turn."""
-        return [(partial(self.stage.rotate, 2 * math.pi / length, 0.0), False)] * length
+        return [(partial(self.grid.rotate, 2 * math.pi / length, 0.0), False)] * length
 
     def facts(self) -> dict[str, Any]:
         """Figures of what is shown, for JSON."""
@@ -67,7 +67,7 @@ class App:
         """Move on, once for every picture of a window; never called without one."""
 
     def panel(self) -> None:
-        """Draw what is not on the stage: widgets and plots."""
+        """Draw what is not on the grid: widgets and plots."""
 
     def close(self) -> None:
         """End what runs in the background."""
@@ -166,7 +166,7 @@ def show_app(app: App) -> None:
 
 
 def _live(app: App) -> None:
-    for part in (app.tick, app.stage.mouse, app.stage.draw, app.panel):
+    for part in (app.tick, app.grid.mouse, app.grid.draw, app.panel):
         try:
             part()
         except Exception as error:  # shown in the window, which goes on
@@ -204,8 +204,8 @@ def _failure_widgets(app: App) -> None:
 
 
 def draw_app(app: App) -> None:
-    """Draw the stage and the panel, for every picture."""
-    app.stage.draw()
+    """Draw the grid and the panel, for every picture."""
+    app.grid.draw()
     app.panel()
 
 
@@ -225,7 +225,7 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
     with window.open_video(path, rate) as write:
         for show, held in film:
             show()
-            with app.stage.bare():
+            with app.grid.bare():
                 picture = window.grab()
             write(picture, rate if held else 1)
             shown.append(app.facts())
@@ -356,7 +356,7 @@ class SaveWidgets:
             self._app.pending = write
 
     def _picture(self, path: Path) -> str:
-        with self._app.stage.bare():
+        with self._app.grid.bare():
             window.save(path)
         return f"wrote {path}"
 

@@ -1,4 +1,4 @@
-"""One surface on the stage, and the lens through which a sphere is seen."""
+"""One surface on the grid, and the lens through which a sphere is seen."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ class Body:
         self.mesh.set_edge_width(width)
 
     def remove(self) -> None:
-        """Take the body off the stage."""
+        """Take the body off the grid."""
         for label in tuple(self.points):
             self.dots(label, np.empty((0, 3)), palette.FOLDED)
         self._bring_to_front(_NONE)

@@ -19,7 +19,7 @@ from .app import ColouredApp, panel, paragraph, subject_combo
 from .body import Body
 from .choices import CARRIED
 from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places
-from .stage import PANEL, Stage
+from .grid import PANEL, Grid
 from .window import imgui, is_offscreen
 
 _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
@@ -44,9 +44,9 @@ class CarriedView(ColouredApp):
         onto = best_rotation(b - weights @ b, a - weights @ a, weights)
         self.ends = fit(a, turn), fit(b @ onto, turn)
         self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.source_location))
-        self.stage = Stage(1, 3, panel=0 if is_offscreen() else PANEL)
+        self.grid = Grid(1, 3, panel=0 if is_offscreen() else PANEL)
         middle = (self.ends[0] + self.ends[1]) / 2
-        self.bodies = [self.stage.place(0, k, Body(name, x, f)) for k, (name, x) in enumerate(
+        self.bodies = [self.grid.place(0, k, Body(name, x, f)) for k, (name, x) in enumerate(
             (("source", self.ends[0]), ("between", middle), ("target", self.ends[1])))]
         for name, each, over, body in (("source", result.map, "over_source", self.bodies[0]),
                                        ("target", result.target, "over_target", self.bodies[2])):
@@ -106,9 +106,9 @@ class CarriedView(ColouredApp):
         return [(partial(self.show_way, float(way)), False) for way in ways]
 
     def panel(self) -> None:
-        if not self.stage.panel:
+        if not self.grid.panel:
             return
-        with panel("Match", self.stage.panel):
+        with panel("Match", self.grid.panel):
             subject = subject_combo(self.subject, CARRIED)
             if subject != self.subject:
                 self.show_subject(subject)

@@ -27,8 +27,8 @@ from .app import App, ColouredApp, present, subject_combo
 from .body import Body, Legend, Lens
 from .choices import COMPARISON_SIZE
 from .colouring import FOLDED_MARKS, SQUARES, Colouring, colouring, relief
+from .grid import Grid, Inset, draw_legend, text_width
 from .result_view import count_foldings, edge_width
-from .stage import Inset, Stage, draw_legend, text_width
 from .window import imgui, implot, is_offscreen, ps
 
 #: In standard deviations: the ends of the colours of a feature.
@@ -76,7 +76,7 @@ class PartsView(App):
         self._steps, self.step, self._playing = steps, first, False
         shown = self._rows(first)
         bar = steps > 1 and not is_offscreen()
-        self.stage = Stage(len(shown), max(map(len, shown)), panel=0, foot=_BAR if bar else 0)
+        self.grid = Grid(len(shown), max(map(len, shown)), panel=0, foot=_BAR if bar else 0)
         self._place(shown)
 
     def frames(self) -> int:
@@ -104,7 +104,7 @@ class PartsView(App):
     def panel(self) -> None:
         for inset in self._insets:
             inset.annotate()
-        if not self.stage.foot:
+        if not self.grid.foot:
             return
         width, height = ps.get_window_size()
         with _strip("steps", (0, height - _BAR), (width, _BAR)):
@@ -126,13 +126,13 @@ class PartsView(App):
             self.go_to(slid)
 
     def _place(self, rows: Rows) -> None:
-        """Put the parts of a step on the stage, in place of those of another."""
-        self.stage.clear()
+        """Put the parts of a step on the grid, in place of those of another."""
+        self.grid.clear()
         self._insets = []
         for i, row in enumerate(rows):
             for k, part in enumerate(row):
                 x = part.x if part.lens is None else part.lens(part.x)
-                body = self.stage.place(i, k, Body(f"part {i} {k}", x, part.f, lift=part.folded is not None))
+                body = self.grid.place(i, k, Body(f"part {i} {k}", x, part.f, lift=part.folded is not None))
                 body.magnified = part.lens is not None and part.lens.power > 1
                 colours = np.tile(SURFACE, (len(part.f), 1)) if part.colours is None else part.colours
                 body.paint(colours, part.folded, part.checks)
@@ -141,7 +141,7 @@ class PartsView(App):
                     body.dots(label, *dots)
                 body.caption, body.legend = part.caption, part.legend
                 if part.lens is not None:
-                    self._insets.append(Inset(self.stage, i, k, part.f, part.x))
+                    self._insets.append(Inset(self.grid, i, k, part.f, part.x))
                     folded = np.empty(0, dtype=np.int64) if part.folded is None else part.folded
                     self._insets[-1].show(part.x, part.lens, Colouring(colours, folded, None))
 
@@ -213,14 +213,14 @@ class Comparison(ColouredApp):
 
     def __init__(self, mesh: Mesh, maps: Mapping[str, FloatArray], *, up: str = "auto") -> None:
         self.mesh, self.maps = mesh, maps
-        self.stage = Stage(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
+        self.grid = Grid(2, len(maps), panel=0, head=_HEAD, foot=_FOOT)
         self.differences = {name: angle_differences(mesh.unit, mesh.f, x)[mesh.surface] for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
         self._folds = False
         turn = pose(mesh.unit, up)
         for k, (name, x) in enumerate(maps.items()):
-            surface = self.stage.place(0, k, Body(f"surface {k}", fit(mesh.unit, turn), mesh.f))
-            image = self.stage.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
+            surface = self.grid.place(0, k, Body(f"surface {k}", fit(mesh.unit, turn), mesh.f))
+            image = self.grid.place(1, k, Body(f"image {k}", x @ turn.T, mesh.f, lift=True))
             folded = int(folded_faces(x, mesh.f).sum())
             self._folds |= folded > 0
             surface.caption = f"{name}\n{count_foldings(folded)}"
@@ -232,7 +232,7 @@ class Comparison(ColouredApp):
         reach = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}.get(self.subject)
         for k, x in enumerate(self.maps.values()):
             colours = colouring(self.mesh, x, self.subject, reach)
-            bodies = [self.stage.bodies[row, k] for row in (0, 1)]
+            bodies = [self.grid.bodies[row, k] for row in (0, 1)]
             replace(colours, legend=None).apply(*bodies)
             bodies[1].show_edges(edge_width(self.mesh, self.subject))
             self._legend = colours.legend
@@ -260,7 +260,7 @@ class Comparison(ColouredApp):
         flags = implot.ImPlotFlags_CanvasOnly | implot.ImPlotFlags_NoInputs
         ticks, labels = np.linspace(-_DEGREES, _DEGREES, 5), ("degrees, image minus source", "degrees")
         for k, (name, (edges, share)) in enumerate(self._histograms.items()):
-            left, upper, width, height = self.stage.cell(1, k)
+            left, upper, width, height = self.grid.cell(1, k)
             with _strip(f"##histogram {k}", (left, upper + height), (width, _FOOT), ground=False):
                 label = next((label for label in labels if text_width(label) < 0.9 * width), labels[-1])
                 implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, (50.0, 50.0))

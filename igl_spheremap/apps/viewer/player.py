@@ -22,8 +22,8 @@ from .background_run import BackgroundRun, Source
 from .body import Body, Lens, look_at
 from .choices import SUBJECTS
 from .colouring import colouring
+from .grid import Grid, Inset
 from .result_view import count_foldings, edge_width
-from .stage import Inset, Stage
 
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
@@ -54,7 +54,7 @@ class Player(App):
         budget: int = BUDGET,
     ) -> None:
         self._load, self._up, self._budget = load, up, budget
-        self.stage = Stage(1, 3, panel=panel, foot=foot, shares=_IN_WINDOWS if panel else _IN_PICTURES)
+        self.grid = Grid(1, 3, panel=panel, foot=foot, shares=_IN_WINDOWS if panel else _IN_PICTURES)
         self.subject, self.zoom = SUBJECTS[0], 1.0
         self._updated = time.monotonic()
         self.start(name, method)
@@ -62,7 +62,7 @@ class Player(App):
     def start(self, name: str, method: Method) -> None:
         """Begin a run, and the picture anew."""
         self.name, self.mesh = name, None
-        self.stage.clear()
+        self.grid.clear()
         self.before: Frame | None = None
         self.after: Frame | None = None
         self._shown: object = None
@@ -184,7 +184,7 @@ class Player(App):
     def _set_mesh(self, mesh: Mesh) -> None:
         self.mesh = mesh
         self.turn = pose(mesh.unit, self._up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
+        self.source = self.grid.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
         self.source.caption = f"{Path(self.name).name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self.images: list[Body] = []  # until there is a map to show
 
@@ -193,6 +193,6 @@ class Player(App):
         assert self.before is not None
         x = self.before.iterate.x
         self.images = [
-            self.stage.place(0, k, Body(name, x, self.mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
+            self.grid.place(0, k, Body(name, x, self.mesh.f, lift=True)) for k, name in ((1, "before"), (2, "after"))
         ]
-        self.inset = Inset(self.stage, 0, 1, self.mesh.f, x)
+        self.inset = Inset(self.grid, 0, 1, self.mesh.f, x)

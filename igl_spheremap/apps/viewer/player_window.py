@@ -22,8 +22,8 @@ from .app import SaveWidgets, cluster_widgets, menu, panel, paragraph, present, 
 from .background_run import Source
 from .choices import KEEP, PLAYER_SIZE
 from .curves import energy_plot, folding_plot
+from .grid import PANEL, text_width
 from .player import Player
-from .stage import PANEL, text_width
 from .window import imgui, ps
 
 #: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
@@ -85,9 +85,9 @@ class PlayerWindow(Player):
 
     def panel(self) -> None:
         super().panel()
-        if not self.stage.panel:
+        if not self.grid.panel:
             return
-        with panel("Player", self.stage.panel):
+        with panel("Player", self.grid.panel):
             self._run_widgets()
             if self.before is not None:
                 for widgets in (self._play_widgets, self._view_widgets, self._save):
@@ -102,8 +102,8 @@ class PlayerWindow(Player):
     def _plots(self, shown: int) -> None:
         """The curves, side by side below the spheres; pressing on one goes there."""
         width, height = ps.get_window_size()
-        imgui.SetNextWindowPos((self.stage.panel, height - self.stage.foot))
-        imgui.SetNextWindowSize((width - self.stage.panel, self.stage.foot))
+        imgui.SetNextWindowPos((self.grid.panel, height - self.grid.foot))
+        imgui.SetNextWindowSize((width - self.grid.panel, self.grid.foot))
         imgui.Begin(
             "curves",
             imgui.ImGuiWindowFlags_NoDecoration

@@ -24,7 +24,7 @@ from .background_run import BackgroundRun, Source
 from .body import STRONGEST, Body, Lens, look_at
 from .choices import SUBJECTS
 from .colouring import SQUARES, checkerboard, colouring, deepest_tips
-from .stage import PANEL, Inset, Stage, packed
+from .grid import PANEL, Grid, Inset, packed
 from .window import imgui, ps
 
 #: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
@@ -65,7 +65,7 @@ class ResultView(ColouredApp):
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
         self._cluster = 0
-        #: How the stage was turned when the lens was aimed, which brings its place to the front.
+        #: How the grid was turned when the lens was aimed, which brings its place to the front.
         self._facing = np.eye(3)
         self.result = result
         self.picked: int | None = None
@@ -74,13 +74,13 @@ class ResultView(ColouredApp):
         self._held, self._moebius = False, False
         self._clicked = np.zeros(2)
         self._save = SaveWidgets(self, "map", self._shown_map)
-        self.stage = Stage(1, 2, panel=PANEL if panel and result is not None else 0)
+        self.grid = Grid(1, 2, panel=PANEL if panel and result is not None else 0)
         self.turn = pose(mesh.unit, up)
-        self.source = self.stage.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
-        self.image = self.stage.place(0, 1, Body("sphere", x @ self.turn.T, mesh.f, lift=True))
+        self.source = self.grid.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
+        self.image = self.grid.place(0, 1, Body("sphere", x @ self.turn.T, mesh.f, lift=True))
         for body in (self.source, self.image):
             body.mesh.set_selection_mode("vertices_only")
-        self.inset = Inset(self.stage, 0, 1, mesh.f, x @ self.turn.T)
+        self.inset = Inset(self.grid, 0, 1, mesh.f, x @ self.turn.T)
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
         self._show_map(x, caption, lens)
 
@@ -107,7 +107,7 @@ class ResultView(ColouredApp):
 
     def look(self, power: float | None = None, *, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
-        self.power, self._facing = power, self.stage.turn
+        self.power, self._facing = power, self.grid.turn
         if cluster is not None:
             self._cluster = cluster
             self.picked = None
@@ -148,7 +148,7 @@ class ResultView(ColouredApp):
 
     def pick(self, vertex: int | None) -> None:
         """Mark a vertex on both sides, or none; the lens follows it, as strong as it is."""
-        self.picked, self._facing = vertex, self.stage.turn
+        self.picked, self._facing = vertex, self.grid.turn
         if vertex is not None:
             self.power = self._magnified
         if self._magnified > 1:
@@ -217,7 +217,7 @@ class ResultView(ColouredApp):
             if not self._held and np.linalg.norm(mouse - self._clicked) < _HANDLE / 2:
                 self.pick_at(mouse)
             self._held = False
-        self.stage.locked = self._held
+        self.grid.locked = self._held
         if self._held and imgui.IsMouseDragging(0, 0.0):
             self.drag_to(mouse)
 
@@ -228,27 +228,27 @@ class ResultView(ColouredApp):
         self.pick(int(hit.structure_data["index"]) if seen else None)
 
     def _handle_is_shown(self) -> bool:
-        return bool(self.stage.panel) and self._moebius and self._magnified <= 1
+        return bool(self.grid.panel) and self._moebius and self._magnified <= 1
 
     def handle(self) -> FloatArray:
         """Where the handle of the Moebius map is, in pixels."""
-        return self.stage.to_pixels(0, 1, self.turn @ self.centre)
+        return self.grid.to_pixels(0, 1, self.turn @ self.centre)
 
     def drag_to(self, mouse: FloatArray) -> None:
         """Put the handle under the mouse, as deep in the ball as it was."""
-        centre = self.turn.T @ self.stage.from_pixels(0, 1, mouse, self.turn @ self.centre)
+        centre = self.turn.T @ self.grid.from_pixels(0, 1, mouse, self.turn @ self.centre)
         self.move(centre * min(1.0, _STRONGEST / max(float(np.linalg.norm(centre)), 1e-12)))
 
     def panel(self) -> None:
         self.inset.annotate()
-        if not self.stage.panel:
+        if not self.grid.panel:
             return
         assert self.result is not None
         if self._handle_is_shown():
             canvas = imgui.GetForegroundDrawList()
             canvas.AddCircleFilled(tuple(self.handle()), _HANDLE, packed((1.0, 1.0, 1.0)))
             canvas.AddCircle(tuple(self.handle()), _HANDLE, packed(INK), 0, 2.0)
-        with panel("Map", self.stage.panel):
+        with panel("Map", self.grid.panel):
             if self.result.certificate.folding_free:
                 self._balance_slider()
             self._view_widgets()
@@ -301,8 +301,8 @@ class ResultView(ColouredApp):
             return
         for name, angle in (("lateral", 0.0), ("medial", np.pi)):
             if imgui.Button(name):
-                self.stage.turn = np.eye(3)
-                self.stage.rotate(angle, 0.0)
+                self.grid.turn = np.eye(3)
+                self.grid.rotate(angle, 0.0)
             imgui.SameLine()
         imgui.TextUnformatted("side")
 

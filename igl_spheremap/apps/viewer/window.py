@@ -46,7 +46,7 @@ ps, imgui, implot = (_Lazy(module) for module in ("polyscope", "polyscope.imgui"
 
 
 MATERIAL = "spheremap"
-#: World units that are as long as a pixel: the stage lays things out in pixels.
+#: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.

@@ -66,7 +66,7 @@ view = PartsView([[Part('surface', small, f), Part('map', small, f, folded=folde
 ps.set_user_callback(lambda: app.draw_app(view))
 red = []
 for _ in range(6):
-    view.stage.rotate(1.0, 0.4)
+    view.grid.rotate(1.0, 0.4)
     image = window.grab()
     red.append([vermilion(image[:, :400]), vermilion(image[:, 400:])])
 figures = dict(red=red, folded=len(folded))

@@ -22,7 +22,7 @@ for frame in range(shown.frames()):
     shown.go_to(frame)
     shots.append(drawn(window.grab()))
 share = {name: one[1] for name, one in shown._histograms.items()}
-figures = dict(captions=[body.caption for body in shown.stage.bodies.values()], shots=shots,
+figures = dict(captions=[body.caption for body in shown.grid.bodies.values()], shots=shots,
             beyond=float(share['auto'][[0, -1]].sum()), total=[float(one.sum()) for one in share.values()])
 """)
     v, f = ism.samples.make("dino", n_vertices=1500)

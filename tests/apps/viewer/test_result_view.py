@@ -187,7 +187,7 @@ def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(tmp_
 def test_no_body_leaves_its_cell_however_large_and_no_label_leaves_it_in_500_pixels():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
-from igl_spheremap.apps.viewer.stage import text_width, wrapped
+from igl_spheremap.apps.viewer.grid import text_width, wrapped
 app.open_for(Namespace(screenshot='unused.png', video=None, size=(500, 300)), 'test')
 v, f = ism.samples.make('dino', n_vertices=1500)
 result = ism.spherical_conformal_map(v, f)
@@ -195,21 +195,21 @@ view = ResultView(ism.check_mesh(v, f), result.sphere, 'a caption that is ' + 9 
 widths = []
 def draw():
     app.draw_app(view)
-    for place, body in view.stage.bodies.items():
-        left, top, w, h = view.stage.cell(*place)
+    for place, body in view.grid.bodies.items():
+        left, top, w, h = view.grid.cell(*place)
         widths.extend(w - text_width(line) for line in wrapped(body.caption, w))
 ps.set_user_callback(draw)
 window.grab()
-left, _, w, _ = view.stage.cell(0, 1)
+left, _, w, _ = view.grid.cell(0, 1)
 view.source.paint(np.tile([0.1, 0.9, 0.1], (len(f), 1)))
 view.image.paint(np.tile([0.1, 0.1, 0.9], (len(f), 1)))
 view.source.caption = view.image.caption = ''
 view.source.legend = None
-view.stage.zoom = 8.0
+view.grid.zoom = 8.0
 image = window.grab().astype(int)
 green = (image[..., 1] > image[..., 2] + 60).any(axis=0).nonzero()[0]
 blue = (image[..., 2] > image[..., 1] + 60).any(axis=0).nonzero()[0]
-panel = view.stage.panel
+panel = view.grid.panel
 figures = dict(room=min(widths), border=left, green=[int(green[green > panel].min()), int(green.max())],
             blue=[int(blue[blue > panel].min()), int(blue.max())])
 """)
@@ -259,12 +259,12 @@ window.grab()
 at = view.handle()
 view.drag_to(at + [40.0, -25.0])
 moved = view.handle() - at
-view.stage.rotate(1.0, 0.5)
+view.grid.rotate(1.0, 0.5)
 picked = []
 for body, column in ((view.image, 1), (view.source, 0)):
-    front = int(np.argmax((body.x @ view.stage.turn.T)[:, 2]))
-    view.stage.draw()
-    view.pick_at(view.stage.to_pixels(0, column, body.x[front]))
+    front = int(np.argmax((body.x @ view.grid.turn.T)[:, 2]))
+    view.grid.draw()
+    view.pick_at(view.grid.to_pixels(0, column, body.x[front]))
     picked.append([view.picked, front])
 rows = dict(view._rows)
 view.pick_at([5.0, 5.0])
@@ -298,11 +298,11 @@ planted /= np.linalg.norm(planted, axis=1, keepdims=True)
 view = ResultView(result.mesh, planted, result=result)
 ps.set_user_callback(lambda: app.draw_app(view))
 clusters, ahead = view._clusters, []
-seen = lambda: view.image.x @ view.stage.turn.T
+seen = lambda: view.image.x @ view.grid.turn.T
 for k in range(len(clusters)):
     view.look(cluster=k)
     ahead.append(float(seen()[f[clusters[k]]][..., 2].min()))
-    view.stage.rotate(2.0, 1.0)
+    view.grid.rotate(2.0, 1.0)
 vertex = int(np.argmin(np.abs(v[:, 2])))
 view.pick(vertex)
 view.look(40.0)
@@ -331,7 +331,7 @@ view = ResultView(result.mesh, result.sphere)
 gaps = []
 for size in ((1400, 900), (800, 600), (600, 900), (1400, 400), (500, 300)):
     ps.set_window_size(*size)
-    (large, radius), (small, other) = view.stage.frame((0, 1)), view.stage.inset_frame((0, 1))
+    (large, radius), (small, other) = view.grid.frame((0, 1)), view.grid.inset_frame((0, 1))
     gaps.append(float(np.hypot(*(large - small)[:2])) - radius - other)
 figures = dict(gaps=gaps)
 """)
@@ -351,7 +351,7 @@ def keep(shown):
     show_app(shown)
 
 def watched():
-    room.append(apps[0].stage.panel)
+    room.append(apps[0].grid.panel)
     tick()
 
 app.show_app, ps.frame_tick = keep, watched
@@ -366,7 +366,7 @@ def script(hand):
     figures['squares'] = squares
     for button in ('lateral', 'medial'):
         hand.click(button)
-        figures[button] = (apps[0].stage.turn @ apps[0].turn)[2].round(12).tolist()
+        figures[button] = (apps[0].grid.turn @ apps[0].turn)[2].round(12).tolist()
     hand.type('##name', 'mine')
     hand.click('map')
     hand.wait(lambda: hand.shows('wrote mine.npz'))

@@ -33,7 +33,7 @@ _CIRCLE = 7
 _MARK = 4.0
 
 
-class Stage:
+class Grid:
     """Cells in rows and columns, each with one body; all turn together under the mouse.
 
     Dragging turns, dragging with the right button shifts, the wheel zooms, a double click resets; nothing
@@ -310,9 +310,9 @@ def text_width(line: str) -> float:
 class Inset:
     """The map without its lens, small in the corner of a cell whose lens magnifies, a circle at the lens's place."""
 
-    def __init__(self, stage: Stage, row: int, column: int, f: IntArray, x: FloatArray) -> None:
-        self._stage, self._cell = stage, (row, column)
-        self._body = stage.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
+    def __init__(self, grid: Grid, row: int, column: int, f: IntArray, x: FloatArray) -> None:
+        self._grid, self._cell = grid, (row, column)
+        self._body = grid.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
         self._lens = Lens()
 
     def show(self, x: FloatArray, lens: Lens, colours: Colouring) -> None:
@@ -327,12 +327,12 @@ class Inset:
         if not self._body.visible:
             return
         canvas = imgui.GetForegroundDrawList()
-        x, y = self._stage.inset_pixels(*self._cell, self._lens.place)
+        x, y = self._grid.inset_pixels(*self._cell, self._lens.place)
         canvas.AddCircle((x, y), _CIRCLE, packed((1.0, 1.0, 1.0)), 0, 4.0)
         canvas.AddCircle((x, y), _CIRCLE, packed(palette.INK), 0, 2.0)
-        left, bottom = self._stage.inset_corner(*self._cell)
+        left, bottom = self._grid.inset_corner(*self._cell)
         power = float(f"{self._lens.power:.2g}")
         sentence = f"circled: magnified {power:,.{int(power < 10)}f}x"
-        lines = wrapped(sentence, left - 12 - self._stage.cell(*self._cell)[0])
+        lines = wrapped(sentence, left - 12 - self._grid.cell(*self._cell)[0])
         for k, line in enumerate(reversed(lines)):
             text(canvas, left - 6 - text_width(line) / 2, bottom - _LINE * (k + 1), line)
