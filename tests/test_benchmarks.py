@@ -30,8 +30,8 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "factors", "gather", "peers", "player", "random_meshes", "repairs",
-           "scaling", "shapes", "stages", "versions")
+OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "mindboggle", "peers", "player",
+           "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
@@ -80,3 +80,28 @@ print("found")
 """
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.stdout == "found\n", done.stderr
+
+
+def test_a_subject_gets_its_own_labels_from_its_turned_copy(tmp_path):
+    """Files as Mindboggle-101 has them; and another one's labels do not fit as well."""
+    code = f"""
+from pathlib import Path
+import numpy as np
+import igl_spheremap as ism
+from benchmarks.mindboggle import _FILE, write_labels
+v, f = ism.samples.make("pear", n_vertices=600)
+v = v + 0.1 * np.sin(4 * v[:, [1, 2, 0]] + [0, 1, 2])
+labels = np.digitize(v[:, 2], np.quantile(v[:, 2], [0.2, 0.4, 0.6, 0.8])) - 1
+for side in ("lh", "rh"):
+    folder = Path({str(tmp_path)!r})
+    write_labels(folder / "one" / _FILE.format(side), v, f, labels)
+    write_labels(folder / "two" / _FILE.format(side), v[:, [1, 2, 0]], f, labels if side == "lh" else labels[::-1])
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    benchmark("mindboggle", str(tmp_path), "--out", str(tmp_path / "figures.csv"))
+    with (tmp_path / "figures.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["source"] for row in rows] == ["one", "two"] * 2
+    assert all((float(row["agree"]) > 0.98 and float(row["dice"]) > 0.98) == (row["side"] == "lh") for row in rows)
+    assert {row["folded"] for row in rows} == {"0"}
