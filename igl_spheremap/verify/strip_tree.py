@@ -1,0 +1,113 @@
+"""Pairs of edges of a polygon that may meet, by rectangles around runs of edges.
+
+Runs of 1, 4, 16, ... consecutive edges have a rectangle along their chord each. Where those of two runs lie apart, none
+of their edges meet; else their quarters are compared. Few more pairs than there are edges are looked at where edges lie
+side by side, however long and thin that is: bounding boxes of the spikes of a star nearly all meet.
+
+Ballard 1981, *Strip Trees: A Hierarchical Representation for Curves*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray, own_unit
+
+#: The longest runs, at most so many, are compared each with each.
+_RUNS = 128
+#: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
+_PARTS = 4
+#: Pairs of runs that are compared at once.
+_BLOCK = 1 << 17
+#: Rectangles are made once more pairs than this for each run have had bounding boxes that meet: a run meets itself and
+#: the next one on any polygon, and one or two more on most.
+_MANY = 3
+#: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
+_ERROR = 64 * np.finfo(float).eps
+
+
+def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Pairs i < j of edges of a closed polygon that may meet, neighbours left out, in blocks; edge i begins at p[i].
+
+    >>> zigzag = np.array([[0.0, 0], [9, 1], [0, 2], [9, 3], [0, 4], [9, 5], [-1, 6], [-1, -1]])
+    >>> sum(len(i) for i, j in close_pairs(zigzag))
+    0
+    """
+    k = len(p)
+    height = max(0, int(np.ceil(np.log(k / _RUNS) / np.log(_PARTS))))
+    x, y = own_unit(p)[0].T
+    z = x + 1j * y
+    levels = [_Runs(p, z, _PARTS**h) for h in range(height + 1)]
+    waiting = [(height, *np.triu_indices(levels[height].count))]
+    one, other = np.indices((_PARTS, _PARTS)).reshape(2, -1)
+    while waiting:
+        h, i, j = waiting.pop()
+        if h == 0:
+            apart = (j - i > 1) & (j - i < k - 1)
+            i, j = levels[h].near(i[apart], j[apart])
+            if len(i):
+                yield i, j
+            continue
+        i, j = levels[h].near(i, j)
+        i, j = (_PARTS * i[:, None] + one).ravel(), (_PARTS * j[:, None] + other).ravel()
+        kept = (i <= j) & (j < levels[h - 1].count)
+        i, j = i[kept], j[kept]
+        waiting += [(h - 1, i[n:n + _BLOCK], j[n:n + _BLOCK]) for n in range(0, len(i), _BLOCK)]
+
+
+class _Runs:
+    """Runs of equally many edges of a closed polygon, the last one of what is left.
+
+    Parameters
+    ----------
+    p : (k, 2) float64 array
+        The polygon.
+    z : (k,) complex128 array
+        The same in its own unit.
+    length : int
+        Edges of a run.
+    """
+
+    def __init__(self, p: FloatArray, z: ComplexArray, length: int) -> None:
+        self._first, self._z, self._after = np.arange(0, len(p), length), z, np.append(z[1:], z[0])
+        self._run = np.arange(len(p)) // length
+        self.count, self._met = len(self._first), 0
+        # Bounding boxes, of the coordinates as they were given: comparing them is exact.
+        ends = p.T, np.append(p[1:], p[:1], axis=0).T
+        self._low, self._high = (extreme.reduceat(extreme(*ends), self._first, axis=1)
+                                 for extreme in (np.minimum, np.maximum))
+
+    def near(self, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
+        """Those of some pairs whose bounding boxes meet, and, if they are many, whose rectangles no side separates."""
+        meet = (self._low.take(i, axis=1) <= self._high.take(j, axis=1)).all(axis=0)
+        meet &= (self._low.take(j, axis=1) <= self._high.take(i, axis=1)).all(axis=0)
+        i, j = i[meet], j[meet]
+        self._met += len(i)
+        if self._met <= _MANY * self.count:
+            return i, j
+        centre, along, sides, error = self._rectangles
+        between, turn, error = centre[j] - centre[i], along[j] * along[i].conj(), error[i] + error[j]
+        cos, sin, meet = np.abs(turn.real), np.abs(turn.imag), np.ones(len(i), dtype=bool)
+        for one, other in ((i, j), (j, i)):
+            seen, (long, wide), (a, b) = between * along[one].conj(), sides[:, one], sides[:, other]
+            meet &= np.abs(seen.real) <= long + a * cos + b * sin + error
+            meet &= np.abs(seen.imag) <= wide + a * sin + b * cos + error
+        return i[meet], j[meet]
+
+    @cached_property
+    def _rectangles(self) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]:
+        """Centres, unit vectors of the first sides, halves of the sides (2, runs), and bounds on their rounding."""
+        z, after, first, run = self._z, self._after, self._first, self._run
+        start = z[first]
+        chord = after[np.append(first[1:], len(z)) - 1] - start
+        along = np.where(chord == 0, 1.0, chord / np.where(chord == 0, 1.0, np.abs(chord)))
+        one, other = ((each - start[run]) * along.conj()[run] for each in (z, after))
+        (left, under), (right, above) = (
+            [extreme.reduceat(extreme(a, b), first) for a, b in ((one.real, other.real), (one.imag, other.imag))]
+            for extreme in (np.minimum, np.maximum))
+        size = np.maximum.reduceat(np.maximum(np.abs(z), np.abs(after)), first)
+        return (start + along * ((left + right) / 2 + 0.5j * (under + above)), along,
+                np.stack((right - left, above - under)) / 2, _ERROR * size)
