@@ -14,7 +14,8 @@ _TOGETHER = 3000
 #: With 8,000 forty of these parts end .2 percent lower, for more time (the same command).
 _MIDDLING = 3000
 #: The price grows by so many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times the
-#: time of the map. With 4, 47 parts of 700 vertices and more end .2 percent higher, in .95 of the time (the same command).
+#: time of the map. With 4, the 47 parts of 700 vertices and more end .2 percent higher, in .95 of the time (the same
+#: command).
 _GROWTH = 7
 
 
