@@ -66,7 +66,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     True
     """
     history = History()
-    found = certified(check_mesh(v, f, caps), x)
+    found = certified(check_mesh(v, f, caps=caps), x)
     return replace(found, run=history.complete(found.run, "given"))
 
 
@@ -154,7 +154,7 @@ def repair_foldings(
     """
     settings = {} if polish is None else {"polish": Auto(polish=polish).polish}
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     began, places = time.perf_counter(), count()
     rows = check_directions(x, len(mesh.v), "images")
     y = rows.copy() if np.abs(row_lengths(rows) - 1).max() < UNIT_TOLERANCE else unit_rows(rows)

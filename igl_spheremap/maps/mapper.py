@@ -69,8 +69,8 @@ class SphereMapper:
         self,
         v: ArrayLike | MeshLike,
         f: ArrayLike | None = None,
-        method: Auto = Auto(),  # noqa: B008 - it is frozen
         *,
+        method: Auto = Auto(),  # noqa: B008 - it is frozen
         caps: ArrayLike | None = None,
     ) -> None:
         method_of(method, Auto)
@@ -81,7 +81,7 @@ class SphereMapper:
         self.operators = build_operators(self.mesh, method.backend)
 
     def __repr__(self) -> str:
-        return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, {self.method})"
+        return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, method={self.method})"
 
     @own_errstate
     def move(self, v: ArrayLike) -> None:
@@ -129,9 +129,9 @@ class SphereMapper:
     @timed()
     def map(
         self,
+        *,
         start: ArrayLike | None = None,
         vertex_weights: ArrayLike | None = None,
-        *,
         listener: Listener | None = None,
     ) -> SphereMap:
         """Map the surface conformally to the unit sphere, and certify the map.
@@ -150,8 +150,8 @@ class SphereMapper:
         Returns
         -------
         SphereMap
-            That of ``spherical_conformal_map(v, f, method)``, bit for bit, unless a start or vertex weights are given.
-            Its ``seconds`` are those of this call, without the factorisation.
+            That of ``spherical_conformal_map(v, f, method=method)``, bit for bit, unless a start or vertex weights are
+            given. Its ``seconds`` are those of this call, without the factorisation.
 
         Raises
         ------

@@ -78,6 +78,7 @@ def transfer(
     source: SphereMap | SphereLocator,
     values: ArrayLike | None,
     target: SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
+    *,
     labels: bool = False,
     method: Resampling = "linear",
     matrix: bool = False,
@@ -137,7 +138,7 @@ def transfer(
         if not isinstance(target, str | SphereMap | tuple):
             raise TypeError('method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K')
         there = target if isinstance(target, SphereMap) else sphere_mesh(target)
-        weights = transfer_weights(check_map(source, "source"), there).matrix
+        weights = transfer_weights(check_map(source), there).matrix
     else:
         locator = _locator(source)
         location = locator.locate(_points(target))
@@ -176,14 +177,14 @@ def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
 
 
 @own_errstate
-def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
+def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 
     Parameters
     ----------
     source : SphereMap
         The surface and its map.
-    to : str, SphereMap or (x, f)
+    target : str, SphereMap or (x, f)
         ``ico:K``, a regular icosphere (default: ``ico:5``), whose first ``10 * 4^J + 2`` vertices are those of
         ``ico:J`` (the order is this package's own, not FreeSurfer's); a map, whose image is taken; or any mesh of the
         sphere.
@@ -196,9 +197,9 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     Raises
     ------
     ValueError
-        If `to` is a name of no regular sphere.
+        If `target` is a name of no regular sphere.
     MeshError
-        If `to` is no closed genus-0 mesh.
+        If `target` is no closed genus-0 mesh.
     FoldingsRemain
         If the map is not certified folding-free.
 
@@ -210,7 +211,7 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     >>> v.shape, f.shape
     ((642, 3), (1280, 3))
     """
-    x, faces = sphere_mesh(to)
+    x, faces = sphere_mesh(target)
     locator = _locator(source)
     location = locator.locate(x)
     return Resampled(interpolate(source.vertices, locator.f, location), faces, x, location)
@@ -219,10 +220,10 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
-    return locator_of(check_map(source, "source"))
+    return locator_of(check_map(source))
 
 
-def check_map(result: object, name: str = "result") -> SphereMap:
+def check_map(result: object, name: str = "source") -> SphereMap:
     """The map; a TypeError for anything else, as when data are given before it."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")

@@ -51,7 +51,7 @@ class Effort:
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("octopus", n_vertices=3000)
     >>> quick = ism.Auto(effort=ism.Effort(systems=2))
-    >>> ism.spherical_conformal_map(v, f, quick).certificate.folding_free
+    >>> ism.spherical_conformal_map(v, f, method=quick).certificate.folding_free
     True
     """
 

@@ -26,7 +26,7 @@ def brain():
 
 @pytest.fixture(scope="module")
 def dino():
-    return ism.balanced_spherical_map(*ism.samples.make("dino", n_vertices=3000), 0.7)
+    return ism.balanced_spherical_map(*ism.samples.make("dino", n_vertices=3000), balance=0.7)
 
 
 def targets(brain):
@@ -75,7 +75,7 @@ def test_the_matrix_is_the_transfer(dino, method):
     parts = transfer(dino, labels, "ico:3", labels=True, method=method)
     assert parts.dtype == labels.dtype
     assert np.array_equal(parts, labels[matrix.toarray().argmax(axis=1)])
-    assert np.array_equal(transfer(dino, None, "ico:3", True, method, matrix=True) @ labels, parts)
+    assert np.array_equal(transfer(dino, None, "ico:3", labels=True, method=method, matrix=True) @ labels, parts)
 
 
 def test_vertices_without_area_take_part(dino):

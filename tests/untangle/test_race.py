@@ -72,7 +72,7 @@ def plan_of(result, x, polish):
 
 def test_a_plan_says_what_starts_and_why():
     v, f = ism.samples.make("sphere", n_vertices=500)
-    good = ism.spherical_conformal_map(v, f, ism.Auto(polish=None))
+    good = ism.spherical_conformal_map(v, f, method=ism.Auto(polish=None))
     stays = plan_of(good, good.sphere, None)
     assert (stays.starts, stays.price) == (0, np.inf)
     asked = plan_of(good, good.sphere, "angles")
@@ -90,4 +90,4 @@ def test_a_result_explains_what_was_decided():
     lines = result.explain().splitlines()
     assert lines[0] == f"auto: {result.run.plan}"
     assert [line.split(":")[0] for line in lines[1:1 + len(result.rounds)]] == [each.start for each in result.rounds]
-    assert ism.spherical_conformal_map(*ism.samples.sphere(42), "gu-yau").explain().startswith("gu-yau: ")
+    assert ism.spherical_conformal_map(*ism.samples.sphere(42), method="gu-yau").explain().startswith("gu-yau: ")

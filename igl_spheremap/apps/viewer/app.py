@@ -124,7 +124,7 @@ def present(
         screenshot=target if picture else None, video=target if video else None, size=size, frame=None, length=LENGTH,
         fps=RATE,
     )  # fmt: skip
-    open_for(args, title, "screenshot(result, 'map.png'), play(v, f, target='run.gif')")
+    open_for(args, title, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
     return run_app(build(), args)
 
 

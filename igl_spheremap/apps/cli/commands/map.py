@@ -73,7 +73,7 @@ def run_landmarks(args: Namespace) -> Exit:
     options = _variational(args)
     return _map_by(
         args,
-        lambda v, f, **more: landmark_map(v, f, vertices, targets, weights, **options, **more),
+        lambda v, f, **more: landmark_map(v, f, vertices, targets, landmark_weights=weights, **options, **more),
         lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 

@@ -86,7 +86,7 @@ def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
     if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)
     args.progress.stage(f"mapping {source.name} to the sphere")
-    return balanced_spherical_map(source.v, source.f, 1.0, caps=source.caps,
+    return balanced_spherical_map(source.v, source.f, balance=1.0, caps=source.caps,
                                   listener=args.progress.listener(source.f))
 
 

@@ -116,7 +116,7 @@ def run_grid(args: Namespace) -> None:
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
     args.progress.stage(f"sampling {source.name}")
-    grid = to_grid(pair.map(), values, args.kind, args.rows, columns=args.columns)
+    grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
@@ -153,7 +153,7 @@ def run_harmonics(args: Namespace) -> None:
     source = pair.source
     values = None if args.data is None else read_data(args.data, source)
     args.progress.stage(f"expanding {source.name}")
-    harmonics = spherical_harmonics(pair.map(), values, args.degree)
+    harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
     found = Findings(target=args.target)
     found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
               source=source.name, sphere=pair.name)
@@ -218,7 +218,7 @@ def run_export(args: Namespace) -> None:
     if args.show in _TEXTURES:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
-        atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
+        atlas = texture_atlas(pair.x, source.f, projection=args.show, cut=cut)
         write_textured(target, source.v, source.f, atlas, image, force=args.force)
         vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
         kind = "cut along the seam" if cut else "the mesh as it is"

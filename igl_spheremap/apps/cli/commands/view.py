@@ -66,7 +66,7 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
             pass
     args.progress.stage(f"mapping {source.name}")
     listener = args.progress.listener(source.f)
-    result = balanced_spherical_map(source.v, source.f, args.balance, method=args.method, caps=source.caps,
+    result = balanced_spherical_map(source.v, source.f, balance=args.balance, method=args.method, caps=source.caps,
                                     listener=listener)
     return source, result, caption_of(result)
 
