@@ -17,9 +17,9 @@ def checks(monkeypatch):
     counts = {"checked": 0, "normalised": 0}
 
     def counting(name, function):
-        def call(*args):
+        def call(*args, **options):
             counts[name] += 1
-            return function(*args)
+            return function(*args, **options)
 
         return call
 
