@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,13 +76,13 @@ class SphereMapper:
     ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        given = {} if caps is None else {"caps": caps}  # a mesh object may bring its own
-        self.mesh = check_mesh(v, **given) if f is None else check_mesh(v, f, **given)
+        mesh: tuple[Any, ...] = (v,) if f is None else (v, f)
+        self.mesh = check_mesh(*mesh, **({} if caps is None else {"caps": caps}))  # a mesh object may bring its own
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 
     def __repr__(self) -> str:
-        return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, method={self.method})"
+        return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, {self.method})"
 
     @own_errstate
     def move(self, v: ArrayLike) -> None:
