@@ -29,7 +29,7 @@ def red(image):
     return int(((r > 150) & (g < 110) & (b < 90)).sum())
 
 def player(name, method, kind=Player, **options):
-    app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 360)), 'test')
+    app.open_for(Pictures('unused.png', size=(900, 360)))
     shown = kind(from_spec, name, METHODS[method](**options))
     ps.set_user_callback(lambda: app.draw_app(shown))
     return shown
