@@ -21,6 +21,11 @@ from .errors import MapError as MapError
 from .errors import MeshError as MeshError
 from .errors import NotConverged as NotConverged
 from .errors import WorkersUnavailable as WorkersUnavailable
+from .groups.group import Group as Group
+from .groups.group import Member as Member
+from .groups.group import Placed as Placed
+from .groups.modes import ModelFigures as ModelFigures
+from .groups.template import template as template
 from .io.coefficients import read_coefficients as read_coefficients
 from .io.coefficients import write_coefficients as write_coefficients
 from .io.files import read_mesh as read_mesh
@@ -94,8 +99,8 @@ from .shapes.texture import texture_atlas as texture_atlas
 from .shapes.transfer import Resampled as Resampled
 from .shapes.transfer import resample as resample
 from .shapes.transfer import transfer as transfer
-from .shapes.transfer import transfer_matrix as transfer_matrix
-from .shapes.weights import TransferMatrix as TransferMatrix
+from .shapes.weights import TransferWeights as TransferWeights
+from .shapes.weights import transfer_weights as transfer_weights
 from .sphere.cayley import cayley_update as cayley_update
 from .start.star_map import EigenProjection as EigenProjection
 from .start.star_map import gauss_map as gauss_map

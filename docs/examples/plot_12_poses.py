@@ -20,8 +20,7 @@ for bend in (0.0, 0.4, 0.8):
     turned = bend * np.maximum(v[:, 2] - 2, 0)  # the ears and the head nod forwards
     pose = v + np.column_stack((turned, np.zeros(len(v)), -turned / 2))
     start = time.process_time()
-    mapper.move(pose)
-    result = mapper.map()
+    result = mapper.map(pose)
     seconds.append(time.process_time() - start)
     assert result.certificate.folding_free
     views.append((f"bend {bend}, coloured by\nx on the sphere", pose, f, result.sphere[:, 0]))

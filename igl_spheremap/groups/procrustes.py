@@ -1,0 +1,77 @@
+"""Generalised Procrustes: shapes of corresponding points moved, turned and scaled until they agree best."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray
+from ..sphere.moebius import best_rotation
+from ..sphere.rows import weighted_moment, weighted_sum
+
+_STEPS, _STILL = 100, 1e-12  # rotations to the mean of the last step; each lowers the squared distances
+
+
+class Alignment(NamedTuple):
+    """Shapes after generalised Procrustes: ``aligned[k]`` is ``(shapes[k] - centres[k]) @ rotations[k] / sizes[k] +
+    centre``.
+
+    Attributes
+    ----------
+    aligned : (k, n, 3) float64 array
+        The shapes, at the mean place, in the mean pose and, unless they are rigid, of the mean size.
+    mean : (n, 3) float64 array
+        Their mean.
+    sizes : (k,) float64 array
+        Size of each beside the geometric mean of all; 1 if they are rigid.
+    rotations : (k, 3, 3) float64 array
+        Those that multiply rows from the right.
+    centres : (k, 3) float64 array
+        Weighted means of the points as they came.
+    """
+
+    aligned: FloatArray
+    mean: FloatArray
+    sizes: FloatArray
+    rotations: FloatArray
+    centres: FloatArray
+
+
+def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool = False) -> Alignment:
+    """Align shapes (k, n, 3) with each other: no one of them is the reference.
+
+    The mean lies where the shapes lie on average, and is turned as they are: rotations have the identity as their mean.
+
+    >>> square = np.array([[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]])
+    >>> generalised_procrustes(np.stack((square, 4 * square)), np.ones(4)).mean.round(9)[0].tolist()
+    [2.0, 2.0, 0.0]
+    """
+    weights = weights / weights.sum()
+    centres = np.stack([weighted_sum(weights, shape) for shape in shapes])
+    centred = shapes - centres[:, None]
+    radii = np.sqrt([weights @ (shape**2).sum(axis=1) for shape in centred])
+    sizes = np.ones(len(shapes)) if rigid else radii / np.exp(np.log(radii).mean())
+    centred /= sizes[:, None, None]
+    mean = centred[0]
+    for _ in range(_STEPS):
+        rotations = np.stack([best_rotation(shape, mean, weights) for shape in centred])
+        before, mean = mean, np.mean(centred @ rotations, axis=0)
+        if np.abs(mean - before).max() < _STILL * radii.max():
+            break
+    pose = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3))
+    rotations = rotations @ pose
+    centre = centres.mean(axis=0)
+    return Alignment(centred @ rotations + centre, mean @ pose + centre, sizes, rotations, centres)
+
+
+def placed(shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None) -> tuple[
+        FloatArray, float]:
+    """One shape laid on a mean that stays where it is, and its size, which may be given."""
+    weights = weights / weights.sum()
+    centre, goal = weighted_sum(weights, shape), weighted_sum(weights, mean)
+    own, theirs = shape - centre, mean - goal
+    radius, other = (np.sqrt(np.trace(weighted_moment(weights, each, each))) for each in (own, theirs))
+    size = float(radius / other) if size is None else size
+    return own @ best_rotation(own, theirs, weights) / size + goal, size
+

@@ -1,0 +1,16 @@
+import pytest
+from family import AMOUNTS, family
+
+import igl_spheremap as ism
+
+
+@pytest.fixture(scope="session")
+def maps():
+    """Six bodies of a family, each meshed, turned and moved anew, and mapped."""
+    return [ism.balanced_spherical_map(*each, balance=1) for each in family(AMOUNTS)]
+
+
+@pytest.fixture(scope="session")
+def group(maps):
+    """Their group."""
+    return ism.template(maps, to="ico:2", features=[each.vertices for each in maps])
