@@ -199,7 +199,6 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
                      for (name, count), values in rates.items())
     alone, beside = (float(np.median(np.divide(rates[name, workers], rates[name, 1]))) for name in (LOOP, POOL))
     quarter, half = (100 * (job / turn - 1) for turn, job in np.percentile(pairs, [25, 50], axis=1))
-    whole = 100 * (np.median(rates[LOOP, 1]) / np.median(rates[POOL, 1]) - 1)
     start = starts["row"] * max(rates[LOOP, 1]) / 1000
     efficiency = beside / workers
     hours = CORTICES * cortex / efficiency / 3600
@@ -209,11 +208,9 @@ def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int
 
 Written by `python -m benchmarks throughput` with version {version}: {meshes} spheroids of {vertices:,} vertices,
 the size of a hippocampus, no two of the same shape or with the same faces, in PLY files. A plain loop reads,
-maps and writes, as `write_map(target, spherical_conformal_map(*read_mesh(source), polish=None))` does; a population
-also measures angles, areas and edges, keeps the manifest, and takes digests of inputs and results. Times are wall
-times. The machine's own speed changes from second to second, so that what is compared is measured in turn, and ratios
-are medians.
-One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
+maps and writes; a population also measures angles, areas and edges, keeps the manifest, and takes digests of inputs
+and results. Times are wall times, measured in turn; ratios are medians. One thread each.
+Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python
 {platform.python_version()}.
 
 | who | how many | maps a second, best of {len(rates[LOOP, 1])} | median |
@@ -223,20 +220,16 @@ One thread each. Machine: {os.cpu_count()} cores, {platform.system()} {platform.
 ![Maps a second against workers](images/throughput.png)
 
 - **Against the loop**: a job of a population takes {quarter:.1f} percent longer than a turn of the plain loop by the
-  lower quartiles of {PAIRS} each, run in turn in two processes, and {half:.1f} percent by their medians. By the
-  medians of the table a population with one process takes {whole:.0f} percent longer.
+  lower quartiles of {PAIRS} each, run in turn in two processes, and {half:.1f} percent by their medians.
 - **Start**: a process has started and mapped its first mesh after {starts["row"]:.2f} s, which is once for a worker;
-  over 1,000 meshes that would be {100 * start:.1f} percent. A plain loop, too, imports numpy, scipy, libigl and the
-  package, for {starts["import"]:.2f} s.
-- **First map**: after these imports, the backend's among them, the first map of a process takes
-  {1000 * starts["first"]:.0f} ms, the next one {1000 * starts["next"]:.0f} ms. (A program that imports only
-  `igl_spheremap` does the other imports in its first call, and waits for both.)
+  over 1,000 meshes that would be {100 * start:.1f} percent. A plain loop imports as much, for {starts["import"]:.2f} s.
+- **First map**: after these imports the first map of a process takes {1000 * starts["first"]:.0f} ms, the next one
+  {1000 * starts["next"]:.0f} ms.
 - **More processes**: {workers} processes map {beside:.2f} times as much as one in the same time; {workers} plain loops
   side by side, which share nothing, {alone:.2f} times as much as one.
 - **Same connectivity**: meshes that only move, in a worker that has just mapped the same faces, take
   {100 * share["small"]:.0f} percent of the CPU time of others, cortices of {CORTEX:,} vertices
-  {100 * share["cortex"]:.0f} percent: the check of the faces, the order of elimination and its analysis are there
-  already (`SphereMapper.move`).
+  {100 * share["cortex"]:.0f} percent (`SphereMapper.move`).
 
 ## What a job adds to a plain loop
 
@@ -248,9 +241,6 @@ A plain loop takes some 15 ms a mesh. A job adds, on a quiet machine (version 0.
 | areas and edges | .8 |
 | mean, 99th percentile and maximum of all three | .3 |
 | digests, the row, hand-over from the child to the command and back | 1 |
-
-Arc cotangents of libigl's `cotmatrix_entries` would take a third of the first line's time, but are wrong by 1e-12
-radians in triangles of 1e-3 radians, where `internal_angles` is right to 4e-16.
 
 ## What a large study costs
 
