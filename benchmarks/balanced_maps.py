@@ -127,7 +127,7 @@ def field(results, paths):
 
 def by_balance(balance):
     """A map of this package from the conformal map that it made itself."""
-    return lambda v, f, x: (ism.balanced_spherical_map(v, f, balance).sphere, None)
+    return lambda v, f, x: (ism.balanced_spherical_map(v, f, balance=balance).sphere, None)
 
 
 def lapy_conformal(v, f, x):

@@ -38,7 +38,7 @@ def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np
         if iterate.stage != "repair":
             seen.append((time.process_time() - began, iterate.energy))
 
-    result = ism.spherical_conformal_map(v, f, method, listener=listen)
+    result = ism.spherical_conformal_map(v, f, method=method, listener=listen)
     seconds, energies = np.array(seen).T
     return seconds, energies, result
 
@@ -51,7 +51,7 @@ def main(argv: list[str]) -> None:
     options = arguments.parse_args(argv)
     v, f = load(options.mesh)
     for method in RUNS.values():
-        ism.spherical_conformal_map(*ism.samples.make("sphere"), method)
+        ism.spherical_conformal_map(*ism.samples.make("sphere"), method=method)
     figure, axes = pyplot().subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     courses = {label: course(v, f, method) for label, method in RUNS.items()}
     descent, *_, fastest = RUNS

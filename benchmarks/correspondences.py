@@ -78,7 +78,7 @@ class Data:
     @cache  # noqa: B019
     def map(self, name):
         """The area-preserving map."""
-        return ism.balanced_spherical_map(*self.mesh(name), 1.0)
+        return ism.balanced_spherical_map(*self.mesh(name), balance=1.0)
 
 
 def body(seed, again):
@@ -282,7 +282,8 @@ def overlays(data):
 def sizes(data):
     """Time and memory by size."""
     for n, k in ((10_000, 0), (40_000, 20)):
-        a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), 1.0) for m in (n, n + n // 10))
+        a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), balance=1.0)
+                for m in (n, n + n // 10))
         before = peak_memory()
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]

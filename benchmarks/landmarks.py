@@ -61,7 +61,7 @@ def main(argv: list[str]) -> None:
         ("with landmarks, may fold", args.weight, False),
         ("with landmarks, may not fold", args.weight, True),
     ):
-        result = ism.landmark_map(v, f, landmarks, targets, weight, may_fold=not injective,
+        result = ism.landmark_map(v, f, landmarks, targets, landmark_weights=weight, may_fold=not injective,
                                   max_iterations=500 if weight else 0)
         chord = np.linalg.norm(result.sphere[landmarks] - targets, axis=1)
         miss = np.degrees(2 * np.arcsin(chord / 2))

@@ -61,7 +61,7 @@ def polish(sources: list[str]) -> None:
         v, f = load(source)
         ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500))
         (plain, before), (polished, after) = (
-            timed(lambda p=p: ism.spherical_conformal_map(v, f, ism.Auto(polish=p))) for p in (None, "angles"))  # noqa: B023
+            timed(lambda p=p: ism.spherical_conformal_map(v, f, method=ism.Auto(polish=p))) for p in (None, "angles"))  # noqa: B023
         found = [quality(v, f, result.sphere) for result in (plain, polished)]
         cells = [f"{one['mean']:.3g} / {one['p99']:.3g}" for one in found]
         change = 100 * (found[1]["mean"] / found[0]["mean"] - 1)

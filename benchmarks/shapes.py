@@ -53,7 +53,7 @@ class Data:
     def map(self, name, balance=1.0):
         """Its map, area-preserving by default."""
         if (name, balance) not in self._maps:
-            self._maps[name, balance] = ism.balanced_spherical_map(*self.mesh(name), balance)
+            self._maps[name, balance] = ism.balanced_spherical_map(*self.mesh(name), balance=balance)
         return self._maps[name, balance]
 
 
@@ -73,7 +73,7 @@ def correlation(p, q, w):
 
 def curvature_of(result):
     """The depth potential of a width that leaves little but curvature."""
-    return ism.depth_potential(result.vertices, result.faces, 0.05)
+    return ism.depth_potential(result.vertices, result.faces, ell=0.05)
 
 
 def exact_coefficients(result, degree):
@@ -192,7 +192,7 @@ def pial(data):
 def warps(data):
     """Planted smooth warps of a copy with 60 percent of the faces, by curvature."""
     fixed = data.map("white_left")
-    copy = ism.balanced_spherical_map(*decimated(fixed.vertices, fixed.faces), 1.0)
+    copy = ism.balanced_spherical_map(*decimated(fixed.vertices, fixed.faces), balance=1.0)
     _, faces, nearest = igl.point_mesh_squared_distance(copy.vertices, fixed.vertices, fixed.faces)
     corners = fixed.faces[faces]
     triangle = (np.ascontiguousarray(fixed.vertices[corners[:, k]]) for k in range(3))

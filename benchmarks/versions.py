@@ -73,7 +73,7 @@ def maps(sources: list[str], polish: str) -> dict[str, tuple[float, float, int, 
     found = {}
     for source in sources:
         v, f = load(source)
-        result, cpu = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f, ism.Auto(polish=polish)))  # type: ignore
+        result, cpu = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f, method=ism.Auto(polish=polish)))  # type: ignore
         measured = quality(v, f, result.sphere)
         found[source] = (measured["mean"], cpu, len(v), not measured["foldings"])
     return found

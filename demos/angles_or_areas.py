@@ -20,7 +20,7 @@ def angles_or_areas(v, f, up, target, progress):
     mesh, turn, poles = ism.check_mesh(v, f), pose(v, up), np.array([[0, 0, 1.0], [0, 0, -1.0]])
     bodies, spheres = [], []
     for balance in (0, 0.5, 1):
-        result = ism.balanced_spherical_map(v, f, balance, listener=progress.listener(f))
+        result = ism.balanced_spherical_map(v, f, balance=balance, listener=progress.listener(f))
         board = checkerboard(mesh, result.sphere, poles)
         angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
         bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=board.checks))

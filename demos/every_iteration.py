@@ -24,7 +24,7 @@ def every_iteration(v, f, up, target, progress):
         run(iterate)
         show_progress(iterate)
 
-    ism.spherical_conformal_map(v, f, "lai2014", listener=listener)
+    ism.spherical_conformal_map(v, f, method="lai2014", listener=listener)
     progress.close()
     frames = run.frames[1:]  # the first is the Gauss map, which is the start of the iterations, too
 

@@ -16,7 +16,7 @@ from igl_spheremap.apps.demo import run_demo
 def folding_removal(v, f, up, target, progress):
     if target is None:
         progress.close()
-    ism.play(v, f, "lai2014", target, up=up)
+    ism.play(v, f, method="lai2014", out=target, up=up)
 
 
 if __name__ == "__main__":  # the map is computed in a process of its own, which imports this file

@@ -84,7 +84,7 @@ def eigen_projection(path: Path) -> list[str]:
     """Fig. 9 of the paper: conformal factor, map and eigenfunctions, on the way through Algorithm 2."""
     mesh, turn = _sample("dino", n_vertices=2000)
     recording = ism.Recording(mesh.f)
-    result = ism.spherical_conformal_map(mesh.v, mesh.f, "lai2014", listener=recording)
+    result = ism.spherical_conformal_map(mesh.v, mesh.f, method="lai2014", listener=recording)
     first = [frame.iterate for frame in recording.frames if frame.iterate.round == 0]
     early = next(iterate for iterate in first if iterate.energy < 4 * np.pi + 1)
     columns: list[list[Part]] = []
@@ -114,7 +114,7 @@ def curves(path: Path) -> list[str]:
     """Energy, foldings and angle differences of a run of the paper's algorithms."""
     v, f = ism.samples.make("dino")
     recording = ism.Recording(f)
-    result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    result = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
     figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
                       title="dino, lai2014")
     figure.savefig(path, dpi=110)

@@ -99,8 +99,8 @@ from .shapes.texture import texture_atlas as texture_atlas
 from .shapes.transfer import Resampled as Resampled
 from .shapes.transfer import resample as resample
 from .shapes.transfer import transfer as transfer
-from .shapes.weights import TransferWeights as TransferWeights
-from .shapes.weights import transfer_weights as transfer_weights
+from .shapes.transfer import transfer_matrix as transfer_matrix
+from .shapes.weights import TransferMatrix as TransferMatrix
 from .sphere.cayley import cayley_update as cayley_update
 from .start.star_map import EigenProjection as EigenProjection
 from .start.star_map import gauss_map as gauss_map

@@ -63,7 +63,7 @@ class SphereMapAccessor:
         MeshError
             If the mesh is no closed triangle mesh of genus 0.
         """
-        return self._sphere(spherical_conformal_map(self._mesh, method, **options))
+        return self._sphere(spherical_conformal_map(self._mesh, method=method, **options))
 
     def balance(self, balance: float = 0.5, method: str | Method = "auto") -> pv.PolyData:
         """Map the surface by a compromise between angles and areas.
@@ -85,7 +85,7 @@ class SphereMapAccessor:
         MeshError
             If the mesh is no closed triangle mesh of genus 0.
         """
-        return self._sphere(balanced_spherical_map(self._mesh, balance, method=method))
+        return self._sphere(balanced_spherical_map(self._mesh, balance=balance, method=method))
 
     def certify(self, source: pv.PolyData | None = None) -> Certificate:
         """Certify this mesh as a map to the unit sphere, from whatever program it comes.

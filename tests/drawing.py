@@ -24,7 +24,7 @@ needs_drawing = pytest.mark.skipif(bool(missing()), reason=missing())
 
 _PREAMBLE = """
 import json, sys
-from argparse import Namespace
+from igl_spheremap.apps.viewer.choices import Pictures
 from pathlib import Path
 import numpy as np
 import polyscope as ps

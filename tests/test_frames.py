@@ -1,4 +1,4 @@
-"""How deep a call is: a reader who follows it has at most 15 functions in mind."""
+"""How deep a call is: a reader who follows it has at most 13 functions in mind, and 15 where steps improve the map."""
 
 import sys
 from pathlib import Path
@@ -31,10 +31,10 @@ def deepest(call):
     return longest
 
 
-@pytest.mark.parametrize("name", ["spheroid", "bird", "octopus"])
-def test_a_plain_call_is_at_most_15_frames_deep(name):
-    """Of maps that stay as they are, whose angles are improved, and that are repaired."""
+@pytest.mark.parametrize(("name", "most"), [("spheroid", 13), ("bird", 13), ("octopus", 15)])
+def test_a_plain_call_is_as_deep_as_a_reader_can_follow(name, most):
+    """Of maps that stay as they are, and of one that is improved."""
     v, f = ism.samples.make(name, n_vertices=2000)
     ism.spherical_conformal_map(v, f)  # imports, which are no work of a call
     frames = deepest(lambda: ism.spherical_conformal_map(v, f))
-    assert len(frames) <= 15, "\n".join(frames)
+    assert len(frames) <= most, "\n".join(frames)

@@ -1,6 +1,8 @@
 """What public functions return: public records that print in one line."""
 
 import inspect
+from dataclasses import is_dataclass
+from enum import Enum
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -37,6 +39,35 @@ def hints(name):
 @pytest.mark.parametrize("name", ism.__all__)
 def test_records_that_come_from_public_names_are_public(name):
     assert {one for hint in hints(name) for one in own(hint)} <= set(CLASSES)
+
+
+#: Data that may be left out: faces of what has its own, the positions where no values are given, a regular sphere.
+LEFT_OUT = {"f", "values", "target", "template"}
+
+
+def functions():
+    """Public functions and methods by their names, and classes whose instances users make of data."""
+    for name in ism.__all__:
+        public = getattr(ism, name)
+        if inspect.isfunction(public):
+            yield name, public
+        elif inspect.isclass(public):
+            if not is_dataclass(public) and not issubclass(public, Exception | Enum | tuple):
+                yield name, public.__init__
+            yield from ((f"{name}.{key}", value) for key, value in vars(public).items()
+                        if inspect.isfunction(value) and not key.startswith("_"))
+
+
+@pytest.mark.parametrize(("name", "function"), [*functions()])
+def test_options_go_by_name_after_the_data(name, function):
+    parameters = inspect.signature(function).parameters.values()
+    placed = {one.name for one in parameters if one.kind is not one.KEYWORD_ONLY and one.default is not one.empty}
+    assert placed <= LEFT_OUT
+
+
+@pytest.mark.parametrize(("name", "function"), [*functions()])
+def test_roles_have_one_word_each(name, function):
+    assert not {"moving", "fixed", "a", "b"} & inspect.signature(function).parameters.keys()
 
 
 def test_records_print_in_one_line(tmp_path):

@@ -25,12 +25,12 @@ def main() -> str:
     """Map, certify, and use what comes back."""
     v, f = ism.samples.make("spheroid", n_vertices=500)
     method = ism.Lai2014(rounds=0, gradient_tolerance=1e-2)
-    result: ism.SphereMap = ism.spherical_conformal_map(v, f, method, listener=watch)
+    result: ism.SphereMap = ism.spherical_conformal_map(v, f, method=method, listener=watch)
     sphere: NDArray[np.float64] = result.sphere
     angles: NDArray[np.float64] = ism.angle_differences(v, f, sphere)
     assert angles.shape == f.shape
     mesh: ism.LoadedMesh = ism.read_mesh("sample:sphere:n_vertices=42")
-    ball: ism.SphereMap = ism.spherical_conformal_map(mesh, "auto", tolerance=1e-2)
+    ball: ism.SphereMap = ism.spherical_conformal_map(mesh, method="auto", tolerance=1e-2)
     assert ism.angle_differences((mesh.v, mesh.f), ball.sphere).shape == mesh.f.shape
     found: ism.MeshInfo = ism.info(mesh)
     loops: list[tuple[int, ...]] = [part.boundary_loops for part in found.topology.components]

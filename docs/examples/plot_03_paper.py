@@ -11,7 +11,7 @@ from igl_spheremap.result.recording import plot_run
 
 v, f = ism.samples.make("dino", n_vertices=1500)
 recording = ism.Recording(f)
-result = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+result = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
 for entry in result.rounds:
     print(f"round {entry.round}: {entry.foldings_before:,} folded faces before, {entry.foldings_after:,} after")
 assert result.certificate.folding_free

@@ -14,7 +14,7 @@ from igl_spheremap.draw.plot import draw_surfaces
 v, f = ism.samples.make("octopus", n_vertices=3000, arm_length=1)
 views = [("the surface, coloured by height", v, f, v[:, 2])]
 for balance in (0, 0.5, 1):
-    result = ism.balanced_spherical_map(v, f, balance)
+    result = ism.balanced_spherical_map(v, f, balance=balance)
     assert result.certificate.folding_free
     angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
     caption = f"balance {balance}: angles off by {angle:.1f}°,\nareas by a factor of {area:.3g}"

@@ -15,7 +15,7 @@ fine = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
 x, faces = ism.samples.sphere(642)  # a regular mesh of the sphere
 depth = np.linalg.norm(fine.vertices - fine.vertices.mean(axis=0), axis=1)
 
-weights = ism.transfer_weights(fine, (x, faces))
+weights = ism.transfer_matrix(fine, (x, faces), method="adaptive-area")
 carried = weights.matrix @ depth
 before, after = weights.source_areas @ depth, weights.received @ carried
 print(f"integrals differ by {abs(after / before - 1):.1e}")

@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.draw.plot import new_figure
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
-result = ism.balanced_spherical_map(v, f, 0.75)  # room for the ears
+result = ism.balanced_spherical_map(v, f, balance=0.75)  # room for the ears
 image = ism.to_grid(result, rows=128)
 back = ism.from_grid(image, result)
 size = np.ptp(v, axis=0).max()

@@ -20,7 +20,8 @@ for bend in (0.0, 0.4, 0.8):
     turned = bend * np.maximum(v[:, 2] - 2, 0)  # the ears and the head nod forwards
     pose = v + np.column_stack((turned, np.zeros(len(v)), -turned / 2))
     start = time.process_time()
-    result = mapper.map(pose)
+    mapper.move(pose)
+    result = mapper.map()
     seconds.append(time.process_time() - start)
     assert result.certificate.folding_free
     views.append((f"bend {bend}, coloured by\nx on the sphere", pose, f, result.sphere[:, 0]))

@@ -15,7 +15,7 @@ from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, log_edges
 from ..mesh.timings import stage
 from ..newton.faces import FaceProblem
-from ..newton.loop import LineSearch, newton
+from ..newton.loop import newton
 from ..newton.system import VertexSystem
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
@@ -25,6 +25,7 @@ from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from .energy import BalancedEnergy
 from .flat_faces import FlatFaces, log_areas
+from .kept_factor import KeptFactor
 
 #: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 MOST_WEIGHT = 0.97
@@ -89,7 +90,7 @@ def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: 
 
     `problem` says on what surface maps of an energy lie, and what else they may not do.
     """
-    search, squares, left = LineSearch(system), replace(energy, power=0), _STEPS
+    search, squares, left = KeptFactor(system, TOLERANCE), replace(energy, power=0), _STEPS
     if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
         opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
         search.tolerance = _OPENING_TOLERANCE
@@ -103,7 +104,7 @@ def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: 
                     max_iterations=left, listener=listener)
 
 
-def balanced_iterates(problem: FaceProblem, search: LineSearch, x: FloatArray, stage: str) -> Iterator[Iterate]:
+def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray, stage: str) -> Iterator[Iterate]:
     """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
     After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,

@@ -166,7 +166,7 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     places = Location(points.face[first], np.array(weights))
     v, x = (np.concatenate((p, interpolate(p, result.faces, places))) for p in (result.vertices, result.sphere))
     caps = result.mesh.caps
-    mesh = check_mesh(v, f[:, :3], None if caps is None else caps[f[:, 3]])
+    mesh = check_mesh(v, f[:, :3], caps=None if caps is None else caps[f[:, 3]])
     found = certified(mesh, unfolded(mesh, unit_rows(x)))
     return replace(found, run=result.run), places, vertices
 

@@ -122,7 +122,7 @@ class Level:
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
         caps = None if self.mesh.caps is None else self.mesh.caps[parts]
-        return Level(certified(check_mesh(v, f, caps), x), metric, self.landmarks, self.own or self), z
+        return Level(certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self), z
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:

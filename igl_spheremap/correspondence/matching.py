@@ -128,7 +128,8 @@ def match(
     history = History(listener)
     for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
         check_number(weight, name)
-    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, 1.0) for each in (source, target))
+    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=1.0)
+             for each in (source, target))
     source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
     given = LandmarkPairs.of(landmarks, curves, source, target)
     vertices, goals = given.vertices, given.goals

@@ -237,7 +237,7 @@ class _Course:
 def reflected(result: SphereMap) -> SphereMap:
     """The mirror image of a surface with that of its map, x to -x, and faces reversed: angles and areas stay."""
     mirror = np.array([-1.0, 1.0, 1.0])
-    mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], result.mesh.caps)
+    mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], caps=result.mesh.caps)
     image, *conformal = (replace(certified(mesh, each.sphere * mirror), run=each.run)
                          for each in (result, result.conformal) if each is not None)
     return replace(image, conformal=conformal[0] if conformal else None)

@@ -124,7 +124,7 @@ class SurfaceMap(Result):
         >>> import numpy as np
         >>> import igl_spheremap as ism
         >>> v, f = ism.samples.make("pear", n_vertices=500)
-        >>> a = ism.balanced_spherical_map(v, f, 1)
+        >>> a = ism.balanced_spherical_map(v, f, balance=1)
         >>> onto = ism.match(a, a)
         >>> face, weights = onto.forward(v[:5])
         >>> size = np.abs(v).max()

@@ -25,7 +25,7 @@ from ..mesh.timings import counted
 from ..shapes.basis import power
 from ..shapes.harmonics import spherical_harmonics
 from ..shapes.transfer import resample, sphere_mesh, transfer
-from ..shapes.weights import transfer_weights
+from ..shapes.weights import adaptive_area
 from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import weighted_sum
 from ..untangle.local_repair import unfolded
@@ -224,7 +224,8 @@ def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray,
     maps = [carried(each.surface.map, each.surface.coarse, each.registration.map.sphere @ turn)
             for each in counted("members", fitted)]
     shapes = np.stack([resample(each, (x, f)).v for each in maps])
-    areas = np.mean([transfer_weights(each, (x, f)).received for each in maps], axis=0)
+    received = (adaptive_area(each, (x, f)).received for each in maps)
+    areas = np.mean([each for each in received if each is not None], axis=0)
     features = np.stack([transfer(each, fit.surface.features, (x, f))
                          for each, fit in zip(maps, fitted, strict=True)])
     aligned = generalised_procrustes(shapes, areas, rigid)

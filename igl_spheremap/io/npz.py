@@ -53,7 +53,8 @@ def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
     """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
-    mesh, runs = check_mesh(arrays["vertices"], arrays["faces"], arrays.get("caps")), json.loads(str(arrays["json"]))
+    mesh = check_mesh(arrays["vertices"], arrays["faces"], caps=arrays.get("caps"))
+    runs = json.loads(str(arrays["json"]))
     if not isinstance(runs.get("sphere"), dict):
         raise MeshError("the record of this map is of a version before 0.3; read_mesh and read_sphere read its "
                         "surfaces, sphere_map(v, f, x) certifies them")

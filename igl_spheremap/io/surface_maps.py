@@ -94,7 +94,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     --------
     >>> import tempfile
     >>> import igl_spheremap as ism
-    >>> a = ism.balanced_spherical_map(*ism.samples.make("pear", n_vertices=300), 1)
+    >>> a = ism.balanced_spherical_map(*ism.samples.make("pear", n_vertices=300), balance=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a))
     ...     ism.read_surface_map(f"{folder}/onto.npz")

@@ -21,8 +21,8 @@ from .sphere_map import SphereMap
 def algorithm_1(
     v: ArrayLike,
     f: ArrayLike,
-    start: ArrayLike | None = None,
     *,
+    start: ArrayLike | None = None,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
@@ -66,7 +66,7 @@ def algorithm_1(
     True
     """
     method_of(method, Lai2014)
-    return algorithm_2(v, f, start, method=replace(method, rounds=0), caps=caps, listener=listener)
+    return algorithm_2(v, f, start=start, method=replace(method, rounds=0), caps=caps, listener=listener)
 
 
 @takes_mesh
@@ -75,8 +75,8 @@ def algorithm_1(
 def algorithm_2(
     v: ArrayLike,
     f: ArrayLike,
-    start: ArrayLike | None = None,
     *,
+    start: ArrayLike | None = None,
     method: Lai2014 = Lai2014(),  # noqa: B008 - it is frozen
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
@@ -121,6 +121,6 @@ def algorithm_2(
     """
     method_of(method, Lai2014)
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     found = lai2014(mesh, method, history, None if start is None else check_start(start, len(mesh.v)))
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

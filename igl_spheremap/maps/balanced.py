@@ -17,8 +17,8 @@ from .spherical_conformal_map import spherical_conformal_map
 def balanced_spherical_map(
     v: ArrayLike,
     f: ArrayLike,
-    balance: float = 0.75,
     *,
+    balance: float = 0.75,
     method: str | Method = "auto",
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
@@ -76,4 +76,5 @@ def balanced_spherical_map(
     (True, 'CONVERGED', True)
     """
     check_number(balance, "balance", most=1)
-    return spherical_conformal_map(v, f, method, caps=caps, listener=listener).rebalance(balance, listener=listener)
+    conformal = spherical_conformal_map(v, f, method=method, caps=caps, listener=listener)
+    return conformal.rebalance(balance, listener=listener)

@@ -66,7 +66,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     True
     """
     history = History()
-    found = certified(check_mesh(v, f, caps), x)
+    found = certified(check_mesh(v, f, caps=caps), x)
     return replace(found, run=history.complete(found.run, "given"))
 
 
@@ -94,6 +94,7 @@ def repair_foldings(
     x: ArrayLike,
     *,
     polish: Polish | None = None,
+    effort: Effort = Effort(),  # noqa: B008 - it is frozen
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
@@ -113,8 +114,10 @@ def repair_foldings(
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
     polish : {"auto", "angles"}, optional
-        Lower the angle differences of the whole map afterwards: always ("angles"), or where that is predicted to gain
-        enough for its cost ("auto"). By default what was not folded stays where it is.
+        Lower the angle differences of the whole map afterwards, as `Auto` says: always ("angles"), or where that is
+        predicted to gain enough for its cost ("auto"). By default what was not folded stays where it is.
+    effort : Effort
+        What these steps may cost.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
@@ -133,6 +136,8 @@ def repair_foldings(
         If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
     ValueError
         If `polish` is unknown.
+    TypeError
+        If `effort` is not an `Effort`.
 
     Notes
     -----
@@ -152,9 +157,10 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    settings = {} if polish is None else {"polish": Auto(polish=polish).polish}
+    asked = Auto(polish=polish, effort=effort).settings()  # checked
+    settings = {} if polish is None else {"polish": polish} | asked
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     began, places = time.perf_counter(), count()
     rows = check_directions(x, len(mesh.v), "images")
     y = rows.copy() if np.abs(row_lengths(rows) - 1).max() < UNIT_TOLERANCE else unit_rows(rows)
@@ -168,7 +174,6 @@ def repair_foldings(
     if not before.folding_free:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
-    effort = Effort()
     price = effort.polish_gain if polish == "angles" else effort.price(len(y))
     if polish == "angles" or (polish == "auto" and is_worth_steps(mesh, y, price)):
         y = polish_map(mesh, y, effort.systems, price)

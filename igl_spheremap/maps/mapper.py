@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,14 +70,14 @@ class SphereMapper:
         self,
         v: ArrayLike | MeshLike,
         f: ArrayLike | None = None,
-        method: Auto = Auto(),  # noqa: B008 - it is frozen
         *,
+        method: Auto = Auto(),  # noqa: B008 - it is frozen
         caps: ArrayLike | None = None,
     ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        given = {} if caps is None else {"caps": caps}  # a mesh object may bring its own
-        self.mesh = check_mesh(v, **given) if f is None else check_mesh(v, f, **given)
+        mesh: tuple[Any, ...] = (v,) if f is None else (v, f)
+        self.mesh = check_mesh(*mesh, **({} if caps is None else {"caps": caps}))  # a mesh object may bring its own
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 
@@ -129,9 +130,9 @@ class SphereMapper:
     @timed()
     def map(
         self,
+        *,
         start: ArrayLike | None = None,
         vertex_weights: ArrayLike | None = None,
-        *,
         listener: Listener | None = None,
     ) -> SphereMap:
         """Map the surface conformally to the unit sphere, and certify the map.
@@ -150,8 +151,8 @@ class SphereMapper:
         Returns
         -------
         SphereMap
-            That of ``spherical_conformal_map(v, f, method)``, bit for bit, unless a start or vertex weights are given.
-            Its ``seconds`` are those of this call, without the factorisation.
+            That of ``spherical_conformal_map(v, f, method=method)``, bit for bit, unless a start or vertex weights are
+            given. Its ``seconds`` are those of this call, without the factorisation.
 
         Raises
         ------

@@ -95,7 +95,7 @@ class Auto(Method):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.spherical_conformal_map(v, f, ism.Auto(polish="angles")).settings
+    >>> ism.spherical_conformal_map(v, f, method=ism.Auto(polish="angles")).settings
     {'polish': 'angles'}
     """
 
@@ -192,9 +192,10 @@ class Lai2014(Method):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.spherical_conformal_map(v, f, ism.Lai2014(gradient_tolerance=1e-2, rounds=1)).certificate.folding_free
+    >>> quick = ism.Lai2014(gradient_tolerance=1e-2, rounds=1)
+    >>> ism.spherical_conformal_map(v, f, method=quick).certificate.folding_free
     True
-    >>> printed = ism.spherical_conformal_map(v, f, ism.Lai2014.as_printed(max_iterations=100))
+    >>> printed = ism.spherical_conformal_map(v, f, method=ism.Lai2014.as_printed(max_iterations=100))
     >>> printed.status.name, printed.gauge
     ('MAX_ITERATIONS', 'free')
     """
@@ -312,7 +313,7 @@ class GuYau(Method):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> [r.start for r in ism.spherical_conformal_map(v, f, ism.GuYau(tutte=False)).rounds]
+    >>> [r.start for r in ism.spherical_conformal_map(v, f, method=ism.GuYau(tutte=False)).rounds]
     ['gauss map']
     """
 
@@ -374,7 +375,7 @@ class Stereographic(Method):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.spherical_conformal_map(v, f, ism.Stereographic(puncture=0)).notes
+    >>> ism.spherical_conformal_map(v, f, method=ism.Stereographic(puncture=0)).notes
     ('face 0 is punctured',)
     """
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def spherical_conformal_map(
     v: ArrayLike,
     f: ArrayLike,
-    method: str | Method = "auto",
     *,
+    method: str | Method = "auto",
     tolerance: float = 1e-3,
     max_iterations: int = 30,
     backend: str = "auto",
@@ -96,7 +96,7 @@ def spherical_conformal_map(
     from ..mesh.check import check_mesh  # at the first call: nobody waits for scipy who only imports the package
     from .methods import SOLVERS
 
-    found = SOLVERS[type(chosen)](check_mesh(v, f, caps), chosen, history)
+    found = SOLVERS[type(chosen)](check_mesh(v, f, caps=caps), chosen, history)
     return replace(found, run=history.complete(found.run, chosen.name, chosen.settings()))
 
 

@@ -71,8 +71,8 @@ def p_harmonic_map(
     v: ArrayLike,
     f: ArrayLike,
     p: float,
-    start: ArrayLike | None = None,
     *,
+    start: ArrayLike | None = None,
     may_fold: bool = False,
     gradient_tolerance: float = 1e-3,
     max_iterations: int = 5000,
@@ -134,7 +134,7 @@ def p_harmonic_map(
     """
     options = PHarmonic(may_fold, max_iterations, plateau, gradient_tolerance, p)
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
     x, run = descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, history)
     found = in_gauge(mesh, x, run) if problem.gauge else as_it_is(mesh, x, run)
@@ -148,8 +148,8 @@ def fidelity_map(
     v: ArrayLike,
     f: ArrayLike,
     fidelity: Callable[[FloatArray], tuple[float, ArrayLike]],
-    start: ArrayLike | None = None,
     *,
+    start: ArrayLike | None = None,
     gauge: PaperGauge = "free",
     may_fold: bool = False,
     sobolev_gradient_tolerance: float = 1e-3,
@@ -227,7 +227,7 @@ def fidelity_map(
     ...     derivatives[curve, 2] = weight * height
     ...     return 0.5 * weight * height @ height, derivatives
     >>> turned = ism.spherical_conformal_map(v, f).sphere @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]  # x to z
-    >>> result = ism.fidelity_map(v, f, to_equator, turned, gauge="centred")
+    >>> result = ism.fidelity_map(v, f, to_equator, start=turned, gauge="centred")
     >>> bool(np.abs(result.sphere[curve, 2]).max() < 0.05 < np.abs(turned[curve, 2]).max())
     True
     >>> result.certificate.folding_free
@@ -237,7 +237,7 @@ def fidelity_map(
     if not callable(fidelity):
         raise TypeError(f"fidelity is {fidelity!r}; give a function of the map that returns value and derivatives")
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     name, x = start_of(mesh, start)
     return _with_fidelity(mesh, OwnEnergy(fidelity), name, x, options, gauge, history)
 
@@ -262,9 +262,9 @@ def landmark_map(
     f: ArrayLike,
     landmarks: ArrayLike,
     targets: ArrayLike,
+    *,
     landmark_weights: ArrayLike = 100.0,
     start: ArrayLike | None = None,
-    *,
     may_fold: bool = False,
     sobolev_gradient_tolerance: float = 1e-3,
     max_iterations: int = 500,
@@ -335,7 +335,7 @@ def landmark_map(
     """
     options = Landmarks(may_fold, max_iterations, plateau, sobolev_gradient_tolerance)
     history = History(listener)
-    mesh = check_mesh(v, f, caps)
+    mesh = check_mesh(v, f, caps=caps)
     penalty = check_landmarks(len(mesh.v), landmarks, targets, landmark_weights)
     name, x = start_of(mesh, start)
     if start is None:

@@ -75,7 +75,7 @@ class Mesh:
 @takes_mesh
 @own_errstate
 @stage("check")
-def check_mesh(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None = None) -> Mesh:
+def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
 
     Parameters

@@ -60,6 +60,7 @@ class RepairedMesh:
 def repair_mesh(
     v: ArrayLike,
     f: ArrayLike,
+    *,
     keep_largest: bool = False,
     holes: Literal["refuse", "fill"] = "refuse",
     handles: Literal["refuse", "cut"] = "refuse",

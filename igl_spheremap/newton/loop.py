@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from ..mesh.arrays import BoolArray, FloatArray
 from ..mesh.edges import marked, touching
 from ..operators.factor.factor import Factor
 from .system import VertexSystem
@@ -18,11 +18,6 @@ from .system import VertexSystem
 _DECREASE = 1e-4
 #: A line search gives up where steps must be shortened to less than this share of Newton's.
 _SHORTEST = 1e-3
-#: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
-_FAITHFUL = 0.15
-#: Gains of Newton's steps, as shares of the value, fall quadratically or faster: the next one can be expected to be
-#: below t only if the square of the last is below this times t.
-_SQUARES = 10.0
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
@@ -101,82 +96,40 @@ def newton(problem: NewtonProblem, damping: Damping, x: FloatArray) -> Iterator[
 class LineSearch:
     """Newton steps, halved until they lower the value; the next one is tried at twice the length of the last.
 
-    A step that is predicted to lower the value by less than the share `tolerance` is taken with the factor of the one
-    before, if that predicted its own gain well.
-
     Attributes
     ----------
     length : float
         Share of Newton's step that the last one took.
-    ahead : float
-        Where the last step was taken with an old factor, the share of the value that it was predicted to gain; else
-        infinite.
+    predicted : float
+        By how much the last whole step would lower the value if that were quadratic.
     """
 
     #: Share of the diagonal that is added to it: rotations of the sphere cost nothing.
     damping = 1e-8
 
-    def __init__(self, system: VertexSystem, tolerance: float = 0.0) -> None:
-        self.system, self.tolerance, self.length, self.ahead = system, tolerance, 1.0, np.inf
-        self._kept: tuple[Factor, FloatArray, FloatArray, float] | None = None  # of a map, with its axes and value
+    def __init__(self, system: VertexSystem) -> None:
+        self.system, self.length, self.predicted = system, 1.0, np.inf
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough."""
-        if (trial := self._last_step(problem, x, model)) is not None:
-            return trial
         values = self.system.assemble(model.blocks, model.at_vertices)
         try:
             factor = self.system.factorise(self.system.damped(values, self.damping))
         except FactorisationFailed:
             return None
+        return self.search(problem, x, model, factor)
+
+    def search(self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor) -> Trial | None:
+        """The same with a factor of the model's Hessian."""
         step = bordered_step(self.system, factor, model)
         slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
-        self.length = min(1.0, 2 * self.length)
+        self.predicted, self.length = -slope / 2, min(1.0, 2 * self.length)
         while self.length >= _SHORTEST:
             trial = problem.accept(x, self.length * move)
-            gain = model.value - trial.value
-            if gain > -self.length * _DECREASE * slope:
-                faithful = self.length == 1 and abs(gain + slope / 2) < _FAITHFUL * abs(slope / 2)
-                self._kept = (factor, x, model.axes, model.value) if faithful else None
+            if model.value - trial.value > -self.length * _DECREASE * slope:
                 return trial
             self.length /= 2
         return None
-
-    def _last_step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
-        """A step with the factor of the last one; None unless its gain would be below the tolerance.
-
-        Since then the map has turned and grown around each vertex, by a complex factor c: step = c H^-1 (conj(c) g).
-        """
-        self.ahead = np.inf
-        if self._kept is None or self.tolerance == 0:
-            return None
-        factor, before, axes, value = self._kept
-        if (value / model.value - 1) ** 2 > _SQUARES * self.tolerance:
-            return None
-        c = _turned(self.system.f, before, axes, x, model.axes)
-        load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])
-        solved = self.system.solve(factor, np.stack((load.real, load.imag)))
-        turned = -c * (solved[0] + 1j * solved[1])  # balance (11)
-        step = np.stack((turned.real, turned.imag))
-        predicted = -float((model.gradient * step).sum()) / 2
-        if not predicted < self.tolerance * model.value:
-            return None
-        trial = problem.accept(x, problem.move(x, model, step))
-        if not trial.value < model.value:
-            return None
-        self.ahead = predicted / model.value
-        return trial
-
-
-def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:
-    """Complex factor by which the surroundings of each vertex turn and grow from x to y, in the axes of each map."""
-    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()  # each edge once from either side, but at a boundary
-    p, q = (np.einsum("aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T)
-            for z, at in ((x, axes), (y, other)))
-    n = len(x)
-    weight = np.bincount(start, p[0] * p[0] + p[1] * p[1], n)
-    real, imag = (np.bincount(start, part, n) for part in (p[0] * q[0] + p[1] * q[1], p[0] * q[1] - p[1] * q[0]))
-    return np.asarray((real + 1j * imag) / np.where(weight > 0, weight, 1.0))
 
 
 class Levenberg:

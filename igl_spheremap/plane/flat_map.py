@@ -64,7 +64,7 @@ class FlatMap(PlaneMap):
 @takes_mesh
 @own_errstate
 @timed()
-def flatten(v: ArrayLike, f: ArrayLike, balance: float = 0.7, *, listener: Listener | None = None) -> FlatMap:
+def flatten(v: ArrayLike, f: ArrayLike, *, balance: float = 0.7, listener: Listener | None = None) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
     A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat

@@ -11,7 +11,7 @@ from typing import Literal
 
 from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
-from ..maps.options import Auto, Method, method_of
+from ..maps.options import Auto, Method, Polish, method_of
 from .job import Job
 from .manifest import began
 from .mapping import Options
@@ -29,7 +29,8 @@ def map_many(
     *,
     executor: Executor | None = None,
     processes: int | None = None,
-    method: str | Method = Auto(polish=None),  # noqa: B008 - it is frozen
+    method: str | Method = "auto",
+    polish: Polish | None = None,
     balance: float = 0.0,
     repair: bool = False,
     keep_largest: bool = False,
@@ -61,8 +62,10 @@ def map_many(
     processes : int, optional
         How many processes of its own; by default one for each processor.
     method : str or Method
-        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`. The default takes no
-        steps on good maps, so that all members of a population are treated alike.
+        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`.
+    polish : {"auto", "angles"} or None
+        That of method "auto" by its name, see `Auto`. By default no steps are taken on good maps, so that all members
+        of a population are treated alike. A record of options has its own.
     balance : float
         As of `igl_spheremap.balanced_spherical_map`; 0, the default, is conformal.
     repair : bool
@@ -100,7 +103,7 @@ def map_many(
         If two sources have the same target, the method is unknown, or limits are given for an executor that can't keep
         them.
     TypeError
-        If `balance` is no number, or the listener can't be called.
+        If `balance` is not a number, the listener can't be called, or `polish` is given beside another method.
     FileError
         If the manifest can't be written, or another run writes it; of a report, if Pillow is missing.
     WorkersUnavailable
@@ -123,7 +126,10 @@ def map_many(
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
     repairs = {"keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
-    options = Options(method_of(method), float(balance), repairs, force=force, folder=os.getcwd())
+    if method != Auto.name and polish is not None:
+        raise TypeError("polish: an option of method 'auto' only; give another method its options in its record")
+    chosen = Auto(polish=polish) if method == Auto.name else method_of(method)
+    options = Options(chosen, float(balance), repairs, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
     log = manifest or manifest_of(out)

@@ -87,7 +87,7 @@ class Recording(History):
     True
     """
 
-    def __init__(self, f: IntArray, budget: int = BUDGET) -> None:
+    def __init__(self, f: IntArray, *, budget: int = BUDGET) -> None:
         super().__init__()
         self._f = f
         self._budget = budget

@@ -280,8 +280,9 @@ class History:
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
         """The record of a run with its method, its history, what safeguards did, and the time that it took."""
-        seconds, history = time.perf_counter() - self._began, tuple(self.steps)
-        if self._before is not None:
-            seconds, history = seconds + self._before.seconds, self._before.history + history
-        return replace(run, method=method, settings=settings or {}, history=history, seconds=seconds, timings=timings(),
+        seconds, history, spent = time.perf_counter() - self._began, tuple(self.steps), timings()
+        if (before := self._before) is not None:
+            seconds, history = before.seconds + seconds, before.history + history
+            spent = before.timings | {name: before.timings.get(name, 0.0) + spent[name] for name in spent}
+        return replace(run, method=method, settings=settings or {}, history=history, seconds=seconds, timings=spent,
                        notes=(*run.notes, *safeguard_notes(self.steps)))

@@ -74,7 +74,7 @@ class FeatureSurface:
 
 @takes_mesh
 @own_errstate
-def depth_potential(v: ArrayLike, f: ArrayLike, ell: float = 0.12, *, caps: ArrayLike | None = None) -> FloatArray:
+def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: ArrayLike | None = None) -> FloatArray:
     """Depth of a surface's folds, from the surface alone: high on ridges and tips, low in valleys.
 
     The solution d of ``(L + M / ell^2) d = M (2 H - mean(2 H))``, H the mean curvature: curvature gathered over the
@@ -113,11 +113,11 @@ def depth_potential(v: ArrayLike, f: ArrayLike, ell: float = 0.12, *, caps: Arra
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=500)
-    >>> int(ism.depth_potential(v, f, 0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
+    >>> int(ism.depth_potential(v, f, ell=0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
     True
     """
     check_number(ell, "ell", _NARROWEST)
-    return FeatureSurface(check_mesh(v, f, caps)).potential(ell)
+    return FeatureSurface(check_mesh(v, f, caps=caps)).potential(ell)
 
 
 def check_varies(values: FloatArray, name: str) -> None:

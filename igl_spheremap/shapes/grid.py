@@ -19,8 +19,9 @@ Kind = Literal["equirectangular", "equiangular", "gauss"]
 
 @own_errstate
 def to_grid(
-    result: SphereMap,
+    source: SphereMap,
     values: ArrayLike | None = None,
+    *,
     kind: Kind = "equirectangular",
     rows: int = 180,
     labels: bool = False,
@@ -30,7 +31,7 @@ def to_grid(
 
     Parameters
     ----------
-    result : SphereMap
+    source : SphereMap
         The surface and its map.
     values : (n,) or (n, ...) array_like, optional
         Data at the vertices; by default the positions, which gives a geometry image.
@@ -61,27 +62,27 @@ def to_grid(
     ValueError
         If there is no such kind, or no row.
     TypeError
-        If the result is no map.
+        If the source is no map.
 
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
-    >>> ism.to_grid(result, rows=32).shape
+    >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> ism.to_grid(source, rows=32).shape
     (32, 64, 3)
     """
     check_whole(rows, "rows", 2 if kind == "equiangular" else 1)
     columns = check_whole(2 * int(rows) if columns is None else columns, "columns", 1)
-    check_map(result)
+    check_map(source)
     theta, phi = _coordinates(kind, int(rows), columns)
     points = grid_points(np.cos(theta), phi).reshape(-1, 3)
-    sampled = transfer(result, result.vertices if values is None else values, points, labels)
+    sampled = transfer(source, source.vertices if values is None else values, points, labels=labels)
     return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
 
 
 @own_errstate
 def from_grid(
-    grid: ArrayLike, target: SphereMap | ArrayLike, kind: Kind = "equirectangular", labels: bool = False
+    grid: ArrayLike, target: SphereMap | ArrayLike, *, kind: Kind = "equirectangular", labels: bool = False
 ) -> NDArray[Any]:
     """Read values off a grid of latitudes and longitudes, at the vertices of a map or at points of the sphere.
 

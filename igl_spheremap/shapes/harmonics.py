@@ -86,12 +86,12 @@ class SphericalHarmonics:
         return synthesis(self.coefficients, unit_rows(check_rows(points, name="points")))
 
     @own_errstate
-    def surface(self, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
+    def surface(self, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
         """The surface that the coefficients describe, on a mesh of the sphere.
 
         Parameters
         ----------
-        to : str, SphereMap or (x, f)
+        target : str, SphereMap or (x, f)
             ``ico:K``, an icosahedron whose edges are cut into 2^K parts (default: ``ico:5``); a map, such as the
             source's own; or any mesh of the sphere.
 
@@ -108,7 +108,7 @@ class SphericalHarmonics:
             If the coefficients are those of data.
         """
         self._require_positions()
-        x, f = sphere_mesh(to)
+        x, f = sphere_mesh(target)
         return self.evaluate(x), f
 
     @own_errstate
@@ -265,7 +265,7 @@ class AlignedHarmonics:
 
 @own_errstate
 def spherical_harmonics(
-    result: SphereMap, values: ArrayLike | None = None, degree: int = 15, oversampling: float = 4
+    source: SphereMap, values: ArrayLike | None = None, *, degree: int = 15, oversampling: float = 4
 ) -> SphericalHarmonics:
     """Expand a mapped surface, or data over it, in spherical harmonics.
 
@@ -275,7 +275,7 @@ def spherical_harmonics(
 
     Parameters
     ----------
-    result : SphereMap
+    source : SphereMap
         The surface and its map.
     values : (n,) or (n, k) array_like, optional
         Data at the vertices; the positions by default.
@@ -299,7 +299,7 @@ def spherical_harmonics(
     ValueError
         If `degree` or `oversampling` is out of range.
     TypeError
-        If the result is no map.
+        If the source is no map.
 
     References
     ----------
@@ -308,16 +308,16 @@ def spherical_harmonics(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> result = ism.spherical_conformal_map(*ism.samples.make("pear", n_vertices=1000))
-    >>> shape = ism.spherical_harmonics(result, degree=8)
+    >>> source = ism.spherical_conformal_map(*ism.samples.make("pear", n_vertices=1000))
+    >>> shape = ism.spherical_harmonics(source, degree=8)
     >>> shape.coefficients.shape, shape.error()[[1, 2, 4, 8]].round(1).tolist()
     ((81, 3), [2.8, 2.6, 0.7, 0.1])
     """
     if check_whole(degree, "degree") > LARGEST_DEGREE:
         raise ValueError(f"degree is {degree}; give a whole number from 0 to {LARGEST_DEGREE}")
     check_number(oversampling, "oversampling", 1)
-    check_map(result)
-    data = check_values(result.vertices if values is None else values, len(result.vertices))
-    coefficients = expand(locator_of(result), data, int(degree), oversampling)
-    areas = vertex_areas(result.mesh.unit, result.faces)
-    return SphericalHarmonics(coefficients, Expanded(result.sphere, data, areas))
+    check_map(source)
+    data = check_values(source.vertices if values is None else values, len(source.vertices))
+    coefficients = expand(locator_of(source), data, int(degree), oversampling)
+    areas = vertex_areas(source.mesh.unit, source.faces)
+    return SphericalHarmonics(coefficients, Expanded(source.sphere, data, areas))

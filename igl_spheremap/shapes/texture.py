@@ -62,7 +62,7 @@ class Atlas:
 
 @own_errstate
 def texture_atlas(
-    x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None, projection: Projection = "equirectangular", *,
+    x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None, *, projection: Projection = "equirectangular",
     cut: bool = True,
 ) -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.

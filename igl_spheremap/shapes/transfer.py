@@ -15,7 +15,15 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator, locator_of
-from .weights import Resampling, apply_matrix, check_resampling, largest, linear_matrix, transfer_weights
+from .weights import (
+    Resampling,
+    TransferMatrix,
+    adaptive_area,
+    apply_matrix,
+    check_resampling,
+    largest,
+    linear_matrix,
+)
 
 _DEEPEST = 9  # ico:9 has 2.6 million vertices
 
@@ -76,12 +84,12 @@ def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, label
 @own_errstate
 def transfer(
     source: SphereMap | SphereLocator,
-    values: ArrayLike | None,
-    target: SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
+    values: ArrayLike,
+    target: str | SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
+    *,
     labels: bool = False,
     method: Resampling = "linear",
-    matrix: bool = False,
-) -> Any:
+) -> NDArray[Any]:
     """Carry data from one mesh to another through the sphere.
 
     Both maps should be turned to agree, as those of aligned surfaces are by their gauge.
@@ -90,22 +98,20 @@ def transfer(
     ----------
     source : SphereMap or SphereLocator
         Where the data are.
-    values : (n,) or (n, ...) array_like, or None
-        At the vertices of the source. None with `matrix`.
+    values : (n,) or (n, ...) array_like
+        At the vertices of the source.
     target : str, SphereMap, (k, 3) array_like, or (x, f)
         Where they are wanted: at the vertices of ``ico:K``, of another map or of any mesh of the sphere, or at points.
     labels : bool
         The values are labels: take that of the vertex with the largest weight; by default weighted sums are taken.
     method : {"linear", "adaptive-area"}
         "linear" interpolates in the face of the source that holds the point. "adaptive-area" keeps integrals, as
-        `igl_spheremap.transfer_weights` describes, which returns areas, too; it needs a map, and faces at the target.
-    matrix : bool
-        Return the matrix, to be applied to several data: `transfer` of values is ``matrix @ values``.
+        `transfer_matrix` describes; it needs a map, and faces at the target.
 
     Returns
     -------
-    (k,) or (k, ...) array, or (k, n) scipy.sparse.csr_array
-        At the target; or the matrix, targets by sources (nitransforms keeps its transpose).
+    (k,) or (k, ...) array
+        At the target; of several data at once see `transfer_matrix`.
 
     Raises
     ------
@@ -114,8 +120,8 @@ def transfer(
     FoldingsRemain
         If a map is not certified folding-free.
     TypeError
-        If the source is no map, as where the order of arguments is another one, or if the target has no faces and the
-        method needs them.
+        If the source is not a map, as where the order of arguments is another one, or if the target has no faces and
+        the method needs them.
     ValueError
         If there is no such method, or no regular sphere of that name.
 
@@ -128,25 +134,77 @@ def transfer(
     >>> height = transfer(source, source.sphere[:, 2], [[0, 0, 1], [0, 0, -1]])
     >>> np.allclose(height, [1, -1], atol=0.01)
     True
-    >>> transfer(source, None, "ico:2", method="adaptive-area", matrix=True).shape
-    (162, 1001)
     """
     check_resampling(method)
-    data: ArrayLike = () if values is None else values
+    if method == "adaptive-area":
+        return apply_matrix(transfer_matrix(source, target, method=method).matrix, values, labels)
+    locator = _locator(source)
+    return interpolate(values, locator.f, locator.locate(_points(target)), labels)
+
+
+@own_errstate
+def transfer_matrix(
+    source: SphereMap | SphereLocator,
+    target: str | SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
+    *,
+    labels: bool = False,
+    method: Resampling = "linear",
+) -> TransferMatrix:
+    """Weights by which data go from one mesh to another, to be applied to several data, or elsewhere.
+
+    "adaptive-area" is the method that HCP calls ADAP_BARY_AREA. Each target lies in a face of the source and takes that
+    face's corners. But where other vertices of the source lie in the faces around the target, it takes all that lie
+    there, each with its weight in its face. So no vertex is left out, whichever mesh is finer. Weights count by the
+    target's areas, and each vertex of the source divides its area among the targets that take it.
+
+    Parameters
+    ----------
+    source, target, method
+        As for `transfer`.
+    labels : bool
+        Keep a single 1 in each row, at its largest weight.
+
+    Returns
+    -------
+    TransferMatrix
+        The matrix, targets by sources, so that `transfer` of values is ``weights.matrix @ values``; by "adaptive-area"
+        with the areas by which integrals are kept. Those of a target (x, f) are areas of the source's surface resampled
+        there.
+
+    Raises
+    ------
+    MeshError
+        If the target is neither rows of three nor a closed genus-0 mesh.
+    FoldingsRemain
+        If a map is not certified folding-free.
+    TypeError
+        If the source is not a map, or if the target has no faces and the method needs them.
+    ValueError
+        If there is no such method, or no regular sphere of that name.
+
+    References
+    ----------
+    Glasser et al. 2013, *The minimal preprocessing pipelines for the Human Connectome Project*.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> weights = ism.transfer_matrix(source, "ico:2", method="adaptive-area")
+    >>> weights.matrix.shape, bool(abs(weights.received.sum() / weights.source_areas.sum() - 1) < 1e-12)
+    ((162, 1001), True)
+    """
+    check_resampling(method)
     if method == "adaptive-area":
         if not isinstance(target, str | SphereMap | tuple):
             raise TypeError('method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K')
         there = target if isinstance(target, SphereMap) else sphere_mesh(target)
-        weights = transfer_weights(check_map(source, "source"), there).matrix
+        found = adaptive_area(check_map(source), there)
     else:
         locator = _locator(source)
         location = locator.locate(_points(target))
-        if not matrix:
-            return interpolate(data, locator.f, location, labels)
-        weights = linear_matrix(locator.f, location, len(locator.x))
-    if matrix:
-        return largest(weights) if labels else weights
-    return apply_matrix(weights, data, labels)
+        found = TransferMatrix(linear_matrix(locator.f, location, len(locator.x)))
+    return TransferMatrix(largest(found.matrix)) if labels else found
 
 
 def _points(target: Any) -> FloatArray:
@@ -176,14 +234,14 @@ def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
 
 
 @own_errstate
-def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
+def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 
     Parameters
     ----------
     source : SphereMap
         The surface and its map.
-    to : str, SphereMap or (x, f)
+    target : str, SphereMap or (x, f)
         ``ico:K``, a regular icosphere (default: ``ico:5``), whose first ``10 * 4^J + 2`` vertices are those of
         ``ico:J`` (the order is this package's own, not FreeSurfer's); a map, whose image is taken; or any mesh of the
         sphere.
@@ -196,9 +254,9 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     Raises
     ------
     ValueError
-        If `to` is a name of no regular sphere.
+        If `target` is a name of no regular sphere.
     MeshError
-        If `to` is no closed genus-0 mesh.
+        If `target` is no closed genus-0 mesh.
     FoldingsRemain
         If the map is not certified folding-free.
 
@@ -210,7 +268,7 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
     >>> v.shape, f.shape
     ((642, 3), (1280, 3))
     """
-    x, faces = sphere_mesh(to)
+    x, faces = sphere_mesh(target)
     locator = _locator(source)
     location = locator.locate(x)
     return Resampled(interpolate(source.vertices, locator.f, location), faces, x, location)
@@ -219,10 +277,10 @@ def resample(source: SphereMap, to: str | SphereMap | tuple[ArrayLike, ArrayLike
 def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
     if isinstance(source, SphereLocator):
         return source
-    return locator_of(check_map(source, "source"))
+    return locator_of(check_map(source))
 
 
-def check_map(result: object, name: str = "result") -> SphereMap:
+def check_map(result: object, name: str = "source") -> SphereMap:
     """The map; a TypeError for anything else, as when data are given before it."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, own_unit, plain_array
 from ..mesh.measure import vertex_areas
@@ -21,29 +21,30 @@ Resampling = Literal["linear", "adaptive-area"]
 
 
 @dataclass(frozen=True, eq=False)
-class TransferWeights:
+class TransferMatrix:
     """How data at the vertices of a source come to a target.
 
     Attributes
     ----------
     matrix : (k, n) scipy.sparse.csr_array
         Targets by sources; rows are non-negative and sum to 1, so that ``matrix @ values`` are the data at the target.
-    received : (k,) float64 array
-        Area of the source that came to each target. By "adaptive-area" these areas keep integrals:
-        ``received @ (matrix @ values)`` is ``source_areas @ values``.
-    areas : (k,) float64 array
-        The target's own areas, whose integrals deviate as far as the two surfaces differ.
-    source_areas : (n,) float64 array
-        Areas of the source's vertices, a third of the faces around each; caps have none.
+    received : (k,) float64 array or None
+        Area of the source that came to each target, in the source's squared units, by "adaptive-area" only: these areas
+        keep integrals, ``received @ (matrix @ values)`` is ``source_areas @ values``.
+    areas : (k,) float64 array or None
+        The target's own areas, in its squared units, whose integrals deviate as far as the two surfaces differ;
+        likewise.
+    source_areas : (n,) float64 array or None
+        Areas of the source's vertices, a third of the faces around each; caps have none. Likewise.
     """
 
     matrix: csr_array
-    received: FloatArray
-    areas: FloatArray
-    source_areas: FloatArray
+    received: FloatArray | None = None
+    areas: FloatArray | None = None
+    source_areas: FloatArray | None = None
 
     def __repr__(self) -> str:
-        return f"TransferWeights({self.matrix.shape[1]} vertices to {self.matrix.shape[0]})"
+        return f"TransferMatrix({self.matrix.shape[1]} vertices to {self.matrix.shape[0]})"
 
 
 def linear_matrix(f: IntArray, location: Location, n_vertices: int) -> csr_array:
@@ -81,49 +82,8 @@ def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> 
     return np.asarray((matrix @ data.reshape(len(data), -1)).reshape(matrix.shape[0], *data.shape[1:]))
 
 
-@own_errstate
-def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]) -> TransferWeights:
-    """Weights that carry data between two mapped surfaces and keep integrals.
-
-    The method that HCP calls ADAP_BARY_AREA. Each target lies in a face of the source and takes that face's corners.
-    But where other vertices of the source lie in the faces around the target, it takes all that lie there, each with
-    its weight in its face. So no vertex is left out, whichever mesh is finer. Weights count by the target's areas, and
-    each vertex of the source divides its area among the targets that take it.
-
-    Parameters
-    ----------
-    source : SphereMap
-        Where the data are.
-    target : SphereMap or (x, f)
-        Where they are wanted; rows of x are scaled to unit length. Areas of (x, f) are those of the source's surface
-        resampled there.
-
-    Returns
-    -------
-    TransferWeights
-        Matrix, and the areas by which integrals are kept.
-
-    Raises
-    ------
-    MeshError
-        If the target is no closed genus-0 mesh.
-    FoldingsRemain
-        If a map is not certified folding-free.
-    TypeError
-        If the source is no map.
-
-    References
-    ----------
-    Glasser et al. 2013, *The minimal preprocessing pipelines for the Human Connectome Project*.
-
-    Examples
-    --------
-    >>> import igl_spheremap as ism
-    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
-    >>> weights = ism.transfer_weights(result, ism.samples.sphere(162))
-    >>> weights.matrix.shape, bool(abs(weights.received.sum() / weights.source_areas.sum() - 1) < 1e-12)
-    ((162, 1001), True)
-    """
+def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]) -> TransferMatrix:
+    """Weights that keep integrals; areas of a target (x, f) are those of the source's surface resampled there."""
     x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
     here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(unit_rows(check_directions(x)), f)
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
@@ -143,7 +103,7 @@ def transfer_weights(source: SphereMap, target: SphereMap | tuple[FloatArray, In
     matrix.eliminate_zeros()
     matrix.sort_indices()
     received, source_areas = np.ldexp(received, 2 * source_unit), np.ldexp(source_areas, 2 * source_unit)
-    return TransferWeights(matrix, received, np.ldexp(areas, 2 * unit), source_areas)
+    return TransferMatrix(matrix, received, np.ldexp(areas, 2 * unit), source_areas)
 
 
 def _positive(areas: FloatArray) -> FloatArray:

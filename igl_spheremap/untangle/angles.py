@@ -12,8 +12,6 @@ Levy and Seidel 2007, *Linear Angle Based Parameterization*.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..errors import FactorisationFailed
@@ -31,25 +29,17 @@ _STEPS = 16
 _LONGEST = 1.2
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedAngles:
-    """Angles in the plane, (m, 3), of which the hole's mean nothing, and by how much they fail to close."""
-
-    angles: FloatArray
-    hole: int
-    residual: float
-
-
 def proper_angles(angles: FloatArray) -> FloatArray:
     """Angles near the given ones, none below 1e-3: those of slivers must be able to shrink. Three sum to pi."""
     angles = np.maximum(angles, _LEAST_ANGLE)
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 
-def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> ClosedAngles:
-    """The angles nearest to the target, relative to their size, that close up in the plane without one face, the hole.
+def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> FloatArray | None:
+    """The angles (m, 3) nearest to the target, relative to their size, that close up in the plane without the hole.
 
-    They close if no sum and no logarithm of a product is off by more than half of float64's digits.
+    Those of the hole, a face, mean nothing. None if a sum or a logarithm of a product stays off by more than half of
+    float64's digits.
     """
     wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
@@ -67,7 +57,7 @@ def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> ClosedA
             break
         a = a * np.exp(np.clip(move / a, -_LONGEST, _LONGEST))  # positive angles stay so
         a *= np.pi / a.sum(axis=0)
-    return ClosedAngles(a.T.copy(), hole, residual)
+    return a.T.copy() if residual <= HALF_DIGITS else None
 
 
 class _Wheels:

@@ -14,7 +14,7 @@ from operator import itemgetter
 import numpy as np
 from scipy.optimize import minimize
 
-from ..mesh.arrays import HALF_DIGITS, FloatArray
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import by_blocks, corner_angles, face_areas, spread
 from ..newton.system import VertexSystem
@@ -66,8 +66,8 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
     pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(), strict=False)
     for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
-        if closed.residual <= HALF_DIGITS:
-            placed = centred(mesh, Layout(mesh.f, closed.angles, hole))
+        if closed is not None:
+            placed = centred(mesh, Layout(mesh.f, closed, hole))
             if placed.depth.max() < _DEEPEST:
                 yield onto_sphere(placed, placed.z)
 

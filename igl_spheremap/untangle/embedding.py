@@ -23,7 +23,7 @@ from ..mesh.edges import touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
-from .collapse import Batch, Complex, Grid, independent
+from .collapse import Batch, Complex, Grid, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Rings around foldings, and where float64 was too coarse, within which vertices are removed at first; the number is
@@ -223,12 +223,7 @@ def relax_areas(mesh: Complex, movable: BoolArray) -> None:
     are positively oriented, exactly.
     """
     x, stars = mesh.x, stars_of(mesh.f[mesh.faces()], movable & mesh.present)
-    waiting = np.ones(len(stars.vertices), dtype=bool)
-    while waiting.any():
-        rows = np.flatnonzero(waiting)
-        chosen = rows[independent(stars.take(rows), len(x))]
-        waiting[chosen] = False
-        move = stars.take(chosen)
+    for move in map(stars.take, colour_classes(stars, len(x))):
         old = x[move.vertices]
         x[move.vertices] = mesh.grid(analytic_centres(x, move))
         rejected = ~proper(x, move)

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
-from ..mesh.arrays import HALF_DIGITS, ComplexArray, FloatArray, IntArray
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
@@ -74,9 +74,9 @@ def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     lost = bool(folded_faces(x, mesh.f).mean() > _LOST)
     hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
     closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
-    if closed.residual > HALF_DIGITS:
+    if closed is None:
         return None
-    layout = Layout(mesh.f, closed.angles, hole)
+    layout = Layout(mesh.f, closed, hole)
     placed = centred(mesh, layout)
     if hole in _largest(mesh.f, placed.depth):
         return placed

@@ -50,20 +50,21 @@ def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatAr
     system, centroid = VertexSystem(mesh.f, len(x), limbs=True), weighted_sum(mesh.A, x)
 
     def steps(before: Candidate) -> Candidate:
-        y = match_angles(mesh, before.x, centroid, system, systems, price, damping=HALF_DIGITS)
-        return Candidate(y, mean_angle_difference(mesh, y))
+        y, further = match_angles(mesh, before.x, centroid, system, systems, price, damping=HALF_DIGITS)
+        return Candidate(y, mean_angle_difference(mesh, y), further=further)
 
     return race([Candidate(x, mean_angle_difference(mesh, x))], steps, price).x
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
-                 least_gain: float, *, damping: float, rough: bool = False) -> FloatArray:
-    """Lower the angle differences of a map free of foldings, by damped Newton steps.
+                 least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
+    """Lower the angle differences of a map free of foldings, by damped Newton steps; what further ones would gain.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
     further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
     that had to be damped more than the first predicts little: after it they end when it is below the square of the
-    least gain. If `rough`, what steps fold is repaired by small moves only.
+    least gain, and what steps would gain that begin anew is not predicted: infinite. It is not if `rough`, either: then
+    what steps fold is repaired by small moves only.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), systems)
@@ -73,8 +74,8 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         x, mean = trial.x, trial.value
         further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
         if further < least_gain if undamped else gains[-1] < least_gain**2:
-            break
-    return x
+            return x, further if undamped and not rough else np.inf
+    return x, np.inf
 
 
 def _further(gains: list[float]) -> float:

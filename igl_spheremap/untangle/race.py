@@ -1,4 +1,4 @@
-"""The race: candidates take a few steps each, the best half goes on, until one is left and gains no more.
+"""The race: candidates take a few steps each, the best half goes on, until one is left and would gain too little.
 
 Which of several starts leads to the best map can't be seen from the starts: a map of 16 degrees may end below a layout
 of 8. Steps show it, and take most of the time. So all take rough ones, and few take whole ones: successive halving
@@ -8,29 +8,39 @@ of 8. Steps show it, and take most of the time. So all take rough ones, and few 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 
-from ..mesh.arrays import FloatArray
+import numpy as np
+
+from ..mesh.arrays import HALF_DIGITS, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A certified map, its mean angle difference in degrees, and how its limbs are held (`Run`)."""
+    """A certified map, its mean angle difference in degrees, and how its limbs are held (`Run`).
+
+    Further steps are predicted to lower the mean by the share `further`; infinite where nothing predicts it.
+    """
 
     x: FloatArray
     mean: float
     stretch: float = 1.0
     gauge: str = "centred"
+    further: float = np.inf
 
 
 def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], price: float) -> Candidate:
     """The best of several candidates, after rounds of steps that make none worse.
 
-    Only the better half takes each round. Rounds end with one that gains the last candidate at most the share `price`.
+    Only the better half takes each round, and of it those that are predicted to gain more than the share `price`: by
+    their steps, or by a round of theirs, as the next one gains less. Rounds end when the last candidate is not.
     """
-    while True:
-        before = sorted(field, key=attrgetter("mean"))[:max(1, len(field) // 2)]
-        field = list(map(steps, before))
-        if len(field) == 1 and field[0].mean >= (1 - price) * before[0].mean:
-            return field[0]
+    while len(field) > 1 or field[0].further > price:
+        field = sorted(field, key=attrgetter("mean"))[:max(1, len(field) // 2)]
+        for k, before in enumerate(field):
+            if before.further > price:
+                after = steps(before)
+                gain = 1 - after.mean / max(before.mean, HALF_DIGITS)
+                field[k] = replace(after, further=min(after.further, gain))
+    return field[0]

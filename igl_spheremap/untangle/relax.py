@@ -15,7 +15,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
 from ..verify.signs import column_signs
-from .collapse import ranked
+from .collapse import colour_classes
 from .kernel import Stars, solve_symmetric, stars_of
 
 #: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
@@ -97,49 +97,20 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
     True
     """
     columns = x.T.copy()  # so that loops run over faces, not over three coordinates
-    classes = _colour_classes(f, np.ones(len(x), dtype=bool) if movable is None else movable, loss)
+    stars = stars_of(f, np.ones(len(x), dtype=bool) if movable is None else movable)
+    classes = []
+    for part in map(stars.take, colour_classes(stars, len(x))):
+        centre = part.vertices[part.owner]
+        corner = (f[part.faces, 1] == centre) + 2 * (f[part.faces, 2] == centre)
+        classes.append((part, loss.at(3 * part.faces + corner)))
     for _ in range(sweeps):
         before = after = 0.0
-        for part in classes:
-            old, new = _step(columns, *part)
+        for each in classes:
+            old, new = _step(columns, *each)
             before, after = before + old, after + new
         if before - after <= tolerance * before:
             break
     return np.ascontiguousarray(columns.T)
-
-
-def _colour_classes(f: IntArray, movable: BoolArray, loss: AngleLoss) -> list[tuple[Stars, AngleLoss]]:
-    """Stars of the movable vertices, split into classes without neighbours, and the losses of their faces."""
-    stars = stars_of(f, movable)
-    if not len(stars.vertices):
-        return []
-    colour = _colours(stars, len(movable))[stars.vertices]
-    stars = stars.take(np.argsort(colour, kind="stable"))
-    centre = stars.vertices[stars.owner]
-    loss = loss.at(3 * stars.faces + (f[stars.faces, 1] == centre) + 2 * (f[stars.faces, 2] == centre))
-    classes, ends = [], np.append(stars.start, len(stars.a))
-    for rows in np.split(np.arange(len(colour)), np.flatnonzero(np.diff(np.sort(colour))) + 1):
-        edges = slice(ends[rows[0]], ends[rows[-1] + 1])
-        part = Stars(stars.vertices[rows], ends[rows] - ends[rows[0]],
-                     stars.a[edges], stars.b[edges], stars.faces[edges])
-        classes.append((part, AngleLoss(loss.source[:, edges], loss.smoothing)))
-    return classes
-
-
-def _colours(stars: Stars, n: int) -> IntArray:
-    """A colour of each of n vertices, as a bit, that no neighbour has; 0 for those that are no centres of stars.
-
-    Each takes the first one that is left, after all neighbours of higher valence (Jones and Plassmann 1993, *A Parallel
-    Graph Coloring Heuristic*): 5 or 6 colours, where the 10 to 15 independent sets of `independent` cost more calls.
-    """
-    rank, colour = ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)
-    while True:
-        first = rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start)
-        if not first.any():
-            return colour
-        taken = np.bitwise_or.reduceat(colour[stars.a], stars.start)[first]
-        chosen = stars.vertices[first]
-        colour[chosen], rank[chosen] = ~taken & (taken + 1), np.iinfo(np.int64).max
 
 
 def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:

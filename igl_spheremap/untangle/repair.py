@@ -154,10 +154,11 @@ class _Repair:
             deep = start.gauge == "poles" or start.stretch > 1
             centred = not (deep or is_off_centre(self.mesh, start.x))
             centroid = np.zeros(3) if centred else weighted_sum(self.mesh.A, start.x)
-            x = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
-                             damping=DAMPED if deep else HALF_DIGITS, rough=rough)
+            x, further = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
+                                      damping=DAMPED if deep else HALF_DIGITS, rough=rough)
             after = self.record("newton", x, start.stretch, start.gauge)
-            return after if after and after.mean < start.mean else start
+            if after and after.mean < start.mean:
+                return replace(after, further=further)
         return start
 
     def record(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> Candidate | None:

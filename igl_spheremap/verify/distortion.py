@@ -137,7 +137,7 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
-    >>> conformal, preserving = (ism.balanced_spherical_map(v, f, balance) for balance in (0, 1))
+    >>> conformal, preserving = (ism.balanced_spherical_map(v, f, balance=balance) for balance in (0, 1))
     >>> bool(abs(conformal.log_area_ratios()).mean() > 0.4), bool(abs(preserving.log_area_ratios()).mean() < 0.02)
     (True, True)
     """

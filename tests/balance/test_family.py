@@ -7,9 +7,9 @@ from scipy.optimize import least_squares
 import igl_spheremap as ism
 from igl_spheremap.balance.family import POWER, balanced_energy, balanced_iterates
 from igl_spheremap.balance.flat_faces import FlatFaces
+from igl_spheremap.balance.kept_factor import KeptFactor
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.newton.faces import FaceProblem
-from igl_spheremap.newton.loop import LineSearch
 from igl_spheremap.newton.system import VertexSystem
 
 LENGTH = 1.8  # of the spheroid, in diameters
@@ -18,7 +18,7 @@ LENGTH = 1.8  # of the spheroid, in diameters
 def converged(mesh, conformal, balance):
     """The minimiser, to rounding."""
     energy = balanced_energy(FlatFaces.of(mesh.v, mesh.f), conformal, balance)
-    search = LineSearch(VertexSystem(mesh.f, len(mesh.v)))
+    search = KeptFactor(VertexSystem(mesh.f, len(mesh.v)), 0.0)
     *_, last = balanced_iterates(FaceProblem(energy, turns=False), search, conformal, "balance")
     return last.x
 

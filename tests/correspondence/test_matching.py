@@ -16,7 +16,7 @@ from igl_spheremap.sphere.rows import tangent_axes, unit_rows
 
 
 def mapped(name, n):
-    return ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=n), 1.0)
+    return ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=n), balance=1.0)
 
 
 @pytest.fixture(scope="module")

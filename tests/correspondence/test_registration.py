@@ -190,7 +190,7 @@ def test_a_mirror_image_is_reflected_first(dino):
 def test_a_mirror_image_keeps_its_map():
     """Bit for bit there and back; the map that was given is mirrored, and none is made anew."""
     v, f = ism.samples.make("pear", n_vertices=600)
-    result = ism.balanced_spherical_map(v, f, 0.5, method=ism.Auto(tolerance=1e-5))
+    result = ism.balanced_spherical_map(v, f, balance=0.5, method=ism.Auto(tolerance=1e-5))
     mirror = reflected(result)
     assert (mirror.method, mirror.settings, mirror.balance) == (result.method, result.settings, 0.5)
     assert mirror.certificate.folding_free
@@ -248,7 +248,7 @@ def test_the_depth_potential_is_highest_on_a_bump():
     x, f = ism.samples.sphere(10 * 4**4 + 2)
     bump = np.exp(-20 * ((x - [0, 0, 1]) ** 2).sum(axis=1))
     for ell in (0.7, 0.1):
-        assert ism.depth_potential(x * (1 + 0.3 * bump[:, None]), f, ell).argmax() in np.flatnonzero(bump > 0.9)
+        assert ism.depth_potential(x * (1 + 0.3 * bump[:, None]), f, ell=ell).argmax() in np.flatnonzero(bump > 0.9)
 
 
 def test_the_depth_potential_of_a_wavy_sphere():
@@ -258,7 +258,7 @@ def test_the_depth_potential_of_a_wavy_sphere():
     Y = synthesis(np.eye(25)[:, [degree * degree + degree + 3]], x)
     expected = h * (degree - 1) * (degree + 2) / (degree * (degree + 1) + 1 / ell**2) * Y[:, 0]
     for scale in (1.0, 1e-12, 1e100):
-        there, back = (ism.depth_potential(scale * (1 + each * Y) * x, f, ell) for each in (h, -h))
+        there, back = (ism.depth_potential(scale * (1 + each * Y) * x, f, ell=ell) for each in (h, -h))
         assert np.abs((there - back) / 2 - expected).max() < 0.03 * np.abs(expected).max()
 
 

@@ -42,9 +42,9 @@ def same(a, b):
     "make",
     [
         spherical_conformal_map,
-        lambda v, f: spherical_conformal_map(v, f, "lai2014"),
+        lambda v, f: spherical_conformal_map(v, f, method="lai2014"),
         lambda v, f: spherical_conformal_map(v, f, gauge="centred"),
-        lambda v, f: balanced_spherical_map(v, f, 0.5),
+        lambda v, f: balanced_spherical_map(v, f, balance=0.5),
         lambda v, f: landmark_map(v, f, [0], [[0, 0.6, 0.8]]),
     ],
     ids=["auto", "lai2014", "centred", "balanced", "landmarks"],
@@ -144,7 +144,7 @@ def forged(tmp_path, result, **changes):
 
 def test_the_conformal_map_of_a_balanced_one_is_certified_on_its_own_numbers(tmp_path):
     """Whatever the file says of it: it comes back from rebalance."""
-    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), 0.5)
+    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), balance=0.5)
     folded = np.where(np.arange(len(balanced.vertices)) < 5, -1, 1)[:, None] * balanced.conformal.sphere
     back = read_map(forged(tmp_path, balanced, conformal=folded))
     assert back.certificate.folding_free
@@ -154,7 +154,7 @@ def test_the_conformal_map_of_a_balanced_one_is_certified_on_its_own_numbers(tmp
 
 @pytest.mark.parametrize("name", ["sphere", "conformal"])
 def test_spheres_of_other_shapes_are_refused(name, tmp_path):
-    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), 0.5)
+    balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), balance=0.5)
     with pytest.raises(MeshError, match=f"{name} .* rows|{name} has shape"):
         read_map(forged(tmp_path, balanced, **{name: balanced.sphere[:-1]}))
 

@@ -26,7 +26,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 @pytest.fixture(scope="module", params=["equirectangular", "octahedral"])
 def written(request, tmp_path_factory):
     v, f = ism.samples.make("spheroid", n_vertices=1000)
-    atlas = ism.texture_atlas(ism.spherical_conformal_map(v, f).sphere, f, request.param)
+    atlas = ism.texture_atlas(ism.spherical_conformal_map(v, f).sphere, f, projection=request.param)
     path = tmp_path_factory.mktemp("glb") / "body.glb"
     write_textured(path, v, f, atlas, checker_image(64))
     return v, f, atlas, path.read_bytes()
@@ -109,7 +109,7 @@ def test_the_scene_shows_the_mesh_as_it_is(written):
 @pytest.mark.parametrize("projection", ["equirectangular", "octahedral"])
 def test_textures_in_another_program(name, projection, result, tmp_path):
     trimesh = pytest.importorskip("trimesh")
-    atlas = texture_atlas(result.sphere, result.faces, projection)
+    atlas = texture_atlas(result.sphere, result.faces, projection=projection)
     image = checker_image(64, 4)
     write_textured(tmp_path / name, result.vertices, result.faces, atlas, image)
     body = trimesh.load(tmp_path / name, force="mesh", process=False)

@@ -170,7 +170,7 @@ def test_a_map_has_the_vertices_of_its_surface_in_their_order(tmp_path):
     assert main(arguments) == 0
     surface, para = read_mesh(tmp_path / "X_surf.vtk"), read_mesh(tmp_path / "X_para.vtk")
     assert np.array_equal(para.f, surface.f)
-    assert np.array_equal(para.v, ism.balanced_spherical_map(v, f, 1).sphere)
+    assert np.array_equal(para.v, ism.balanced_spherical_map(v, f, balance=1).sphere)
     assert np.array_equal(para.metadata["point_data"]["sulc"], v[:, 2])
 
 

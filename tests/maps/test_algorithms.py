@@ -26,7 +26,7 @@ def test_foldings_of_a_dinosaur_are_removed_in_at_most_three_rounds():
 
 def test_on_a_delaunay_mesh_the_weights_are_the_papers():
     options = {"gradient_tolerance": 1e-2, "rounds": 0}
-    papers, delaunay = (ism.spherical_conformal_map(X, F, ism.Lai2014(edge_weights=weights, **options))
+    papers, delaunay = (ism.spherical_conformal_map(X, F, method=ism.Lai2014(edge_weights=weights, **options))
                         for weights in ("cotangent", "delaunay"))
     assert np.allclose(papers.sphere, delaunay.sphere, atol=1e-9)
     assert delaunay.settings == options | {"edge_weights": "delaunay"}
@@ -62,10 +62,10 @@ def test_algorithm_1_alone_does_no_eigen_projection():
 
 
 def test_any_directions_are_taken_as_a_start_but_nothing_else():
-    result = ism.algorithm_1(V, F, 7 * X)
+    result = ism.algorithm_1(V, F, start=7 * X)
     assert result.certificate.folding_free
     for bad in (0 * X, np.full_like(X, np.nan)):
         with pytest.raises(ism.MeshError, match="zero or not finite"):
-            ism.algorithm_1(V, F, bad)
+            ism.algorithm_1(V, F, start=bad)
     with pytest.raises(ism.MeshError, match="rows"):
-        ism.algorithm_1(V, F, X[1:])
+        ism.algorithm_1(V, F, start=X[1:])

@@ -65,7 +65,7 @@ def test_algorithm_1_as_printed_is_the_papers_six_steps():
 def test_rounds_as_printed_start_at_star_maps_as_they_are():
     seen = []
     method = ism.Lai2014.as_printed(max_iterations=20, rounds=2)
-    result = ism.spherical_conformal_map(BIRD, BIRD_F, method, listener=seen.append)
+    result = ism.spherical_conformal_map(BIRD, BIRD_F, method=method, listener=seen.append)
     last = {iterate.round: iterate.x for iterate in seen}
     for star in (iterate for iterate in seen if iterate.stage == "star map"):
         assert np.array_equal(star.x, ism.weighted_eigen_projection(BIRD, BIRD_F, last[star.round - 1]).star_map)
@@ -78,7 +78,7 @@ def test_rounds_as_printed_start_at_star_maps_as_they_are():
 
 def iterates(method, v=BIRD, f=BIRD_F):
     seen = []
-    return ism.spherical_conformal_map(v, f, method, listener=seen.append), seen
+    return ism.spherical_conformal_map(v, f, method=method, listener=seen.append), seen
 
 
 def test_steps_that_would_fold_are_counted_in_the_notes_and_in_the_history():
@@ -178,7 +178,7 @@ def test_rows_of_the_laplacian_take_a_third_of_the_iterations_where_vertices_are
     """An ellipsoid whose vertices crowd at one end, in both metrics down to one norm of the same gradient."""
     x, f = ism.samples.sphere(642)
     v = moebius(x, np.array([0, 0, 0.5])) * [1, 1, 2]
-    areas, rows = (ism.spherical_conformal_map(v, f, ism.Lai2014(rounds=0, plateau=0, metric=metric))
+    areas, rows = (ism.spherical_conformal_map(v, f, method=ism.Lai2014(rounds=0, plateau=0, metric=metric))
                    for metric in ("areas", "laplacian"))
     assert rows.status is areas.status is ism.Status.CONVERGED
     assert rows.iterations < areas.iterations / 3

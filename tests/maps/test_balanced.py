@@ -23,7 +23,8 @@ def family():
         if iterate.stage in ("opening", "balance"):
             folded.append(int((orientation_signs(iterate.x, F) <= 0).sum()))
 
-    maps = {balance: ism.balanced_spherical_map(V, F, balance, listener=count) for balance in (0, 0.25, 0.5, 0.75, 1)}
+    maps = {balance: ism.balanced_spherical_map(V, F, balance=balance, listener=count)
+            for balance in (0, 0.25, 0.5, 0.75, 1)}
     return maps, folded
 
 
@@ -77,7 +78,7 @@ def test_scaling_rotating_and_renumbering_commute(family):
     order, rotation = rng.permutation(len(V)), np.linalg.qr(rng.normal(size=(3, 3)))[0]
     rotation *= np.linalg.det(rotation)
     rank = np.argsort(order)
-    moved = ism.balanced_spherical_map(7 * V[order] @ rotation + 3, rank[F], 0.5)
+    moved = ism.balanced_spherical_map(7 * V[order] @ rotation + 3, rank[F], balance=0.5)
     x, y = family[0][0.5].sphere[order] @ rotation, moved.sphere
     assert np.abs(y @ best_rotation(y, x, np.ones(len(x))) - x).max() < 1e-3
     assert np.abs(y - x).max() < 2e-3
@@ -107,14 +108,14 @@ def test_a_listener_ends_with_a_bijection():
         if iterate.stage == "opening" and iterate.iteration == 2:
             raise StopIteration
 
-    result = ism.balanced_spherical_map(V, F, 1, listener=stop)
+    result = ism.balanced_spherical_map(V, F, balance=1, listener=stop)
     assert result.status is ism.Status.STOPPED
     assert result.certificate.folding_free
 
 
 def test_a_spring_whose_conformal_image_is_rounding_opens_and_its_status_is_short():
     v, f = ism.samples.make("spring", n_vertices=2000)
-    result = ism.balanced_spherical_map(v, f, 1)
+    result = ism.balanced_spherical_map(v, f, balance=1)
     assert result.certificate.folding_free
     assert np.abs(result.conformal.log_area_ratios()).mean() > 30
     assert np.abs(result.log_area_ratios()).mean() < 2.6
@@ -125,7 +126,7 @@ def test_a_spring_whose_conformal_image_is_rounding_opens_and_its_status_is_shor
 @pytest.mark.parametrize("balance", [-0.1, 1.5, float("nan")])
 def test_a_balance_outside_is_refused(balance):
     with pytest.raises(ValueError, match="from 0 to 1"):
-        ism.balanced_spherical_map(V, F, balance)
+        ism.balanced_spherical_map(V, F, balance=balance)
 
 
 def test_a_folded_map_is_refused():
@@ -141,7 +142,7 @@ def test_a_cortex_is_less_distorted_than_by_the_sphere_that_freesurfer_ships():
     v, f = ism.read_mesh(folder / "white_left.gii.gz")
     positions, _ = ism.read_mesh(folder / "sphere_left.gii.gz")
     theirs = unit_rows(positions)
-    ours = ism.balanced_spherical_map(v, f, 0.85).sphere
+    ours = ism.balanced_spherical_map(v, f, balance=0.85).sphere
     limits = {ism.log_area_ratios: 0.15, ism.angle_differences: 11, ism.log_length_ratios: 0.14}
     for distortion, limit in limits.items():
         assert np.abs(distortion(v, f, ours)).mean() < limit < np.abs(distortion(v, f, theirs)).mean()

@@ -17,9 +17,9 @@ def checks(monkeypatch):
     counts = {"checked": 0, "normalised": 0}
 
     def counting(name, function):
-        def call(*args):
+        def call(*args, **options):
             counts[name] += 1
-            return function(*args)
+            return function(*args, **options)
 
         return call
 
@@ -30,14 +30,14 @@ def checks(monkeypatch):
 
 @pytest.mark.parametrize("call", [
     lambda: ism.spherical_conformal_map(V, F),
-    lambda: ism.spherical_conformal_map(V, F, "lai2014"),
-    lambda: ism.spherical_conformal_map(V, F, "gu-yau"),
-    lambda: ism.spherical_conformal_map(V, F, "stereographic"),
+    lambda: ism.spherical_conformal_map(V, F, method="lai2014"),
+    lambda: ism.spherical_conformal_map(V, F, method="gu-yau"),
+    lambda: ism.spherical_conformal_map(V, F, method="stereographic"),
     lambda: ism.balanced_spherical_map(V, F, balance=1),
     lambda: ism.landmark_map(V, F, [0], AXIS, max_iterations=5),
     lambda: ism.p_harmonic_map(V, F, 3, max_iterations=5),
-    lambda: ism.algorithm_2(V, F, X),
-    lambda: ism.algorithm_1(V, F, X),
+    lambda: ism.algorithm_2(V, F, start=X),
+    lambda: ism.algorithm_1(V, F, start=X),
     lambda: ism.repair_foldings(V, F, X),
     lambda: ism.sphere_map(V, F, X),
     lambda: ism.SphereMapper(V, F).map(),

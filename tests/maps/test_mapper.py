@@ -20,7 +20,7 @@ def mapper():
 @pytest.mark.parametrize("options", [{}, {"tolerance": 1e-8}, {"max_iterations": 1}, {"polish": "angles"}], ids=str)
 def test_gives_the_same_numbers_as_the_function(mapper, options):
     there = ism.spherical_conformal_map(V, F, **options)
-    here = (ism.SphereMapper(V, F, ism.Auto(**options)) if options else mapper).map()
+    here = (ism.SphereMapper(V, F, method=ism.Auto(**options)) if options else mapper).map()
     np.testing.assert_array_equal(here.sphere, there.sphere)
     assert (here.energy, here.history, here.status) == (there.energy, there.history, there.status)
     assert (here.backend, here.notes, here.method) == (there.backend, there.notes, there.method)
@@ -48,7 +48,7 @@ def test_moved_positions_give_the_map_of_a_new_mapper(backend):
     v, f = ism.samples.make("spheroid", n_vertices=600)
     flat = v.copy()
     flat[f[0]] = flat[f[0, 0]]  # faces of zero area: mollified weights
-    mapper = ism.SphereMapper(v, f, ism.Auto(backend=backend))
+    mapper = ism.SphereMapper(v, f, method=ism.Auto(backend=backend))
     for w in (v * [1, 1, 1.5], 1e3 * v + 7, flat, v * [1, 0.7, 1]):
         mapper.move(w)
         expected = ism.spherical_conformal_map(w, f, backend=backend)
@@ -77,7 +77,7 @@ def test_the_weights_that_are_given_are_balanced(mapper):
 def test_weights_move_the_map_by_a_moebius_map_only():
     """Cross-ratios of four vertices, up to what discretisation leaves."""
     v, f = ism.samples.make("spheroid", n_vertices=4000)
-    mapper = ism.SphereMapper(v, f, ism.Auto(tolerance=1e-9))
+    mapper = ism.SphereMapper(v, f, method=ism.Auto(tolerance=1e-9))
     four = [0, 1000, 2000, 3000]
 
     def cross_ratio(x):
@@ -93,7 +93,7 @@ def test_weights_move_the_map_by_a_moebius_map_only():
 
 def test_all_starts_lead_to_one_map():
     v, f = ism.samples.make("spheroid", n_vertices=1500)
-    mapper = ism.SphereMapper(v, f, ism.Auto(tolerance=1e-12))
+    mapper = ism.SphereMapper(v, f, method=ism.Auto(tolerance=1e-12))
     plain = mapper.map()
     other = mapper.map(start=ism.gauss_map(v, f))
     assert np.abs(plain.sphere - other.sphere).max() < 1e-6

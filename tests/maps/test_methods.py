@@ -15,7 +15,7 @@ PLANES = ("laplace-beltrami", "conformal-equivalence")
 
 
 def through(v, f, plane, **options):
-    return ism.spherical_conformal_map(v, f, ism.Stereographic(plane, **options))
+    return ism.spherical_conformal_map(v, f, method=ism.Stereographic(plane, **options))
 
 
 def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
@@ -115,7 +115,7 @@ def test_errors_name_the_option():
 
 
 def test_it_finds_the_map_that_the_fast_method_finds():
-    slow = ism.spherical_conformal_map(V, F, ism.GuYau(gradient_tolerance=1e-5, plateau=0.0))
+    slow = ism.spherical_conformal_map(V, F, method=ism.GuYau(gradient_tolerance=1e-5, plateau=0.0))
     fast = ism.spherical_conformal_map(V, F, tolerance=1e-8)
     assert slow.status is ism.Status.CONVERGED
     A = MESH.A
@@ -125,18 +125,18 @@ def test_it_finds_the_map_that_the_fast_method_finds():
 
 
 def test_the_tutte_map_comes_first_and_is_recorded():
-    result = ism.spherical_conformal_map(V, F, "gu-yau")
+    result = ism.spherical_conformal_map(V, F, method="gu-yau")
     assert [entry.start for entry in result.rounds] == ["gauss map", "tutte map"]
     assert result.iterations == sum(entry.iterations for entry in result.rounds)
     assert result.certificate.folding_free
-    (only,) = ism.spherical_conformal_map(V, F, ism.GuYau(tutte=False)).rounds
+    (only,) = ism.spherical_conformal_map(V, F, method=ism.GuYau(tutte=False)).rounds
     assert only.start == "gauss map"
 
 
 def test_the_tutte_energy_weighs_all_edges_alike():
     """It is half the sum of the squared edge lengths."""
     seen = []
-    ism.spherical_conformal_map(V, F, ism.GuYau(max_iterations=1), listener=seen.append)
+    ism.spherical_conformal_map(V, F, method=ism.GuYau(max_iterations=1), listener=seen.append)
     tutte = next(it for it in seen if it.stage == "tutte")
     edges = np.unique(np.sort(np.vstack((F[:, :2], F[:, 1:], F[:, ::2])), axis=1), axis=0)
     lengths = ((tutte.x[edges[:, 0]] - tutte.x[edges[:, 1]]) ** 2).sum()
@@ -150,7 +150,7 @@ def test_a_listener_can_stop_it_in_either_stage():
             if iterate.stage == stage and iterate.iteration == 3:
                 raise StopIteration
 
-        result = ism.spherical_conformal_map(V, F, "gu-yau", listener=stop)
+        result = ism.spherical_conformal_map(V, F, method="gu-yau", listener=stop)
         assert result.status is ism.Status.STOPPED
         assert result.history[-1].stage == stage
 
@@ -160,6 +160,6 @@ def test_only_what_met_its_stopping_rule_has_converged():
     assert (equivalent.status, direct.status) == (ism.Status.CONVERGED, ism.Status.DONE)
     given, repaired = ism.sphere_map(V, F, direct.sphere), ism.repair_foldings(V, F, direct.sphere)
     assert {given.status, repaired.status, repaired.rounds[0].status} == {ism.Status.DONE}
-    ended = ism.spherical_conformal_map(V, F, ism.Lai2014(gradient_tolerance=0.0, plateau=1e-4))
+    ended = ism.spherical_conformal_map(V, F, method=ism.Lai2014(gradient_tolerance=0.0, plateau=1e-4))
     assert ended.status is ism.Status.PLATEAU
     assert ended.history[-1].residual > 0

@@ -103,11 +103,11 @@ def test_every_map_takes_caps(body, result):
     mesh, _, m = body
     v, f, caps = mesh.v, mesh.f, mesh.face_source < 0
     made = [
-        ism.balanced_spherical_map(v, f, 0.5, caps=caps),
+        ism.balanced_spherical_map(v, f, balance=0.5, caps=caps),
         ism.SphereMapper(v, f, caps=caps).map(),
-        ism.spherical_conformal_map(v, f, "lai2014", caps=caps),
-        ism.spherical_conformal_map(v, f, "gu-yau", caps=caps),
-        ism.spherical_conformal_map(v, f, "stereographic", caps=caps),
+        ism.spherical_conformal_map(v, f, method="lai2014", caps=caps),
+        ism.spherical_conformal_map(v, f, method="gu-yau", caps=caps),
+        ism.spherical_conformal_map(v, f, method="stereographic", caps=caps),
         ism.algorithm_1(v, f, caps=caps),
         ism.p_harmonic_map(v, f, 1.8, caps=caps),
         ism.landmark_map(v, f, [0], [[0, 0, 1.0]], caps=caps),
@@ -131,5 +131,5 @@ def test_what_are_no_caps_is_refused(body):
                         (np.ones(len(mesh.f), bool), "all faces"), (np.zeros(len(mesh.f)), "dtype float64"),
                         ([True], "shape")):
         with pytest.raises(ism.MeshError, match=words):
-            ism.check_mesh(mesh.v, mesh.f, caps)
-    assert ism.check_mesh(mesh.v, mesh.f, np.zeros(len(mesh.f), bool)).caps is None
+            ism.check_mesh(mesh.v, mesh.f, caps=caps)
+    assert ism.check_mesh(mesh.v, mesh.f, caps=np.zeros(len(mesh.f), bool)).caps is None

@@ -38,7 +38,7 @@ def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method
         p, f = icosphere(level)
         v = surface.embed(p)
         record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(gradient_tolerance=1e-6, plateau=0.0)
-        x = ism.spherical_conformal_map(v, f, record).sphere
+        x = ism.spherical_conformal_map(v, f, method=record).sphere
         exact = surface.conformal_map(v)
         errors.append(distance(x @ best_rotation(x, exact, np.ones(len(x))), exact))
     rates = np.array(errors[:-1]) / errors[1:]
@@ -54,8 +54,8 @@ def test_the_map_of_a_sphere_is_the_identity():
 @pytest.mark.parametrize("method", METHODS)
 def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
     turn, (v, f) = random_rotation(), BODIES[method]
-    x = ism.spherical_conformal_map(v, f, method).sphere
-    y = ism.spherical_conformal_map(1e-3 * v @ turn + [5, -3, 2], f, method).sphere
+    x = ism.spherical_conformal_map(v, f, method=method).sphere
+    y = ism.spherical_conformal_map(1e-3 * v @ turn + [5, -3, 2], f, method=method).sphere
     # Thousands of steps amplify rounding as they do on any machine: lai2014 stops elsewhere on the same valley.
     assert distance(x @ turn, y) < (1e-6 if method == "auto" else 1e-2)
 
@@ -76,7 +76,7 @@ def test_renumbering_the_input_renumbers_the_sphere(name, bound):
 @pytest.mark.parametrize("method", METHODS)
 def test_results_are_in_the_stated_gauge(method):
     v, f = BODIES[method]
-    result = ism.spherical_conformal_map(v, f, method)
+    result = ism.spherical_conformal_map(v, f, method=method)
     mesh = ism.check_mesh(v, f)
     A = mesh.A
     assert np.abs(A @ result.sphere).max() < 1e-6
@@ -87,7 +87,7 @@ def test_results_are_in_the_stated_gauge(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_two_runs_agree_bit_for_bit(method):
-    one, two = (ism.spherical_conformal_map(*BODIES[method], method) for _ in range(2))
+    one, two = (ism.spherical_conformal_map(*BODIES[method], method=method) for _ in range(2))
     assert np.array_equal(one.sphere, two.sphere)
     assert [step[:4] for step in one.history] == [step[:4] for step in two.history]  # all but residuals, some NaN
 
@@ -105,7 +105,7 @@ def test_two_runs_agree_bit_for_bit_with_any_number_of_blas_threads():
 @pytest.mark.parametrize("method", METHODS)
 def test_the_record_is_complete(method):
     seen, (v, f) = [], BODIES[method]
-    result = ism.spherical_conformal_map(v, f, method, listener=seen.append)
+    result = ism.spherical_conformal_map(v, f, method=method, listener=seen.append)
     assert result.method == method
     assert np.array_equal(result.vertices, v)
     assert np.array_equal(result.faces, f)
@@ -126,8 +126,8 @@ def test_the_record_is_complete(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_methods_agree_up_to_the_mesh(method):
     v, f = ism.samples.make("spheroid", n_vertices=2000)
-    x = ism.spherical_conformal_map(v, f, method).sphere
-    assert distance(x, ism.spherical_conformal_map(v, f, "auto", tolerance=1e-12).sphere) < 5e-3
+    x = ism.spherical_conformal_map(v, f, method=method).sphere
+    assert distance(x, ism.spherical_conformal_map(v, f, method="auto", tolerance=1e-12).sphere) < 5e-3
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_all_methods_find_the_same_map_but_for_the_mesh(method, worst):
     """Moebius equivalence of all conformal maps: in one gauge they are one."""
     v = BALL * [1, 1.3, 2]
     reference = ism.spherical_conformal_map(v, BALL_F)
-    result = ism.spherical_conformal_map(v, BALL_F, method)
+    result = ism.spherical_conformal_map(v, BALL_F, method=method)
     assert result.certificate.folding_free
     A = ism.check_mesh(v, BALL_F).A
     x = result.sphere @ best_rotation(result.sphere, reference.sphere, A)
@@ -170,7 +170,7 @@ def test_the_energy_is_that_of_a_conformal_map():
 ], ids=["tetrahedron", "tiny", "huge", "far off", "inside out", "single", "lists"])
 def test_legitimate_input_is_mapped_and_certified(change, method):
     v, f = change(*BODIES[method])
-    result = ism.spherical_conformal_map(v, f, method)
+    result = ism.spherical_conformal_map(v, f, method=method)
     assert result.certificate.folding_free
     assert ism.certify(result.sphere, f).folding_free
 
@@ -181,7 +181,7 @@ def test_faces_without_area_are_mapped_and_certified(method):
     v, f = ism.samples.make("spheroid", n_vertices=300)
     v[f[10, 1]] = v[f[10, 0]]
     v[f[200, 1]] = (v[f[200, 0]] + v[f[200, 2]]) / 2
-    assert ism.spherical_conformal_map(v, f, record).certificate.folding_free
+    assert ism.spherical_conformal_map(v, f, method=record).certificate.folding_free
 
 
 def test_an_inside_out_mesh_maps_to_the_antipodes():
@@ -218,18 +218,18 @@ def test_a_listener_can_not_change_the_run_that_it_watches(method):
                 with pytest.raises(ValueError, match="read-only"):
                     array[0] = 0
 
-    watched = ism.spherical_conformal_map(V, F, method, listener=meddle)
+    watched = ism.spherical_conformal_map(V, F, method=method, listener=meddle)
     assert stages
-    assert np.array_equal(watched.sphere, ism.spherical_conformal_map(V, F, method).sphere)
+    assert np.array_equal(watched.sphere, ism.spherical_conformal_map(V, F, method=method).sphere)
 
 
 def test_unknown_methods_and_options_are_refused_with_what_there_is():
     with pytest.raises(ValueError, match=r"unknown method 'magic'.*auto.*lai2014"):
-        ism.spherical_conformal_map(V, F, "magic")
+        ism.spherical_conformal_map(V, F, method="magic")
     with pytest.raises(TypeError, match=r"speed"):
         ism.spherical_conformal_map(V, F, speed=9)
     with pytest.raises(TypeError, match=r"tolerance, polish: .*'auto' only.*record"):
-        ism.spherical_conformal_map(V, F, "lai2014", tolerance=1e-2, polish="angles")
+        ism.spherical_conformal_map(V, F, method="lai2014", tolerance=1e-2, polish="angles")
 
 
 def test_noise_far_outside_the_surface_does_not_break_the_map():
@@ -244,7 +244,7 @@ def test_noise_far_outside_the_surface_does_not_break_the_map():
     ("choi_hippocampus", 1.54), ("paper_putamen_10002", 1.79), ("paper_brain_15002", 2.22), ("choi_maxplanck", 0.86)])
 def test_the_papers_algorithm_reaches_independent_figures(corpus, name, degrees):
     v, f = igl.read_triangle_mesh(str(corpus / "public" / f"{name}.obj"))
-    result = ism.spherical_conformal_map(v, f, "lai2014")
+    result = ism.spherical_conformal_map(v, f, method="lai2014")
     foldings = [r.foldings_after for r in result.rounds]
     assert foldings == sorted(foldings, reverse=True)
     assert result.certificate.folding_free

@@ -29,7 +29,7 @@ def test_moebius_maps_are_recovered_from_landmarks():
 
 
 def test_landmarks_that_are_matched_already_leave_the_map_conformal():
-    conformal = ism.algorithm_1(V, F, ism.spherical_conformal_map(V, F).sphere)  # the same energy
+    conformal = ism.algorithm_1(V, F, start=ism.spherical_conformal_map(V, F).sphere)  # the same energy
     moved = moebius(conformal.sphere, [0.1, 0.2, 0.0])
     result = ism.landmark_map(V, F, CHOSEN, moved[CHOSEN])
     assert np.abs(result.sphere - moved).max() < 0.03  # .019 to .024: rounding decides where the steps end
@@ -42,7 +42,7 @@ def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
     y = targets(x)
     misses, energies = [], []
     for weight in (1.0, 10.0, 100.0):
-        result = ism.landmark_map(V, F, CHOSEN, y, weight)
+        result = ism.landmark_map(V, F, CHOSEN, y, landmark_weights=weight)
         assert result.certificate.folding_free
         assert result.gauge == "free"
         misses.append(np.linalg.norm(result.sphere[CHOSEN] - y, axis=1).mean())
@@ -55,9 +55,9 @@ def test_landmarks_are_matched_closer_with_more_weight_and_never_fold():
 def test_foldings_of_strong_landmarks_are_reported_and_avoided_by_default():
     x = ism.spherical_conformal_map(V, F).sphere
     y = targets(x, 0.5, seed=3)
-    loose = ism.landmark_map(V, F, CHOSEN, y, 1000.0, may_fold=True)
+    loose = ism.landmark_map(V, F, CHOSEN, y, landmark_weights=1000.0, may_fold=True)
     assert loose.rounds[0].foldings_after == loose.certificate.foldings > 0
-    injective = ism.landmark_map(V, F, CHOSEN, y, 1000.0)
+    injective = ism.landmark_map(V, F, CHOSEN, y, landmark_weights=1000.0)
     assert injective.certificate.folding_free
     start = np.linalg.norm(match_landmarks(x, check_landmarks(len(X), CHOSEN, y, 1.0))[CHOSEN] - y, axis=1)
     assert np.linalg.norm(injective.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
@@ -74,7 +74,7 @@ def test_a_turned_problem_has_a_turned_answer():
 def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
     x = ism.spherical_conformal_map(V, F).sphere
     y = targets(x)
-    result = ism.landmark_map(V, F, CHOSEN, y, 5.0)
+    result = ism.landmark_map(V, F, CHOSEN, y, landmark_weights=5.0)
     penalty = 2.5 * ((result.sphere[CHOSEN] - y) ** 2).sum()
     assert np.isclose(result.energy, ism.harmonic_energy(V, F, result.sphere))
     assert np.isclose(result.history[-1].energy, result.energy + penalty)
@@ -93,13 +93,13 @@ def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
 )
 def test_bad_landmarks_are_named(where, goal, weight, words):
     with pytest.raises(ism.MeshError, match=words):
-        ism.landmark_map(V, F, where, goal, weight)
+        ism.landmark_map(V, F, where, goal, landmark_weights=weight)
 
 
 def test_p_2_minimises_to_the_conformal_map():
     conformal = ism.spherical_conformal_map(V, F)
     start = unit_rows(conformal.sphere + 0.02 * np.random.default_rng(2).normal(size=X.shape))
-    result = ism.p_harmonic_map(V, F, 2, start, gradient_tolerance=1e-3)
+    result = ism.p_harmonic_map(V, F, 2, start=start, gradient_tolerance=1e-3)
     assert result.certificate.folding_free
     assert np.abs(result.sphere - conformal.sphere).max() < 5e-3
     assert np.isclose(result.energy, conformal.energy, rtol=1e-6)
@@ -153,9 +153,9 @@ def test_landmarks_are_a_fidelity_term_of_ones_own():
         return 5 * (off**2).sum(), derivatives
 
     by_name, by_term, by_own = (
-        ism.landmark_map(V, F, CHOSEN, targets(x), 10.0, x, max_iterations=20),
-        ism.fidelity_map(V, F, penalty.evaluate, x, max_iterations=20),
-        ism.fidelity_map(V, F, own, x, max_iterations=20),
+        ism.landmark_map(V, F, CHOSEN, targets(x), landmark_weights=10.0, start=x, max_iterations=20),
+        ism.fidelity_map(V, F, penalty.evaluate, start=x, max_iterations=20),
+        ism.fidelity_map(V, F, own, start=x, max_iterations=20),
     )
     assert np.array_equal(by_name.sphere, by_term.sphere)
     assert np.abs(by_name.sphere - by_own.sphere).max() < 1e-9
@@ -170,7 +170,7 @@ def test_a_term_with_a_known_minimiser_is_minimised():
         return 10 * ((y - x) ** 2).sum(), 20 * (y - x)
 
     start = moebius(x, [0.1, 0.2, -0.1]) @ best_rotation(x, x + 0.3 * x[:, [1, 2, 0]], np.ones(len(x)))
-    result = ism.fidelity_map(x, f, distance, start, sobolev_gradient_tolerance=1e-9, plateau=0.0)
+    result = ism.fidelity_map(x, f, distance, start=start, sobolev_gradient_tolerance=1e-9, plateau=0.0)
     assert result.certificate.folding_free
     assert np.abs(result.sphere - x).max() < 1e-8
 
@@ -181,7 +181,7 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
     start = x @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
     heights, energies = [np.abs(start[near, 2]).max()], [ism.harmonic_energy(V, F, start)]
     for weight in (1.0, 10.0, 100.0):
-        result = ism.fidelity_map(V, F, lambda y, w=weight: curve(y, near, w), start, gauge="centred")
+        result = ism.fidelity_map(V, F, lambda y, w=weight: curve(y, near, w), start=start, gauge="centred")
         assert result.certificate.folding_free
         assert np.linalg.norm(MESH.A @ result.sphere) < 1e-8
         heights.append(np.abs(result.sphere[near, 2]).max())
@@ -202,5 +202,5 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
 ])
 def test_terms_that_are_none_are_refused(term, error, message):
     with pytest.raises(error, match=message):
-        ism.fidelity_map(V, F, term, X)
+        ism.fidelity_map(V, F, term, start=X)
 

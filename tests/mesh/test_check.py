@@ -215,7 +215,7 @@ def test_a_map_stands_for_its_sphere_and_its_faces():
     assert np.array_equal(ours.weights, theirs.weights)
     for projection in ("equirectangular", "octahedral"):
         atlas = ism.texture_atlas(result, projection=projection)
-        assert np.array_equal(atlas.uv, ism.texture_atlas(V, F, projection).uv)
+        assert np.array_equal(atlas.uv, ism.texture_atlas(V, F, projection=projection).uv)
     with pytest.raises(TypeError, match="faces are missing"):
         ism.certify(V)
 

@@ -25,7 +25,7 @@ SHEETS = {
 @pytest.mark.parametrize("name", SHEETS)
 def test_what_unrolls_is_unrolled(name, balance):
     p, f = grid(7, 13)
-    flat = ism.flatten(SHEETS[name](*p.T), f, balance)
+    flat = ism.flatten(SHEETS[name](*p.T), f, balance=balance)
     assert flat.certificate.folding_free
     if name != "cone":  # its triangles are no parts of one plane sheet: quadrilaterals across rulings bend
         assert np.abs(flat.log_length_ratios()).max() < 1e-6
@@ -187,7 +187,7 @@ def test_what_overlaps_starts_from_the_map_that_keeps_lengths_better(seed):
 def test_status_and_notes_say_where_lengths_are_far_off():
     seen = set()
     for (v, f), balance in ((chain(17), 0.7), (cap(8, 3.0)[:2], 0), (cap(8, 1.5)[:2], 0.7)):
-        flat = ism.flatten(v, f, balance)
+        flat = ism.flatten(v, f, balance=balance)
         off = np.exp(np.abs(flat.log_length_ratios()).max())
         seen.add((off > 10, balance > 0))
         far = off > 10 and balance > 0  # a conformal map is not asked for lengths

@@ -58,6 +58,20 @@ def test_rows_are_those_of_single_maps(run):
             assert row.max_edge == edges.max()
 
 
+def test_polish_is_an_option_of_its_own(run):
+    """The default is method="auto" by name; maps are those of single calls with the same polish."""
+    maps = [read_mesh(run(out=f"{{stem}}_{k}.obj", **options)[0].target).v for k, options in enumerate(
+        ({}, {"method": "auto"}, {"method": "auto", "polish": "angles"}, {"method": ism.Auto(polish="angles")}))]
+    plain, polished = (ism.spherical_conformal_map(*read_mesh("300.ply"), polish=each).sphere
+                       for each in (None, "angles"))
+    assert not np.array_equal(plain, polished)
+    for found, expected in zip(maps, (plain, plain, polished, polished), strict=True):
+        assert np.array_equal(found, expected)
+    for method in ("lai2014", ism.Auto()):
+        with pytest.raises(TypeError, match="polish: an option of method 'auto' only"):
+            run(method=method, polish="angles")
+
+
 @pytest.mark.posix
 def test_a_pipe_costs_its_row_only(run):
     os.mkfifo("pipe.ply")

@@ -40,7 +40,7 @@ def test_sentences_hold_the_numbers():
 def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
     """Even where further steps follow the rounds."""
     v, f = ism.samples.make("bird", n_vertices=900)
-    result = ism.balanced_spherical_map(v, f, balance, method=ism.Auto(polish=polish))
+    result = ism.balanced_spherical_map(v, f, balance=balance, method=ism.Auto(polish=polish))
     rows = round_rows(result)
     assert len(rows) >= len(result.rounds) > 0
     assert rows[-1][-2:] == (f"{result.energy:.6f}", f"{np.abs(result.angle_differences()).mean():.3g}")

@@ -17,7 +17,7 @@ def feed(recording, x, lengths):
 def test_it_is_the_history_and_the_certificates():
     v, f = ism.samples.make("bird", n_vertices=1500)
     recording = Recording(f)
-    result = ism.spherical_conformal_map(v, f, ism.Lai2014(max_iterations=100), listener=recording)
+    result = ism.spherical_conformal_map(v, f, method=ism.Lai2014(max_iterations=100), listener=recording)
     assert [step.energy for step in recording.history] == [step.energy for step in result.history]
     assert recording.foldings[0] > recording.foldings[-1] == result.certificate.foldings
     for frame in recording.frames[::20]:

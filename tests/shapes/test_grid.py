@@ -27,7 +27,7 @@ def latitudes(kind, rows):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rows_run_from_north_and_columns_east(ball, kind):
-    places = ism.to_grid(ball, ball.sphere, kind, rows=40)
+    places = ism.to_grid(ball, ball.sphere, kind=kind, rows=40)
     assert places.shape == (40, 80, 3)
     theta = latitudes(kind, 40)
     phi = 2 * np.pi * np.arange(80) / 80 + (np.pi / 80 - np.pi if kind == "equirectangular" else 0)
@@ -42,9 +42,9 @@ def test_back_from_the_grid_at_second_order_over_seam_and_poles(kind):
     errors = []
     for rows in (30, 60, 120):
         x, f = ism.samples.sphere(12)
-        fine = ism.to_grid(ism.sphere_map(x, f, x), x, kind, rows)  # only for its points
+        fine = ism.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=rows)  # only for its points
         places = unit_rows(fine.reshape(-1, 3)).reshape(fine.shape)
-        errors.append(np.abs(ism.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind)
+        errors.append(np.abs(ism.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind=kind)
                              - np.exp(where[:, 0] - where[:, 2])).max())
     assert np.log2(errors[0] / errors[2]) > 2 * 1.8
 
@@ -53,19 +53,19 @@ def test_back_from_the_grid_at_second_order_over_seam_and_poles(kind):
 def test_grid_points_keep_their_values_and_labels(ball, kind):
     rng = np.random.default_rng(1)
     x, f = ism.samples.sphere(12)
-    places = ism.to_grid(ism.sphere_map(x, f, x), x, kind, 20).reshape(-1, 3)
+    places = ism.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=20).reshape(-1, 3)
     image, parcels = rng.normal(size=(20, 40, 2)), rng.integers(0, 9, (20, 40))
     if kind == "equiangular":  # the first and the last row are a point each
         image[[0, -1]], parcels[[0, -1]] = image[[0, -1], :1], parcels[[0, -1], :1]
-    assert np.allclose(ism.from_grid(image, places, kind), image.reshape(-1, 2), atol=1e-11)
-    assert np.array_equal(ism.from_grid(parcels, places, kind, labels=True), parcels.ravel())
-    assert set(np.unique(ism.to_grid(ball, rng.integers(0, 3, len(ball.sphere)), kind, labels=True))) == {0, 1, 2}
+    assert np.allclose(ism.from_grid(image, places, kind=kind), image.reshape(-1, 2), atol=1e-11)
+    assert np.array_equal(ism.from_grid(parcels, places, kind=kind, labels=True), parcels.ravel())
+    assert set(np.unique(ism.to_grid(ball, rng.integers(0, 3, len(ball.sphere)), kind=kind, labels=True))) == {0, 1, 2}
 
 
 def points(kind, rows, columns):
     """Colatitudes and longitudes of a grid, read off the points of the sphere that it has."""
     x, f = ism.samples.sphere(12)
-    places = unit_rows(ism.to_grid(ism.sphere_map(x, f, x), x, kind, rows, columns=columns).reshape(-1, 3))
+    places = unit_rows(ism.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=rows, columns=columns).reshape(-1, 3))
     theta = np.arccos(places[:, 2]).reshape(rows, columns)[:, 0]
     middle = places.reshape(rows, columns, 3)[rows // 2]
     return theta, np.arctan2(middle[:, 1], middle[:, 0]) % (2 * np.pi - 1e-9)
@@ -96,7 +96,7 @@ def test_a_geometry_image_is_the_surface(ball):
 
 def test_the_picture_is_the_texture_of_its_atlas(ball):
     """A texture coordinate (u, v) of `texture_atlas` reads the pixel of its place."""
-    atlas = ism.texture_atlas(ball.sphere, ball.faces, "equirectangular")
+    atlas = ism.texture_atlas(ball.sphere, ball.faces, projection="equirectangular")
     image = ism.to_grid(ball, ball.sphere, rows=256)
     u, v = (atlas.uv % 1).T
     read = image[np.minimum(((1 - v) * 256).astype(int), 255), np.minimum((u * 512).astype(int), 511)]

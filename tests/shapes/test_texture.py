@@ -60,7 +60,7 @@ BACK = {"equirectangular": from_equirectangular, "octahedral": from_octahedral}
 @pytest.mark.parametrize("name", meshes())
 def test_coordinates_lead_back_to_the_sphere(name, projection):
     x, f = meshes()[name]
-    atlas = texture_atlas(x, f, projection)
+    atlas = texture_atlas(x, f, projection=projection)
     assert atlas.uv.min() >= 0
     assert atlas.uv.max() <= 1
     assert np.abs(BACK[projection](atlas.uv) - unit_rows(atlas.carry(x))).max() < 1e-12
@@ -71,7 +71,7 @@ def test_coordinates_lead_back_to_the_sphere(name, projection):
 def test_the_picture_is_covered_once(name, projection):
     """Coordinates of positive orientation whose areas sum to the whole square."""
     x, f = meshes()[name]
-    atlas = texture_atlas(x, f, projection)
+    atlas = texture_atlas(x, f, projection=projection)
     a, b, c = (atlas.uv[atlas.f[:, k]] for k in range(3))
     u, w = b - a, c - a
     area = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / 2
@@ -88,7 +88,7 @@ def test_the_surface_is_unchanged(projection):
     """The same area, the same normals, and the old vertices where they were."""
     x, f = turned(642)
     v = x * [1, 2, 3]
-    atlas = texture_atlas(x, f, projection)
+    atlas = texture_atlas(x, f, projection=projection)
     w = atlas.carry(v)
     assert face_areas(w, atlas.f).sum() == pytest.approx(face_areas(v, f).sum(), rel=1e-12)
     assert np.allclose(atlas.carry(np.ones(len(v))), 1)
@@ -137,7 +137,7 @@ def test_refusals():
     with pytest.raises(MeshError, match="index out of range"):
         texture_atlas(OCTAHEDRON, OCTAHEDRON_FACES + 1)
     with pytest.raises(ValueError, match="equirectangular, octahedral"):
-        texture_atlas(OCTAHEDRON, OCTAHEDRON_FACES, "mercator")
+        texture_atlas(OCTAHEDRON, OCTAHEDRON_FACES, projection="mercator")
     with pytest.raises(MeshError, match="images are zero or not finite in 1 row"):
         texture_atlas(OCTAHEDRON * [[1], [1], [1], [1], [1], [0]], OCTAHEDRON_FACES)
 
@@ -159,4 +159,4 @@ def test_without_cuts_the_mesh_stays_and_longitudes_run_on():
         assert np.allclose(back, unit_rows(x)[atlas.vertex], atol=1e-12)
         assert np.ptp(atlas.uv[atlas.f][..., 0], axis=1).max() <= 1
     with pytest.raises(ValueError, match="octahedral"):
-        texture_atlas(x, f, "octahedral", cut=False)
+        texture_atlas(x, f, projection="octahedral", cut=False)

@@ -11,8 +11,7 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
-from igl_spheremap.shapes.transfer import regular_mesh, transfer
-from igl_spheremap.shapes.weights import transfer_weights
+from igl_spheremap.shapes.transfer import regular_mesh, transfer, transfer_matrix
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +25,7 @@ def brain():
 
 @pytest.fixture(scope="module")
 def dino():
-    return ism.balanced_spherical_map(*ism.samples.make("dino", n_vertices=3000), 0.7)
+    return ism.balanced_spherical_map(*ism.samples.make("dino", n_vertices=3000), balance=0.7)
 
 
 def targets(brain):
@@ -37,7 +36,7 @@ def targets(brain):
 def test_constants_and_integrals_are_kept_on_brains(brain):
     data = np.random.default_rng(0).gamma(2.0, size=(len(brain.sphere), 3))
     for target in targets(brain):
-        weights = transfer_weights(brain, target)
+        weights = transfer_matrix(brain, target, method="adaptive-area")
         carried = weights.matrix @ data
         assert weights.matrix.data.min() > 0
         assert np.abs(weights.matrix.sum(axis=1) - 1).max() < 1e-12
@@ -51,23 +50,23 @@ def test_constants_and_integrals_are_kept_on_brains(brain):
 def test_no_vertex_is_left_out(dino):
     """Linear weights on a coarser mesh skip most vertices; these take all."""
     target = regular_mesh("ico:2")
-    assert (transfer(dino, None, target, matrix=True).sum(axis=0) == 0).sum() > 1000
-    assert (transfer_weights(dino, target).matrix.sum(axis=0) > 0).all()
+    assert (transfer_matrix(dino, target).matrix.sum(axis=0) == 0).sum() > 1000
+    assert (transfer_matrix(dino, target, method="adaptive-area").matrix.sum(axis=0) > 0).all()
 
 
 def test_a_mesh_to_itself_is_the_identity(dino):
     for method in ("linear", "adaptive-area"):
-        matrix = transfer(dino, None, dino, method=method, matrix=True)
+        matrix = transfer_matrix(dino, dino, method=method).matrix
         assert matrix.nnz == len(dino.sphere)
         assert np.abs(matrix.diagonal() - 1).max() < 1e-14
-    weights = transfer_weights(dino, dino)
+    weights = transfer_matrix(dino, dino, method="adaptive-area")
     assert np.allclose(weights.received, weights.source_areas, rtol=1e-14)
 
 
 @pytest.mark.parametrize("method", ["linear", "adaptive-area"])
 def test_the_matrix_is_the_transfer(dino, method):
     values = np.random.default_rng(1).normal(size=(len(dino.sphere), 2, 2))
-    matrix = transfer(dino, None, "ico:3", method=method, matrix=True)
+    matrix = transfer_matrix(dino, "ico:3", method=method).matrix
     carried = transfer(dino, values, "ico:3", method=method)
     assert matrix.shape == (642, len(values))
     assert np.allclose((matrix @ values.reshape(-1, 4)).reshape(642, 2, 2), carried, rtol=0, atol=1e-14)
@@ -75,14 +74,14 @@ def test_the_matrix_is_the_transfer(dino, method):
     parts = transfer(dino, labels, "ico:3", labels=True, method=method)
     assert parts.dtype == labels.dtype
     assert np.array_equal(parts, labels[matrix.toarray().argmax(axis=1)])
-    assert np.array_equal(transfer(dino, None, "ico:3", True, method, matrix=True) @ labels, parts)
+    assert np.array_equal(transfer_matrix(dino, "ico:3", labels=True, method=method).matrix @ labels, parts)
 
 
 def test_vertices_without_area_take_part(dino):
     """The target's surface is a point on half of the sphere: its areas are 0 there, and nothing is divided by them."""
     x, f = regular_mesh("ico:3")
     flat = ism.sphere_map(np.where(x[:, 2:] > 0, x, 0.0), f, x)
-    weights = transfer_weights(dino, flat)
+    weights = transfer_matrix(dino, flat, method="adaptive-area")
     assert (weights.areas == 0).any()
     assert np.abs(weights.matrix.sum(axis=1) - 1).max() < 1e-12
     assert abs(weights.received.sum() / weights.source_areas.sum() - 1) < 1e-12
@@ -98,7 +97,7 @@ def test_refusals(dino):
         transfer(ism.SphereLocator(dino.sphere, dino.faces), values, "ico:2", method="adaptive-area")
     for method in ("linear", "adaptive-area"):
         with pytest.raises(ism.MeshError, match="0 values for 3"):
-            transfer(dino, None, "ico:2", method=method)
+            transfer(dino, [], "ico:2", method=method)
 
 
 @pytest.mark.skipif(shutil.which("wb_command") is None, reason="Connectome Workbench is not installed")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bodies import random_body
@@ -30,7 +32,7 @@ def towards(limit, share):
 def test_of_candidates_that_gain_nothing_the_best_wins_in_any_order(order):
     field = candidates(4.0, 2.0, 3.0, 5.0)
     best = race([field[k] for k in order], lambda candidate: candidate, 0.1)
-    assert best is field[1]
+    assert best.x is field[1].x
 
 
 def test_steps_go_on_until_a_round_gains_no_more_than_its_price():
@@ -39,6 +41,13 @@ def test_steps_go_on_until_a_round_gains_no_more_than_its_price():
     assert ends == sorted(ends, reverse=True)
     assert ends[0] < 9
     assert ends[-1] == pytest.approx(1, abs=0.01)
+
+
+def test_a_candidate_that_is_predicted_to_gain_less_than_the_price_takes_no_steps():
+    [start] = candidates(9.0)
+    settled = replace(start, further=0.01)
+    assert race([settled], towards([1.0], 0.5), 0.02) is settled
+    assert race([settled], towards([1.0], 0.5), 1e-3).mean < 2
 
 
 def test_a_candidate_that_falls_behind_does_not_win_by_where_it_would_end():
@@ -51,7 +60,7 @@ def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
     sizes = [50, 200, 600, 1000, 2000, 5000, 10**6]
     prices, layouts = ([count(n) for n in sizes] for count in (ism.Effort().price, ism.Effort().layouts))
     assert prices == sorted(prices)
-    assert ism.Effort().least_gain <= prices[0] < prices[-1] <= 5 * ism.Effort().least_gain
+    assert ism.Effort().least_gain <= prices[0] < prices[-1] <= 8 * ism.Effort().least_gain
     assert layouts == sorted(layouts, reverse=True)
     assert (layouts[0], layouts[-1]) == (5, 1)
     assert ism.Effort(holes=0).layouts(100) == 0
@@ -63,7 +72,7 @@ def plan_of(result, x, polish):
 
 def test_a_plan_says_what_starts_and_why():
     v, f = ism.samples.make("sphere", n_vertices=500)
-    good = ism.spherical_conformal_map(v, f, ism.Auto(polish=None))
+    good = ism.spherical_conformal_map(v, f, method=ism.Auto(polish=None))
     stays = plan_of(good, good.sphere, None)
     assert (stays.starts, stays.price) == (0, np.inf)
     asked = plan_of(good, good.sphere, "angles")
@@ -81,4 +90,4 @@ def test_a_result_explains_what_was_decided():
     lines = result.explain().splitlines()
     assert lines[0] == f"auto: {result.run.plan}"
     assert [line.split(":")[0] for line in lines[1:1 + len(result.rounds)]] == [each.start for each in result.rounds]
-    assert ism.spherical_conformal_map(*ism.samples.sphere(42), "gu-yau").explain().startswith("gu-yau: ")
+    assert ism.spherical_conformal_map(*ism.samples.sphere(42), method="gu-yau").explain().startswith("gu-yau: ")

@@ -211,7 +211,7 @@ def test_the_poles_gauge_holds_a_spring_better():
 @pytest.mark.parametrize(("circumferences", "around"), [(14, 20), (160, 8)])  # 88 and 1,005 nepers
 def test_a_worm_longer_than_float64_is_deep_is_whole_at_ends_of_axes(circumferences, around):
     v, f = worm(circumferences, around)
-    result = spherical_conformal_map(v, f, Auto())
+    result = spherical_conformal_map(v, f, method=Auto())
     assert result.certificate.folding_free
     assert (result.gauge, result.stretch) == ("poles", 1)
     assert any("at ends of the axes" in note for note in result.notes)
@@ -224,7 +224,7 @@ def test_a_worm_longer_than_float64_is_deep_is_whole_at_ends_of_axes(circumferen
 @pytest.mark.parametrize(("circumferences", "around"), [(330, 3), (250, 6)])  # 1,980 and 1,650 nepers at least
 def test_limbs_beyond_the_range_of_float64_are_shortened(circumferences, around):
     v, f = worm(circumferences, around)
-    result = spherical_conformal_map(v, f, Auto(effort=Effort(systems=0)))
+    result = spherical_conformal_map(v, f, method=Auto(effort=Effort(systems=0)))
     assert result.certificate.folding_free
     assert (result.gauge, result.stretch > 1) == ("poles", True)
     floor = ring_floor(v, f, np.arange(1, len(v) - 1).reshape(-1, around))

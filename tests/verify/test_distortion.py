@@ -81,7 +81,7 @@ def test_faces_of_zero_area_are_infinite_not_an_error():
     v = X.copy()
     v[F[0, 0]] = v[F[0, 1]]
     assert np.isinf(ism.log_area_ratios(v, F, X)[0])
-    assert ism.balanced_spherical_map(v, F, 1).certificate.folding_free
+    assert ism.balanced_spherical_map(v, F, balance=1).certificate.folding_free
 
 
 

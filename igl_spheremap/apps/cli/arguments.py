@@ -50,7 +50,7 @@ def effort(text: str) -> Effort:
     """A type of arguments for argparse: what a repair may cost.
 
     >>> effort("systems=5,holes=0")
-    Effort(systems=5, holes=0, least_gain=0.025, polish_gain=0.004)
+    Effort(systems=5, holes=0, least_gain=0.015, polish_gain=0.004)
     """
     try:
         words = dict(part.split("=") for part in text.split(","))
@@ -197,7 +197,7 @@ OPTIONS = (
            "centred shortens the limbs; and whether the Moebius freedom is held fixed (lai2014): centred, the default, "
            "or free"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
-             "systems=20, holes=5, least_gain=0.025 and polish_gain=0.004 are the defaults", type=effort),
+             "systems=20, holes=5, least_gain=0.015 and polish_gain=0.004 are the defaults", type=effort),
     choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
            "never negative (lai2014)"),
     choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014): areas, the "

@@ -239,7 +239,7 @@ def run(surface: PaperSurface, method: Method, listener: Listener | None = None)
     record = _Timed(surface.f, listener)
     n = len(surface.v)
     try:
-        result = spherical_conformal_map(surface.v, surface.f, method, listener=record)
+        result = spherical_conformal_map(surface.v, surface.f, method=method, listener=record)
     except (MapError, FactorisationFailed) as error:
         return Outcome(str(error), record.seconds, sphere=np.full((n, 3), np.nan))
     seconds = record.seconds

@@ -6,7 +6,6 @@ import itertools
 import math
 import os
 import traceback
-from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -17,9 +16,9 @@ from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import IntArray
-from ...result.run import Iterate
+from ...result.run import Iterate, Listener
 from . import window
-from .choices import LENGTH, RATE, SIZE, SUBJECTS
+from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid
 from .window import imgui, implot, ps
 
@@ -93,20 +92,20 @@ class ColouredApp(App):
         self.show_subject(self.subjects[frame])
 
 
-def open_for(args: Namespace, title: str, instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
-    """Start polyscope as the arguments ask, or raise a DisplayError, before anything is computed.
+def open_for(pictures: Pictures, title: str = "igl_spheremap",
+             instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
+    """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
     The error of a window names what writes a file `instead`: flags of the command line, or arguments.
     """
-    offscreen = bool(args.screenshot or args.video)
-    if args.screenshot:
-        window.check_picture(args.screenshot)
-    if args.video:
-        window.check_video(Path(args.video))
+    if pictures.screenshot is not None:
+        window.check_picture(pictures.screenshot)
+    if pictures.video is not None:
+        window.check_video(Path(pictures.video))
     try:
-        window.open_window(title, tuple(args.size), offscreen)
+        window.open_window(title, pictures.size, pictures.offscreen)
     except DisplayError as error:
-        hint = "" if offscreen else f" ({instead})"
+        hint = "" if pictures.offscreen else f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
 
 
@@ -119,31 +118,30 @@ def present(
 ) -> list[dict[str, Any]]:
     """Open a window with an app, or write a picture or a video of it if `target` names one."""
     picture = target is not None and Path(target).suffix.lower() in window.PICTURES
-    video = target is not None and not picture
-    args = Namespace(
-        screenshot=target if picture else None, video=target if video else None, size=size, frame=None, length=LENGTH,
-        fps=RATE,
-    )  # fmt: skip
-    open_for(args, title, "screenshot(result, 'map.png'), play(v, f, target='run.gif')")
-    return run_app(build(), args)
+    pictures = Pictures(screenshot=target if picture else None, video=None if picture else target, size=size)
+    open_for(pictures, title, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
+    return run_app(build(), pictures)
 
 
-def run_app(app: App, args: Namespace) -> list[dict[str, Any]]:
-    """Run an app as the arguments ask, and return the facts of each picture that was written."""
-    progress = getattr(args, "progress", None)
+def run_app(app: App, pictures: Pictures, *, progress: Any = None,
+            listener: Listener | None = None) -> list[dict[str, Any]]:
+    """Run an app in a window, or write pictures of it and return the facts of each.
+
+    `progress` shows how far a video is; `listener` hears the iterates of a run that is computed first.
+    """
     try:
-        if not (args.screenshot or args.video):
+        if not pictures.offscreen:
             show_app(app)
             return []
-        app.prepare(getattr(args, "listener", None))
+        app.prepare(listener)
         ps.set_user_callback(lambda: draw_app(app))
         shown = []
-        if args.screenshot:
-            app.go_to(_frame(app, args.frame))
-            window.save(args.screenshot)
+        if pictures.screenshot is not None:
+            app.go_to(_frame(app, pictures.frame))
+            window.save(pictures.screenshot)
             shown.append(app.facts())
-        if args.video:
-            shown += write_video(app, Path(args.video), args.length, args.fps, progress)
+        if pictures.video is not None:
+            shown += write_video(app, Path(pictures.video), pictures.length, pictures.fps, progress)
         return shown
     finally:
         ps.clear_user_callback()

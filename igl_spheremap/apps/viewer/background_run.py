@@ -136,7 +136,7 @@ class BackgroundRun:
 
     def _take_mesh(self, source: Source) -> None:
         self.mesh = check_mesh(*source)
-        self._recording = Recording(self.mesh.f, self._budget)
+        self._recording = Recording(self.mesh.f, budget=self._budget)
 
     def _take_iterates(self, content: tuple[float, list[Iterate]]) -> None:
         self.seconds, iterates = content

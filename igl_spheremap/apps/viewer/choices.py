@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import dataclass
 
 #: Width and height in pixels of a window, of the player's, of a registration's, of a comparison's and
 #: of a map's between surfaces.
@@ -31,6 +32,35 @@ SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortio
 SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
 #: What colours can show that a map carries from one surface to another.
 CARRIED = ("checkerboard", "places", "distortion")
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What is written of a program with a picture; without a file it is a window.
+
+    Attributes
+    ----------
+    screenshot, video : str or path, optional
+        Files of one picture, and of all frames.
+    size : (int, int)
+        Width and height in pixels.
+    frame : int, optional
+        Which one `screenshot` shows.
+    length, fps : int
+        Different pictures of a video at most, and pictures a second.
+    """
+
+    screenshot: str | os.PathLike[str] | None = None
+    video: str | os.PathLike[str] | None = None
+    size: tuple[int, int] = SIZE
+    frame: int | None = None
+    length: int = LENGTH
+    fps: int = RATE
+
+    @property
+    def offscreen(self) -> bool:
+        """Whether there is no window."""
+        return self.screenshot is not None or self.video is not None
 
 
 def guess_up(name: str, structure: str | None = None) -> str:

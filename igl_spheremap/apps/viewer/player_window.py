@@ -269,9 +269,9 @@ class PlayerWindow(Player):
 def play(
     v: ArrayLike,
     f: ArrayLike,
-    method: str | Method = "lai2014",
-    target: str | os.PathLike[str] | None = None,
     *,
+    method: str | Method = "lai2014",
+    out: str | os.PathLike[str] | None = None,
     up: str = "auto",
     size: tuple[int, int] = PLAYER_SIZE,
     keep: float = KEEP,
@@ -290,7 +290,7 @@ def play(
         Faces.
     method : str or options of a method
         What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
-    target : path, optional
+    out : path, optional
         Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
         pictures), in place of opening a window; needs no display.
     up : str
@@ -321,14 +321,14 @@ def play(
     --------
     >>> import igl_spheremap as ism
     >>> ism.play(*ism.samples.make("dino"))                             # doctest: +SKIP
-    >>> ism.play(*ism.samples.make("dino"), "lai2014", "foldings.gif")  # doctest: +SKIP
+    >>> ism.play(*ism.samples.make("dino"), method="lai2014", out="foldings.gif")  # doctest: +SKIP
     """
     mesh = check_mesh(v, f)
     method = method if isinstance(method, Method) else METHODS[method]()
-    kind = PlayerWindow if target is None else Player
+    kind = PlayerWindow if out is None else Player
     load = partial(_load, mesh.v, mesh.f)
     budget = round(1e6 * keep)
-    return present(lambda: kind(load, _GIVEN, method, up=up, budget=budget), target, size=size)
+    return present(lambda: kind(load, _GIVEN, method, up=up, budget=budget), out, size=size)
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

@@ -171,7 +171,7 @@ def test_a_kept_run_is_the_run(small, tmp_path):
         assert np.array_equal(value, getattr(recalled, key)), key
     assert len(fresh.energies) == len(fresh.clock) == fresh.iterations + len(fresh.rounds)
     assert (np.diff(fresh.clock) >= 0).all()
-    result = ism.spherical_conformal_map(surface.v, surface.f, "lai2014")
+    result = ism.spherical_conformal_map(surface.v, surface.f, method="lai2014")
     assert np.array_equal(fresh.sphere, result.sphere)
     assert fresh.rounds[0]["foldings_after"] == result.rounds[0].foldings_after
 

@@ -26,7 +26,7 @@ def test_the_buttons_of_a_result_write_picture_video_and_the_map_that_is_shown(t
 from igl_spheremap.apps.viewer.result_view import ResultView
 os.chdir({str(tmp_path)!r})
 app.LENGTH = 4
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(700, 300)), 'test')
+app.open_for(Pictures('unused.png', size=(700, 300)))
 v, f = ism.samples.make('spheroid', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result)
@@ -59,7 +59,7 @@ from igl_spheremap.samples import from_spec
 os.chdir({str(tmp_path)!r})
 app.LENGTH = 5
 if __name__ == '__main__':
-    app.open_for(Namespace(screenshot='unused.png', video=None, size=(1100, 400)), 'test')
+    app.open_for(Pictures('unused.png', size=(1100, 400)))
     shown = PlayerWindow(from_spec, 'spheroid:n_vertices=400', METHODS['lai2014']())
     shown.prepare()
     shown.go_to(shown.last_frame())

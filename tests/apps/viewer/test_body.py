@@ -61,7 +61,7 @@ small, (a, b, c) = v.copy(), f[np.argmax(v[f, 2].mean(axis=1))]
 small[a] = (v[b] + v[c]) / 2 + 1e-6 * (v[b] + v[c] - 2 * v[a])  # just across the edge opposite
 small[a] /= np.linalg.norm(small[a])
 folded = ism.certify(small, f).flipped
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(800, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(800, 400)))
 view = PartsView([[Part('surface', small, f), Part('map', small, f, folded=folded)]])
 ps.set_user_callback(lambda: app.draw_app(view))
 red = []

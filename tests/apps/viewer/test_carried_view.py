@@ -9,8 +9,8 @@ _VIEW = """
 from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.draw.palette import LINES
 from igl_spheremap.shapes.locate import Location
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(1200, 500)), 'test')
-a, b = (ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=400), 1) for name in ('pear', 'dumbbell'))
+app.open_for(Pictures('unused.png', size=(1200, 500)))
+a, b = (ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=400), balance=1) for name in ('pear', 'dumbbell'))
 front = np.argsort(-a.vertices[:, 1])[[40]]
 onto = ism.SurfaceMap(a, b, front, Location(np.array([0]), np.eye(3)[:1]))
 view = CarriedView(onto)

@@ -42,7 +42,7 @@ def test_the_squares_of_a_conformal_map_are_squares_on_the_surface():
     mesh = ism.check_mesh(*ism.samples.make("spheroid", n_vertices=4000))
     angles = []
     for balance in (0, 1):
-        x = ism.balanced_spherical_map(mesh.v, mesh.f, balance).sphere
+        x = ism.balanced_spherical_map(mesh.v, mesh.f, balance=balance).sphere
         corners = checkerboard(mesh, x).checks.reshape(-1, 3, 2)
         flat = np.concatenate((corners, np.zeros((len(mesh.f), 3, 1))), axis=2).reshape(-1, 3)
         away = np.ptp(corners, axis=1).max(axis=1) < 1  # near a pole a face is wider than a square
@@ -57,7 +57,7 @@ def test_caps_are_grey_and_count_in_no_scale():
     x = ism.spherical_conformal_map(v, f).sphere.copy()
     top = int(v[:, 2].argmax())
     x[top] *= -1  # the largest of all errors
-    mesh = ism.check_mesh(v, f, caps)
+    mesh = ism.check_mesh(v, f, caps=caps)
     around = (f == top).any(axis=1)
     assert caps[around].all()
     for subject in ("foldings", "angle differences", "area distortion"):

@@ -12,7 +12,7 @@ pytestmark = needs_drawing
 def test_a_comparison_judges_as_the_library_does():
     figures = drive("""
 from igl_spheremap.apps.viewer.compare import Comparison
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(1000, 680)), 'test')
+app.open_for(Pictures('unused.png', size=(1000, 680)))
 v, f = ism.samples.make('dino', n_vertices=1500)
 maps = {'Gauss map': ism.gauss_map(v, f), 'auto': ism.spherical_conformal_map(v, f).sphere}
 shown = Comparison(ism.check_mesh(v, f), maps)
@@ -48,7 +48,7 @@ landmarks = np.argsort(-x[:, 2])[:8]  # in front
 targets = x[landmarks] * [-1, -1, 1]
 planted = x.copy()
 planted[landmarks[0]] = np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(1200, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(1200, 400)))
 parts = [landmark_part('surface', mesh, x, landmarks), landmark_part('map', mesh, x, landmarks, targets),
          landmark_part('folded', mesh, planted, landmarks, targets)]
 view = PartsView([parts])

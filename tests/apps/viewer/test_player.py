@@ -29,7 +29,7 @@ def red(image):
     return int(((r > 150) & (g < 110) & (b < 90)).sum())
 
 def player(name, method, kind=Player, **options):
-    app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 360)), 'test')
+    app.open_for(Pictures('unused.png', size=(900, 360)))
     shown = kind(from_spec, name, METHODS[method](**options))
     ps.set_user_callback(lambda: app.draw_app(shown))
     return shown
@@ -50,7 +50,7 @@ def dino_run():
 def test_a_run_in_another_process_is_the_run_here(dino_run):
     v, f = ism.samples.make("dino", n_vertices=1500)
     recording = Recording(f)
-    here = ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    here = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
     assert (dino_run.result.sphere == here.sphere).all()
     # all iterates but those that repeat the map before, at the start of a minimisation
     same = "harmonic", 0

@@ -188,7 +188,7 @@ def test_no_body_leaves_its_cell_however_large_and_no_label_leaves_it_in_500_pix
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
 from igl_spheremap.apps.viewer.grid import text_width, wrapped
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(500, 300)), 'test')
+app.open_for(Pictures('unused.png', size=(500, 300)))
 v, f = ism.samples.make('dino', n_vertices=1500)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, 'a caption that is ' + 9 * 'long ', result=result)
@@ -223,7 +223,7 @@ figures = dict(room=min(widths), border=left, green=[int(green[green > panel].mi
 def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(900, 400)))
 v, f = ism.samples.make('spheroid', n_vertices=1500)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='area distortion')
@@ -248,7 +248,7 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x 
 def test_a_moebius_map_moves_the_image_and_a_vertex_is_picked_on_either_side():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(900, 400)))
 v, f = ism.samples.make('spheroid', n_vertices=3000)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='checkerboard')
@@ -285,7 +285,7 @@ figures = dict(before=before, after=mean(), moved=moved.tolist(), free=ism.certi
 def test_the_lens_goes_to_the_vertex_that_is_picked_and_from_cluster_to_cluster():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(900, 400)))
 v, f = ism.samples.make('spheroid', n_vertices=300)
 result = ism.spherical_conformal_map(v, f)
 planted = result.sphere.copy()
@@ -325,7 +325,7 @@ figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain)
 def test_the_small_sphere_covers_nothing_of_the_large_one():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
-app.open_for(Namespace(screenshot='unused.png', video=None, size=(900, 400)), 'test')
+app.open_for(Pictures('unused.png', size=(900, 400)))
 result = ism.spherical_conformal_map(*ism.samples.make('sphere', n_vertices=300))
 view = ResultView(result.mesh, result.sphere)
 gaps = []

@@ -68,7 +68,7 @@ figures['files'] = sorted(os.listdir())
 """)
     v, f = ism.samples.make("dumbbell", n_vertices=300)
     recording = ism.Recording(f)
-    ism.spherical_conformal_map(v, f, "lai2014", listener=recording)
+    ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
     repeated = "harmonic", 0
     shown = [frame for frame in recording.frames if (frame.iterate.stage, frame.iterate.iteration) != repeated]
     counts = [frame.foldings for frame in shown]

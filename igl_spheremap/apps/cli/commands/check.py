@@ -43,7 +43,7 @@ def run_check(args: Namespace) -> Exit:
         if (plane := find_plane_map(args)) is None:
             raise
         return check_plane_map(args, *plane)
-    mesh = check_mesh(pair.source.v, pair.source.f, pair.source.caps)
+    mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
     checked = certify_radius(x, mesh.f)

@@ -4,7 +4,6 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +14,14 @@ from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....maps.variational import landmark_map, p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray
-from ....mesh.timings import stage
 from ....result.findings import certificate_numbers
 from ....result.recording import Recording, plot_run
-from ....result.run import Iterate, Listener, Status, title_of
+from ....result.run import Iterate, title_of
 from ....sphere.rows import unit_rows
+from ....verify.certificate import Certificate
 from ...report import write_report
 from ..arguments import chosen_method, given
-from ..exits import Exit, Interrupt, UsageError
+from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_source, read_points
 from ..output import (
     LISTED,
@@ -30,14 +29,12 @@ from ..output import (
     aligned,
     check_outputs,
     check_plots,
-    keeps_target,
     target_format,
     write_plot,
     write_target,
 )
 from ..progress import measures
-
-_LISTENING = "listening"
+from ..workflow import map_and_report
 
 
 def run_map(args: Namespace) -> Exit:
@@ -73,7 +70,7 @@ def run_landmarks(args: Namespace) -> Exit:
     options = _variational(args)
     return _map_by(
         args,
-        lambda v, f, **more: landmark_map(v, f, vertices, targets, weights, **options, **more),
+        lambda v, f, **more: landmark_map(v, f, vertices, targets, landmark_weights=weights, **options, **more),
         lambda found, result: _misses(found, result.sphere[vertices], targets, vertices),
     )
 
@@ -97,10 +94,7 @@ def _map_by(
     solve: Callable[..., SphereMap],
     more: Callable[[Findings, SphereMap], None] = lambda found, result: None,
 ) -> Exit:
-    """Map by a function of v, f, caps and a listener.
-
-    `more` adds to what was found. Exit.OK means that the numbers in the file are certified.
-    """
+    """Map by a function of v, f, caps and a listener; `more` adds to what was found."""
     check_outputs(args, surface=True)
     check_plots(args)
     if args.radius is not None and target_format(args).name == "NPZ":
@@ -110,47 +104,25 @@ def _map_by(
                          ".ply file")
     source = load_source(args)
     recording = Recording(source.f) if args.report is not None or args.plot is not None else None
-    result, interrupted = _map(source, args, solve, recording)
-    if keeps_target(args, result.certificate, interrupted):
-        assert interrupted is not None
-        return interrupted
-    written = write_target(
-        args,
-        lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
-                               metadata=source.metadata),
-    )
-    page = None if recording is None else _write_reports(args, source, result, recording)
-    found = _findings(source, args, result, written)
-    more(found, result)
-    found.written(plot=args.plot, report=page)
-    found.report(args)
-    if interrupted is not None:
-        return interrupted
-    certified = result.certificate.folding_free and written.certificate.folding_free
-    return Exit.OK if certified else Exit.UNCERTIFIED
 
-
-def _map(
-    source: InputMesh, args: Namespace, solve: Callable[..., SphereMap], recording: Listener | None
-) -> tuple[SphereMap, Exit | None]:
-    """The map, and the exit status if a signal ended it early."""
     def log(iterate: Iterate) -> None:
         args.progress.write(f"{title_of(iterate)}: {measures(iterate)}, tau {iterate.tau:.2e}")
 
-    args.progress.stage(f"mapping {source.name}")
-    with Interrupt() as interrupt:
-        listeners = (recording, log if args.verbose else args.progress.listener(source.f), interrupt)
+    def write(result: SphereMap) -> tuple[Certificate, Findings]:
+        written = write_target(
+            args,
+            lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
+                                   metadata=source.metadata),
+        )
+        found = _findings(source, args, result, written)
+        more(found, result)
+        return written.certificate, found
 
-        @stage(_LISTENING)
-        def listen(iterate: Iterate) -> None:
-            for listener in filter(None, listeners):
-                listener(iterate)
-
-        result = solve(source.v, source.f, caps=source.caps, listener=listen)
-        timings = dict(result.timings)  # without the time of the progress line and the recording
-        run = replace(result.run, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
-        result = replace(result, run=run)
-    return result, interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
+    return map_and_report(
+        args, source.name, lambda listener: solve(source.v, source.f, caps=source.caps, listener=listener),
+        (recording, log if args.verbose else args.progress.listener(source.f)), write,
+        lambda result: None if recording is None else _write_reports(args, source, result, recording),
+    )  # fmt: skip
 
 
 def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> Path | None:

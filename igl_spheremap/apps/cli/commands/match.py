@@ -19,6 +19,7 @@ from ....mesh.arrays import IntArray
 from ....result.findings import certificate_numbers
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
+from ...viewer.choices import Pictures
 from ..exits import Exit, UsageError
 from ..inputs import STREAM, InputMesh, load_source
 from ..output import Findings, check_outputs, write_target
@@ -38,10 +39,9 @@ def run_match(args: Namespace) -> Exit:
         format_of(path)
     check_outputs(args, surface=True)
     whole = args.target.lower().endswith(".npz")
-    pictured = args.show or args.screenshot or args.video
-    args.frame = None
-    if pictured:
-        open_for(args, "igl_spheremap")
+    pictures = Pictures(args.screenshot, args.video, tuple(args.size), length=args.length, fps=args.fps)
+    if args.show or pictures.offscreen:
+        open_for(pictures)
     sources = [load_source(args, name) for name in (args.source, args.other)]
     landmarks = _vertices(args.landmarks, sources) if args.landmarks else None
     if landmarks and len(landmarks[0]) != len(landmarks[1]):
@@ -75,8 +75,9 @@ def run_match(args: Namespace) -> Exit:
     if args.overlay:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
     found.report(args)
-    if pictured:
-        run_app(CarriedView(result, up=args.up or sources[0].up, subject=args.colours), args)
+    if args.show or pictures.offscreen:
+        view = CarriedView(result, up=args.up or sources[0].up, subject=args.colours)
+        run_app(view, pictures, progress=args.progress)
     return Exit.OK
 
 
@@ -86,7 +87,7 @@ def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
     if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)
     args.progress.stage(f"mapping {source.name} to the sphere")
-    return balanced_spherical_map(source.v, source.f, 1.0, caps=source.caps,
+    return balanced_spherical_map(source.v, source.f, balance=1.0, caps=source.caps,
                                   listener=args.progress.listener(source.f))
 
 

@@ -5,7 +5,7 @@ import shlex
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -20,14 +20,15 @@ from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
 from ....plane.plane_map import PlaneMap, in_space, plane_findings, plane_rows
 from ....result import findings
-from ....result.run import Status
+from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ...report import write_plane_report
 from ...viewer.choices import guess_up
-from ..exits import Exit, Interrupt
+from ..exits import Exit
 from ..inputs import STREAM, read_any
-from ..output import Findings, check_outputs, check_plots, keeps_target, write_plot
+from ..output import Findings, check_outputs, check_plots, write_plot
+from ..workflow import map_and_report
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,31 +65,27 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     check_outputs(args, surface=not is_patch(args.target) and args.target != STREAM)
     check_plots(args)
     source = _load(args)
-    args.progress.stage(f"mapping {source.name}")
-    with Interrupt() as interrupt:
-        show = args.progress.listener(source.f)
+    shown = args.progress.listener(source.f)
 
-        def listen(iterate: Any) -> None:
-            interrupt(iterate)
-            if iterate.x.shape[1] == 3:
-                show(iterate)
+    def show(iterate: Iterate) -> None:
+        if iterate.x.shape[1] == 3:
+            shown(iterate)
 
+    def solved(listener: Listener) -> PlaneMap:
         try:
-            result = solve(source.v, source.f, balance=args.balance, listener=listen)
+            return solve(source.v, source.f, balance=args.balance, listener=listener)
         except MeshError as error:
             raise MeshError(f"{source.name}: {error}") from None
-    stopped = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
-    if keeps_target(args, result.certificate, stopped):
-        return stopped or Exit.OK
-    args.progress.stage(f"writing {args.target}")
-    written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
-    if args.plot is not None:
-        write_plot(args.plot, result.plot(os.path.basename(source.name)))
-    page = None
-    if args.report is not None:
-        args.progress.stage(f"drawing the report in {args.report}")
-        page = write_plane_report(args.report, result, source=os.path.basename(source.name),
-                           command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
+
+    def write(result: PlaneMap) -> tuple[Certificate, Findings]:
+        args.progress.stage(f"writing {args.target}")
+        written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
+        return written, _findings(source, args, result, written)
+
+    return map_and_report(args, source.name, solved, [show], write, lambda result: _draw(args, source, result))
+
+
+def _findings(source: InputDisk, args: Namespace, result: PlaneMap, written: Certificate) -> Findings:
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
     labels = {"mesh", "method", "note"}
@@ -99,11 +96,18 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     as_written = "certified as written" if written.folding_free else f"but as written it is {written}"
     found.add("written", f"{args.target}, {as_written}")
     found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
-    found.written(plot=args.plot, report=page)
-    found.report(args)
-    if stopped is not None:
-        return stopped
-    return Exit.OK if result.certificate.folding_free and written.folding_free else Exit.UNCERTIFIED
+    return found
+
+
+def _draw(args: Namespace, source: InputDisk, result: PlaneMap) -> Path | None:
+    """The map as a picture, and as a page, which is returned."""
+    if args.plot is not None:
+        write_plot(args.plot, result.plot(os.path.basename(source.name)))
+    if args.report is None:
+        return None
+    args.progress.stage(f"drawing the report in {args.report}")
+    return write_plane_report(args.report, result, source=os.path.basename(source.name),
+                              command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
 
 
 def _load(args: Namespace) -> InputDisk:

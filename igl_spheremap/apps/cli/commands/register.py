@@ -13,7 +13,7 @@ from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
 from ...viewer.app import open_for, run_app
-from ...viewer.choices import REGISTRATION_SIZE
+from ...viewer.choices import REGISTRATION_SIZE, Pictures
 from ...viewer.compare import registration_view
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
@@ -34,9 +34,9 @@ def run_register(args: Namespace) -> Exit:
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    args.video, args.frame, args.size = None, None, REGISTRATION_SIZE
-    if args.show or args.screenshot:
-        open_for(args, "igl_spheremap", "--screenshot OUT.png")
+    pictures = Pictures(args.screenshot, size=REGISTRATION_SIZE)
+    if args.show or pictures.offscreen:
+        open_for(pictures, instead="--screenshot OUT.png")
     pair = load_pair(args)
     source, target = pair.source, read_source(args.other, stage=args.progress.stage)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(target, args.other_sphere).map()
@@ -55,8 +55,8 @@ def run_register(args: Namespace) -> Exit:
     found.add("written", f"{args.target}: {written.certificate}", target=args.target,
               certificate=certificate_numbers(written.certificate))
     found.report(args)
-    if args.show or args.screenshot:
-        run_app(registration_view(*maps, result, features, names[0] if features else "depth"), args)
+    if args.show or pictures.offscreen:
+        run_app(registration_view(*maps, result, features, names[0] if features else "depth"), pictures)
     return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
 
 

@@ -20,8 +20,8 @@ from ....mesh.check import check_mesh
 from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.texture import checker_image, texture_atlas
-from ....shapes.transfer import transfer
-from ....shapes.weights import apply_matrix, largest, transfer_weights
+from ....shapes.transfer import transfer, transfer_matrix
+from ....shapes.weights import apply_matrix, largest
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
 from ..exits import UsageError
@@ -72,8 +72,8 @@ def run_transfer(args: Namespace) -> None:
         metadata["labels"] = table or ()
     result = pair.map()
     args.progress.stage(f"locating {len(there[0])} points on {pair.name}")
-    weights = transfer_weights(result, there) if args.method == "adaptive-area" else None
-    matrix = transfer(result, None, there, matrix=True) if weights is None else weights.matrix
+    weights = transfer_matrix(result, there, method=args.method)
+    matrix, received, areas, own_areas = weights.matrix, weights.received, weights.areas, weights.source_areas
     carried = {key: apply_matrix(matrix, values, labels) for key, values in maps.items()}
     write_scalars(args.target, carried, force=args.force, metadata=metadata)
     if args.matrix is not None:
@@ -87,8 +87,8 @@ def run_transfer(args: Namespace) -> None:
         low, high = found.figures["maps"][key] = float(values.min()), float(values.max())
         kind = f"{len(np.unique(values))} labels, " if labels else ""
         found.add("written", f"{args.target}: {key}, {kind}{low:.4g} to {high:.4g}")
-        if weights is not None and not labels:
-            before, kept, own = weights.source_areas @ maps[key], weights.received @ values, weights.areas @ values
+        if received is not None and areas is not None and own_areas is not None and not labels:
+            before, kept, own = own_areas @ maps[key], received @ values, areas @ values
             found.add("integral", f"{key}: {before:.6g}, kept to {abs(kept - before):.2g} by the areas that came to "
                       f"each vertex; {own:.6g} by those of the surface resampled on {args.to}")
             found.figures.setdefault("integrals", {})[key] = {"source": before, "received": kept, "target": own}
@@ -116,7 +116,7 @@ def run_grid(args: Namespace) -> None:
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
     args.progress.stage(f"sampling {source.name}")
-    grid = to_grid(pair.map(), values, args.kind, args.rows, columns=args.columns)
+    grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
@@ -153,7 +153,7 @@ def run_harmonics(args: Namespace) -> None:
     source = pair.source
     values = None if args.data is None else read_data(args.data, source)
     args.progress.stage(f"expanding {source.name}")
-    harmonics = spherical_harmonics(pair.map(), values, args.degree)
+    harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
     found = Findings(target=args.target)
     found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
               source=source.name, sphere=pair.name)
@@ -218,7 +218,7 @@ def run_export(args: Namespace) -> None:
     if args.show in _TEXTURES:
         # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
         cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
-        atlas = texture_atlas(pair.x, source.f, args.show, cut=cut)
+        atlas = texture_atlas(pair.x, source.f, projection=args.show, cut=cut)
         write_textured(target, source.v, source.f, atlas, image, force=args.force)
         vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
         kind = "cut along the seam" if cut else "the mesh as it is"

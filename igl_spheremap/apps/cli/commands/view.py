@@ -12,7 +12,7 @@ from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ...viewer.app import open_for, run_app
-from ...viewer.choices import SHOWN, guess_up
+from ...viewer.choices import SHOWN, Pictures, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
@@ -31,7 +31,8 @@ def run_view(args: Namespace) -> None:
     igl-spheremap view lh.pial lh.sphere.conformal --show angles
     igl-spheremap view bunny_map.npz --screenshot bunny.png
     """
-    open_for(args, "igl_spheremap")
+    pictures = _pictures(args)
+    open_for(pictures)
     try:
         source, result, caption = _map(args)
     except (MeshError, UsageError, FileError):
@@ -40,13 +41,17 @@ def run_view(args: Namespace) -> None:
         args.progress.close()
         found, p = plane
         name, up = os.path.basename(found.name), args.up or guess_up(args.source)
-        run_app(plane_view(name, check_disk(found.v, found.f), p, up), args)
+        run_app(plane_view(name, check_disk(found.v, found.f), p, up), pictures, progress=args.progress)
         return
     args.progress.close()
     up = args.up or source.up
-    panel = not (args.screenshot or args.video)
-    view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show], panel=panel, result=result)
-    run_app(view, args)
+    view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show],
+                      panel=not pictures.offscreen, result=result)
+    run_app(view, pictures, progress=args.progress)
+
+
+def _pictures(args: Namespace) -> Pictures:
+    return Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
 
 
 def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
@@ -66,7 +71,7 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
             pass
     args.progress.stage(f"mapping {source.name}")
     listener = args.progress.listener(source.f)
-    result = balanced_spherical_map(source.v, source.f, args.balance, method=args.method, caps=source.caps,
+    result = balanced_spherical_map(source.v, source.f, balance=args.balance, method=args.method, caps=source.caps,
                                     listener=listener)
     return source, result, caption_of(result)
 
@@ -81,16 +86,16 @@ def run_play(args: Namespace) -> None:
     """
     check_outputs(args)
     method = chosen_method(args)
-    open_for(args, "igl_spheremap")
+    pictures = _pictures(args)
+    open_for(pictures)
     source = load_source(args)
     args.progress.stage(f"mapping {source.name}")
-    args.listener = args.progress.listener(source.f)
     load = partial(_load, source)
     up = args.up or source.up
-    pictures = bool(args.screenshot or args.video)
-    kind = Player if pictures else PlayerWindow
-    frames = run_app(kind(load, source.name, method, up=up, budget=round(1e6 * args.keep)), args)
-    if pictures:
+    kind = Player if pictures.offscreen else PlayerWindow
+    frames = run_app(kind(load, source.name, method, up=up, budget=round(1e6 * args.keep)), pictures,
+                     progress=args.progress, listener=args.progress.listener(source.f))
+    if pictures.offscreen:
         found = Findings(source=source.name, method=args.method, frames=frames)
         for k, frame in enumerate(frames):
             found.add(f"picture {k}", f"{frame['title']}: {frame['foldings']} folded")

@@ -277,7 +277,7 @@ def test_landmarks_come_from_a_file_and_their_misses_are_reported(tmp_path, caps
     figures = tmp_path / "figures.json"
     words = ["landmarks", SOURCE, str(out), "--points", str(points), "--weight", "50", "--json", str(figures)]
     assert main(words) == 0
-    expected = ism.landmark_map(V, F, vertices, targets, weights).sphere
+    expected = ism.landmark_map(V, F, vertices, targets, landmark_weights=weights).sphere
     assert np.allclose(read_mesh(out).v, expected, atol=1e-12)
     unit = targets / np.linalg.norm(targets, axis=1)[:, None]
     misses = np.degrees(np.arccos((expected[vertices] * unit).sum(axis=1)))
@@ -297,7 +297,7 @@ def test_landmarks_of_two_surfaces_are_lists_of_vertices(own, other, tmp_path):
     write_mesh(tmp_path / "b.ply", x := samples.sphere(42)[0], samples.sphere(42)[1])
     words = ["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(tmp_path / f"a.{own}")]
     assert main([*words, "--onto", str(tmp_path / f"b.{other}"), str(tmp_path / "b.ply"), "-q"]) == 0
-    expected = ism.landmark_map(V, F, [5, 100, 200], x[[7, 11, 13]], 100.0).sphere
+    expected = ism.landmark_map(V, F, [5, 100, 200], x[[7, 11, 13]], landmark_weights=100.0).sphere
     assert np.array_equal(read_mesh(tmp_path / "out.obj").v, expected)
 
 

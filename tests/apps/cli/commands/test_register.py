@@ -152,7 +152,7 @@ def test_hemispheres_of_a_brain(monkeypatch, tmp_path):
     for side, word in (("lh", "left"), ("rh", "right")):
         v, f = read_mesh(fsaverage[f"white_{word}"])
         write_mesh(f"{side}.white", v, f)
-        ism.write_map(f"{side}.white.balanced", ism.balanced_spherical_map(v, f, 0.85))
+        ism.write_map(f"{side}.white.balanced", ism.balanced_spherical_map(v, f, balance=0.85))
         for name, key in (("sulc", "sulc"), ("thickness", "thick")):
             write_scalars(f"{side}.{name}", {name: read_scalars(fsaverage[f"{key}_{word}"]).popitem()[1]})
     options = ["--reflect", "--feature", "sulc=rh.sulc,lh.sulc", "--stages", "rotation,moebius", "--json", "out.json"]
