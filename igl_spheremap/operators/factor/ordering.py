@@ -12,6 +12,9 @@ from .graph_sphere import graph_sphere
 
 #: The cutting planes are medians over a sample of this many vertices a leaf.
 _SAMPLE = 2
+#: A vertex with more than so many times sqrt(n) neighbours is a hub, which the best of separators would hold: that many
+#: vertices would fill more than it does. (Amestoy, Davis and Duff 2004, *Algorithm 837: AMD*, put such rows last, too.)
+_HUB = 10
 
 
 @dataclass(frozen=True)
@@ -73,10 +76,12 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     graph = renumbered(P, local)
     graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
-    x = np.ascontiguousarray(graph_sphere(graph).T)
+    hub = np.diff(graph.indptr) > _HUB * np.sqrt(n)
+    body, x = np.flatnonzero(~hub), np.zeros((3, n))
+    x[:, body] = graph_sphere(graph[body][:, body] if hub.any() else graph).T  # hubs would draw all to one place
     sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)
     path = _follow(x, _cutting_planes(x.take(sample, axis=1), depth))
-    height = _separator_heights(graph, path, depth)
+    height = _separator_heights(graph, path, depth, hub)
     # Last leaf of the vertex's part, then height: children before their separator.
     key = (path | ((np.int64(1) << height) - 1)) * 64 + height
     order = np.sort(key * n + np.arange(n)) % n
@@ -107,11 +112,11 @@ def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.nd
     return path
 
 
-def _separator_heights(graph: sp.csr_matrix, path: np.ndarray, depth: int) -> np.ndarray:
-    """Height of the part that each vertex separates: 0 for none.
+def _separator_heights(graph: sp.csr_matrix, path: np.ndarray, depth: int, hub: np.ndarray) -> np.ndarray:
+    """Height of the part that each vertex separates: 0 for none, `depth` for hubs.
 
-    An edge is cut at the highest bit in which its ends' paths differ. Its end in the upper half goes to
-    the separator, unless one of its ends went to a higher one already.
+    An edge is cut at the highest bit in which its ends' paths differ. Its end with more edges cut there
+    goes to the separator, the one in the upper half if they have as many, unless one of its ends went to a higher one.
     """
     rows = np.repeat(np.arange(graph.shape[0], dtype=np.int32), np.diff(graph.indptr))
     upper = np.flatnonzero(path[rows] > path[graph.indices])
@@ -120,9 +125,13 @@ def _separator_heights(graph: sp.csr_matrix, path: np.ndarray, depth: int) -> np
     order = np.argsort(-cut, kind="stable")
     rows, columns = rows[order], columns[order]
     last = np.cumsum(np.bincount(cut, minlength=depth + 1)[::-1])
-    height = np.zeros(graph.shape[0], np.int64)
+    height = np.where(hub, depth, 0)
     for i, level in enumerate(range(depth, 0, -1)):
         these = slice(last[i - 1] if i else 0, last[i])
         r, c = rows[these], columns[these]
-        height[r[(height[r] == 0) & (height[c] == 0)]] = level
+        left = (height[r] == 0) & (height[c] == 0)
+        r, c = r[left], c[left]
+        edges = np.bincount(np.concatenate((r, c)), minlength=len(height))
+        height[c[edges[c] > edges[r]]] = level
+        height[r[height[c] == 0]] = level
     return height

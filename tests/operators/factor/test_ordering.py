@@ -93,3 +93,23 @@ def test_graph_sphere_keeps_neighbours_together():
     np.testing.assert_allclose(np.linalg.norm(x, axis=1), 1.0, rtol=1e-12)
     assert np.median(np.linalg.norm(x[edges.row] - x[edges.col], axis=1)) < 4.0 / np.sqrt(P.shape[0])
     assert np.abs(x.mean(axis=0)).max() < 0.5
+
+
+def wheels(n, hubs):
+    """Strips of n vertices that end in each other, whose every vertex is a neighbour of a hub, one for each part."""
+    i = np.arange(n)
+    ends = np.concatenate((i, i, i)), np.concatenate(((i + 1) % n, (i + 2) % n, n + i * hubs // n))
+    A = sp.coo_matrix((np.ones(3 * n), ends), shape=(n + hubs, n + hubs)).tocsr()
+    A = A + A.T
+    return (sp.diags_array(np.asarray(A.sum(axis=1)).ravel() + 1) - A).tocsr()
+
+
+@pytest.mark.parametrize("hubs", [1, 2, 20])
+@pytest.mark.parametrize("shuffle", [None, 0])
+def test_hubs_fill_no_more_than_others(hubs, shuffle):
+    """A vertex with thousands of neighbours separates; its neighbours in its place would fill the factor."""
+    P = wheels(6000, hubs)
+    if shuffle is not None:
+        order = np.random.default_rng(shuffle).permutation(P.shape[0])
+        P = P[order][:, order].tocsr()
+    assert fill(P, nested_dissection(P).order) < 20 * P.shape[0]
