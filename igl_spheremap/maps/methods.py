@@ -40,10 +40,10 @@ _PROJECTIONS = 40
 
 
 def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
-         start: FloatArray | None = None) -> SphereMap:
+         start: FloatArray | None = None, symmetric: bool = False) -> SphereMap:
     """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
 
-    The map is certified free of foldings, unless a listener stopped it.
+    The map is certified free of foldings, unless a listener stopped it, or it is to be `symmetric` (`plan_repair`).
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
@@ -57,7 +57,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     if 2 * certificate.foldings > len(mesh.f):
         x = fix_orientation(x, mesh.f)
         certificate = Certificate.of(x, mesh.f)
-    plan = plan_repair(mesh, x, certificate, options.polish, options.effort)
+    plan = plan_repair(mesh, x, certificate, options.polish, options.effort, symmetric)
     try:
         if plan.starts:
             x, run = repair(mesh, x, run, plan, operators, listener, centred=options.gauge == "centred",

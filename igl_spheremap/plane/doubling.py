@@ -20,11 +20,12 @@ from ..sphere.rows import unit_rows, weighted_moment
 _TOLERANCE = 1e-5
 
 
-def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, SphereMap]:
+def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) -> tuple[FloatArray, SphereMap]:
     """Images (n, 2) of a disk's vertices in the unit disk, the boundary on the circle, and the map of the double.
 
     The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
-    reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric.
+    reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric, or
+    where only an embedding would unfold it, which is not done if it is to be `symmetric`.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))
@@ -32,7 +33,7 @@ def double_map(disk: Disk, listener: Listener | None) -> tuple[FloatArray, Spher
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener)
+    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, symmetric=symmetric)
     x, other = result.sphere, np.concatenate((copy, inside))
     y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")
     if y[inside, 2].mean() < 0:

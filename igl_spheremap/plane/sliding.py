@@ -63,18 +63,28 @@ def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,
 
 
 def _conformal(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
-    """A conformal map without foldings: by doubling, or else by sliding."""
-    if len(disk.f) > 1:  # a triangle has no double
-        try:
-            p, double = double_map(disk, listener)
-        except (FactorisationFailed, FoldingsRemain):
-            pass
-        else:
-            if Certificate.of_plane(p, disk.f, disk.rim).folding_free or double.status is Status.STOPPED:
-                return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
+    """A conformal map without foldings: by doubling, else by sliding, else by a double that is embedded."""
+    if found := _doubled(disk, listener, symmetric=True):
+        return found
     p, run = slid_map(disk, listener)
+    if run.status is Status.STALLED and (found := _doubled(disk, listener, symmetric=False)):
+        return found
     note = "the doubled surface folds faces: the boundary was slid along the circle instead"
     return p, replace(run, notes=(note,) if len(disk.f) > 1 and run.status is not Status.STALLED else ())
+
+
+def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
+    """The map by doubling, if it is free of foldings, or was stopped."""
+    if len(disk.f) == 1:  # a triangle has no double
+        return None
+    try:
+        p, double = double_map(disk, listener, symmetric)
+    except (FactorisationFailed, FoldingsRemain):
+        return None
+    free = double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free
+    if free or double.status is Status.STOPPED:
+        return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
+    return None
 
 
 def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:

@@ -40,6 +40,8 @@ class Plan:
         Share of the mean angle difference that further steps have to gain; infinite if none are taken.
     why : str
         What decided.
+    embeds : bool
+        Whether what folds may be embedded.
     """
 
     itself: bool
@@ -47,6 +49,7 @@ class Plan:
     holes: int
     price: float
     why: str
+    embeds: bool = True
 
     @property
     def starts(self) -> int:
@@ -64,8 +67,13 @@ class Plan:
 
 
 @stage("plan")
-def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort) -> Plan:
-    """The plan for a map, by what folds, its angles, and what steps are predicted to gain."""
+def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort,
+                symmetric: bool = False) -> Plan:
+    """The plan for a map, by what folds, its angles, and what steps are predicted to gain.
+
+    Of a mesh with a symmetry that its map is to have large foldings are not embedded, which would spoil the symmetry,
+    unless the mesh is so small that several layouts may start.
+    """
     free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
     price = effort.polish_gain if polish == "angles" else effort.price(n)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
@@ -76,7 +84,8 @@ def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str
             layouts = effort.layouts(n) if mean > POOR else 0
             why = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
             holes = effort.holes if coarse else max(0, layouts - 1)
-            return Plan(few, layouts if few else max(1, layouts), holes, price, why)
+            embeds = few or layouts > 1 or not symmetric
+            return Plan(few, layouts if few else max(1, layouts), holes, price, why, embeds)
     if polish is None:
         return Plan(not free, 0, 0, np.inf, folded)
     if polish == "angles" or is_worth_steps(mesh, x, price, harmonic=True):

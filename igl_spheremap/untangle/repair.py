@@ -143,7 +143,9 @@ class _Repair:
 
     def embedded(self, x: FloatArray, mended: FloatArray | None = None, stretch: float = 1.0,
                  gauge: str = "centred") -> Candidate | None:
-        """A map repaired locally, given what small moves make of it, if that is known."""
+        """A map repaired locally, given what small moves make of it, if that is known; None if the plan has no such."""
+        if not self.plan.embeds:
+            return None
         with self.attempt("embedding"):
             return self.record("embedding", repair_locally(self.mesh, x, mended=mended), stretch, gauge)
         return None

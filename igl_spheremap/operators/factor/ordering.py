@@ -12,7 +12,7 @@ from .graph_sphere import graph_sphere
 
 #: The cutting planes are medians over a sample of this many vertices a leaf.
 _SAMPLE = 2
-#: A vertex with more than so many times sqrt(n) neighbours is a hub, which the best of separators would hold: that many
+#: A vertex with more than this many times sqrt(n) neighbours is a hub, which the best separator would hold: that many
 #: vertices would fill more than it does. (Amestoy, Davis and Duff 2004, *Algorithm 837: AMD*, put such rows last, too.)
 _HUB = 10
 
