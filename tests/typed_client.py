@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import igl_spheremap as ism
+from igl_spheremap.io.records import LoadedMesh
+from igl_spheremap.result.mesh_info import MeshInfo
 
 
 def watch(iterate: ism.Iterate) -> None:
@@ -29,10 +31,10 @@ def main() -> str:
     sphere: NDArray[np.float64] = result.sphere
     angles: NDArray[np.float64] = ism.angle_differences(v, f, sphere)
     assert angles.shape == f.shape
-    mesh: ism.LoadedMesh = ism.read_mesh("sample:sphere:n_vertices=42")
+    mesh: LoadedMesh = ism.read_mesh("sample:sphere:n_vertices=42")
     ball: ism.SphereMap = ism.spherical_conformal_map(mesh, method="auto", tolerance=1e-2)
     assert ism.angle_differences((mesh.v, mesh.f), ball.sphere).shape == mesh.f.shape
-    found: ism.MeshInfo = ism.info(mesh)
+    found: MeshInfo = ism.info(mesh)
     loops: list[tuple[int, ...]] = [part.boundary_loops for part in found.topology.components]
     assert loops == [()]
     assert ism.certify(ball.sphere, ism.check_mesh(v=mesh.v, f=mesh.f))

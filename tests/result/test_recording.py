@@ -5,7 +5,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.result.recording import Recording, linear_below, objective, plot_run
-from igl_spheremap.result.run import Iterate
+from igl_spheremap.result.run import Iterate, Step
 
 
 def feed(recording, x, lengths):
@@ -75,7 +75,7 @@ def test_the_latest_iterate_is_always_there():
 
 
 def step(stage, energy):
-    return ism.Step(stage, 0, 0, energy, 0.0, 0.0)
+    return Step(stage, 0, 0, energy, 0.0, 0.0)
 
 
 def test_what_is_minimised_falls_in_its_curve():
