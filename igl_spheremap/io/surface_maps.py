@@ -11,6 +11,7 @@ from ..correspondence.surface_map import SurfaceMap, checked_location
 from ..errors import FileError, MeshError, own_errstate
 from ..shapes.locate import Location
 from ..shapes.rotation import RotationCandidate
+from ..verify.certificate import Certificate
 from . import npz
 from .formats import PathLike
 from .reading import reading
@@ -23,7 +24,7 @@ _OWN = ("landmarks", "goal_faces", "goal_weights", "rotations", "correlations", 
 
 
 @own_errstate
-def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False) -> None:
+def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False) -> Certificate:
     """Write a map from one surface to another with all that is known of it.
 
     `read_map` reads the source's map to the sphere, in the frame of the target's, from the same file; its array
@@ -38,6 +39,11 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     force : bool
         Replace an existing file.
 
+    Returns
+    -------
+    Certificate
+        Of the source's map, of the numbers in the file.
+
     Raises
     ------
     FileError
@@ -50,10 +56,10 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     >>> import igl_spheremap as ism
     >>> onto = ism.match(*(ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid")))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_surface_map(f"{folder}/onto.npz", onto)
+    ...     check = ism.write_surface_map(f"{folder}/onto.npz", onto)
     ...     again = ism.read_surface_map(f"{folder}/onto.npz")
-    >>> bool((again.positions == onto.positions).all())
-    True
+    >>> check.folding_free, bool((again.positions == onto.positions).all())
+    (True, True)
     """
     if Path(path).suffix.lower() != ".npz":
         raise FileError(f"{path}: a map between surfaces is written to .npz files")
@@ -67,6 +73,7 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     }  # fmt: skip
     with replacing(path, force) as partial:
         npz.write_arrays(partial, arrays, {"mark": mark_of(result.map)})
+        return Certificate.of(npz.read_arrays(partial)["sphere"], result.map.faces)
 
 
 @own_errstate
@@ -96,7 +103,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     >>> import igl_spheremap as ism
     >>> a = ism.balanced_spherical_map(*ism.samples.make("pear", n_vertices=300), balance=1)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a))
+    ...     check = ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a))
     ...     ism.read_surface_map(f"{folder}/onto.npz")
     SurfaceMap(300 vertices onto 300, 0 landmarks)
     """

@@ -167,7 +167,7 @@ def write_map(
     radius: float | None = None,
     surface: bool = False,
     metadata: Metadata | None = None,
-) -> SphereCheck:
+) -> Certificate:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
 
     The file carries a mark of what made it from what, see `read_mark`. STL files lose the order of the vertices.
@@ -191,8 +191,8 @@ def write_map(
 
     Returns
     -------
-    SphereCheck
-        The certificate of the file. Where rounding to float32 folds the map, vertices are moved to repair it; what
+    Certificate
+        Of the numbers in the file. Where rounding to float32 folds the map, vertices are moved to repair it; what
         can't be repaired is written all the same.
 
     Raises
@@ -207,9 +207,22 @@ def write_map(
     >>> import igl_spheremap as ism
     >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=300))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_map(f"{folder}/sphere.ply", result).certificate.folding_free
+    ...     ism.write_map(f"{folder}/sphere.ply", result).folding_free
     True
     """
+    return write_checked(path, result, force=force, radius=radius, surface=surface, metadata=metadata).certificate
+
+
+def write_checked(
+    path: PathLike,
+    result: SphereMap,
+    *,
+    force: bool = False,
+    radius: float | None = None,
+    surface: bool = False,
+    metadata: Metadata | None = None,
+) -> SphereCheck:
+    """`write_map`, with the radius of the sphere in the file, and how many vertices float32 made move."""
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path).name != "NPZ":
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,

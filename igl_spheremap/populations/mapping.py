@@ -14,7 +14,7 @@ from ..errors import FileError
 from ..io.files import read_mesh
 from ..io.records import LoadedMesh
 from ..io.replacing import check_writable
-from ..io.written_map import make_mark, read_mark, write_map
+from ..io.written_map import make_mark, read_mark, write_checked
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
@@ -68,7 +68,7 @@ class Options(Task[Job]):
                 raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
                                 "force=True replaces it")
         result = _map(v, f, caps, self)
-        written = write_map(target, result, force=True, metadata=loaded.metadata)
+        written = write_checked(target, result, force=True, metadata=loaded.metadata)
         certificate = written.certificate
         moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
         figures = {

@@ -173,7 +173,7 @@ def test_a_sphere_beside_its_surface_is_written_and_read(result, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     path = tmp_path / "both.ply"
     check = write_map(path, result, surface=True)
-    assert check.certificate.folding_free
+    assert check.folding_free
     assert b"property double z\nproperty double px\nproperty double py\nproperty double pz\n" in path.read_bytes()[:400]
     assert np.array_equal(read_mesh(path).v, result.vertices)
     assert np.array_equal(read_sphere(path).v, result.sphere)

@@ -378,4 +378,4 @@ class SaveWidgets:
         found = result()
         if found is None:
             return "there is no result yet"
-        return f"wrote {path}: {write_map(path, found, force=True).certificate}"
+        return f"wrote {path}: {write_map(path, found, force=True)}"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ....descent.energies import HarmonicEnergy
 from ....errors import FileError, MeshError
-from ....io.written_map import certify_radius, write_map
+from ....io.written_map import certify_radius, write_checked
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import FloatArray, check_directions
 from ....mesh.check import check_mesh
@@ -111,7 +111,7 @@ def run_repair(args: Namespace) -> Exit:
     result = repair_foldings(source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f))
     written = write_target(
         args,
-        lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
+        lambda path: write_checked(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
     )
     unit = unit_rows(x.astype(np.float64))
     found = Findings(sphere=pair.name, target=args.target)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ....io.written_map import SphereCheck, write_map
+from ....io.written_map import SphereCheck, write_checked
 from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....maps.variational import landmark_map, p_harmonic_map
@@ -111,7 +111,7 @@ def _map_by(
     def write(result: SphereMap) -> tuple[Certificate, Findings]:
         written = write_target(
             args,
-            lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
+            lambda path: write_checked(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
                                    metadata=source.metadata),
         )
         found = _findings(source, args, result, written)

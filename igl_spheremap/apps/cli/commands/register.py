@@ -8,7 +8,7 @@ import numpy as np
 
 from ....correspondence import STAGES
 from ....correspondence.registration import WIDTHS, Registration, reflected, register
-from ....io.written_map import write_map
+from ....io.written_map import write_checked
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
@@ -45,7 +45,7 @@ def run_register(args: Namespace) -> Exit:
     listener = args.progress.listener(maps[0].faces)
     result = register(*maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener)
     out = _of_the_file(result.map) if args.reflect else result.map
-    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata))
+    written = write_target(args, lambda path: write_checked(path, out, force=args.force, metadata=source.metadata))
     found = Findings()
     found.mesh("source", source)
     found.mesh("onto", target)
