@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 HERE = Path(__file__).parent
-#: What is no benchmark: shared code, and a program for another Python.
+#: What is not a benchmark: shared code, and a program for another Python.
 SHARED = {"__init__", "__main__", "common", "unwrap3d_flow"}
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS")
 

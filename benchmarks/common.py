@@ -29,7 +29,7 @@ def parser(doc: str) -> argparse.ArgumentParser:
 
 
 def load(source: str, level: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """A file, or "sample:SPEC", loop-subdivided so many times."""
+    """A file, or "sample:SPEC", loop-subdivided this many times."""
     sample = source.startswith("sample:")
     v, f = ism.samples.from_spec(source.removeprefix("sample:")) if sample else ism.read_mesh(source)
     for _ in range(level):
@@ -89,7 +89,7 @@ def in_process(*words: object, package: Path = ROOT, seconds: int | None = None)
 
 
 def time_limit(seconds: int | None) -> dict[str, Any]:
-    """Arguments of `subprocess.run` by which a process ends after so many CPU seconds; on Windows, seconds."""
+    """Arguments of `subprocess.run` by which a process ends after this many CPU seconds; on Windows, seconds."""
     if seconds is None:
         return {}
     if os.name == "nt":

@@ -146,7 +146,7 @@ def main(words: list[str] | None = None) -> None:
     line.add_argument("--jsonl", type=Path)
     line.add_argument("--only", default="", help="names that contain this")
     line.add_argument("--sliding", action="store_true")
-    line.add_argument("--largest", type=float, default=np.inf, help="vertices of a disk at the most")
+    line.add_argument("--largest", type=float, default=np.inf, help="vertices of a disk at most")
     args = line.parse_args(words)
     warnings.simplefilter("ignore")
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in methods()}

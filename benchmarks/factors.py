@@ -2,8 +2,8 @@
 
     python -m benchmarks factors MESH ... [--levels 0]
 
-MESH is a file or "sample:SPEC", loop-subdivided so many times. Each factor is made in a process of its own, three times
-in one, and the least time counts. Prints a table: factor / solve, memory in MB.
+MESH is a file or "sample:SPEC", loop-subdivided this many times. Each factor is made in a process of its own, three
+times in one, and the least time counts. Prints a table: factor / solve, memory in MB.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def without_disc(v, f, share, rng):
 
 
 def near_rim(f, rows, rings=3):
-    """Which of these faces are within so many rings of a hole."""
+    """Which of these faces are within this many rings of a hole."""
     near = np.zeros(f.max() + 1, dtype=bool)
     near[np.intersect1d(f[rows], np.delete(f, rows, axis=0))] = True
     for ring in range(rings):

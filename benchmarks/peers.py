@@ -35,11 +35,11 @@ from .common import DOCS, IMAGES, ROOT, in_process, load, measured, parser, pypl
 Array = np.ndarray
 Competitor = Callable[[Array, Array], "Array | ism.SphereMap"]
 
-#: Flow: stop when the radius varies by less than this share of it, or after so many steps.
+#: Flow: stop when the radius varies by less than this share of it, or after this many steps.
 _ROUND, _FLOW_STEPS = 1e-3, 60
 #: Flow: length of a step in time, the surface being scaled to unit area.
 _FLOW_TIME = 1.0
-#: Rounds for meshes of up to so many vertices.
+#: Rounds for meshes of up to this many vertices.
 ROUNDS = ((300_000, 3), (10**9, 1))
 #: A competitor that took longer than this, in seconds, is not repeated.
 LONG = 20.0

@@ -23,7 +23,7 @@ _FIRST = 5000  # no test has seeds from here on
 
 
 def main(argv: list[str]) -> None:
-    """Map so many random meshes."""
+    """Map this many random meshes."""
     arguments = parser(__doc__)
     arguments.add_argument("kind", choices=("bodies", "triangulations"))
     arguments.add_argument("--count", type=int, default=1000)

@@ -41,7 +41,7 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("--mesh", default="sample:brain:n_vertices=240000")
     arguments.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
     arguments.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
-    arguments.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by so many maps, and print JSON")
+    arguments.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by this many maps, and print JSON")
     options = arguments.parse_args(argv)
     if options.checkout is None:
         by_backend(*load(options.mesh), options.backends, options.maps or 3)

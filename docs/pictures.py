@@ -49,7 +49,7 @@ from igl_spheremap.result.recording import plot_run
 from igl_spheremap.verify.signs import folded_faces
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Pictures are reduced to so many colours: no difference is seen, and they are a quarter as large.
+#: Pictures are reduced to this many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
 _CHECKS = 24  # squares of a checkerboard along a flat map
 #: Logarithms of the conformal factor at the ends of the colours.

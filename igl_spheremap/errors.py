@@ -47,7 +47,7 @@ class Remedy:
 
 
 class MeshError(ValueError):
-    """The input is no closed, oriented, connected genus-0 triangle mesh.
+    """The input is not a closed, oriented, connected genus-0 triangle mesh.
 
     The message is one line: what is wrong, where (the first indices), and what repairs it.
 

@@ -61,7 +61,7 @@ class SphereMapAccessor:
         Raises
         ------
         MeshError
-            If the mesh is no closed triangle mesh of genus 0.
+            If the mesh is not a closed triangle mesh of genus 0.
         """
         return self._sphere(spherical_conformal_map(self._mesh, method=method, **options))
 
@@ -83,7 +83,7 @@ class SphereMapAccessor:
         Raises
         ------
         MeshError
-            If the mesh is no closed triangle mesh of genus 0.
+            If the mesh is not a closed triangle mesh of genus 0.
         """
         return self._sphere(balanced_spherical_map(self._mesh, balance=balance, method=method))
 
@@ -103,7 +103,7 @@ class SphereMapAccessor:
         Raises
         ------
         MeshError
-            If the faces are no closed triangle mesh of genus 0.
+            If the faces are not a closed triangle mesh of genus 0.
         """
         return certify(self._mesh, source)
 
@@ -127,7 +127,7 @@ class SphereMapAccessor:
         Raises
         ------
         MeshError
-            If the mesh is no closed triangle mesh of genus 0.
+            If the mesh is not a closed triangle mesh of genus 0.
         """
         if sphere is None:
             sphere = self.map()

@@ -33,7 +33,7 @@ def body_and_rings(seed, depth, limbs, around, noise):
 
 
 def grow(rng, v, f, at, depth, around, noise):
-    """A tube of so many nepers and vertices around, in place of the star next to `at`; points along it; its rings."""
+    """A tube of this many nepers and vertices around, in place of the star next to `at`; points along it; its rings."""
     used = np.unique(f)
     centre = int(used[np.argmin(np.linalg.norm(v[used] - at, axis=1))])
     star = (f == centre).any(axis=1)
@@ -121,7 +121,7 @@ def stitch(a, at, b, bt):
 
 
 def worm(circumferences, around=20):
-    """A tube so many circumferences long, of so many vertices around, bent a little so that nothing is symmetric."""
+    """A tube this many circumferences long, of this many vertices around, bent a bit so that nothing is symmetric."""
     length = 2 * np.pi * circumferences
     s = np.linspace(-length / 2, length / 2, int(length / (2 * np.pi / around)))
     r = np.sqrt(np.maximum(1 - np.maximum(np.abs(s) - (length / 2 - 1), 0) ** 2, 0))[1:-1, None]

@@ -27,7 +27,7 @@ from .energy import BalancedEnergy
 from .flat_faces import FlatFaces, log_areas
 from .kept_factor import KeptFactor
 
-#: Weight of the areas at the most: at 1 nothing would hold the angles, and .03 costs areas two percent.
+#: Weight of the areas at most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 MOST_WEIGHT = 0.97
 #: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
 #: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (docs/balance.md).

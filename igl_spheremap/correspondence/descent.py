@@ -46,7 +46,7 @@ class Stage(NamedTuple):
     guard : float
         Weight of the strain of A's sphere, which alone knows the faces' orientation.
     steps : int
-        Newton steps at the most.
+        Newton steps at most.
     """
 
     size: int | None

@@ -98,8 +98,8 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
         return checked_location(values, result.faces, name)
     index, n = plain_array(values, f"{one}s of {name}"), len(result.sphere)
     if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
-        raise MeshError(f"{one}s of {name} are no list of vertex indices; give one whole number each, at least one, or "
-                        "a Location")
+        raise MeshError(f"{one}s of {name} are not a list of vertex indices; give one whole number each, at least "
+                        "one, or a Location")
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}, but there are vertices 0 to {n - 1}")

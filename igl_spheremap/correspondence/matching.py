@@ -40,7 +40,7 @@ _GUIDE = 0.4
 _SIZES = (642, 2562, None)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
-#: Weights of the sphere's strain, and Newton steps at the most: on the way, and at the end.
+#: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end.
 _GUARD, _LAST_GUARD = 0.05, 0.01
 _STEPS, _LAST_STEPS = 5, 30
 #: What features are smoothed by for rotations and Moebius maps.
@@ -115,7 +115,7 @@ def match(
     ValueError
         If a weight is negative.
     TypeError
-        If a weight is no number, or the listener can't be called.
+        If a weight is not a number, or the listener can't be called.
 
     Examples
     --------

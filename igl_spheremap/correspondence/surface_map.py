@@ -25,7 +25,7 @@ from .stretch import Distortion
 
 #: Places in a face of this share of the size have some four digits.
 _SPECK = 1e-12
-#: Points may be so many sizes of a surface away from it that libigl's squares of distances don't overflow.
+#: Points may be this many sizes of a surface away from it that libigl's squares of distances don't overflow.
 _FAR = 1e100
 
 

@@ -73,7 +73,7 @@ def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is not a closed genus-0 mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -155,7 +155,7 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh or `x` has not one row per vertex.
+        If `v, f` is not a closed genus-0 mesh or `x` has not one row per vertex.
     ValueError
         If p is not above 1.
 

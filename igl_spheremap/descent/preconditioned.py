@@ -25,11 +25,11 @@ from .problem import Problem, SobolevH1
 
 #: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
 TOLERANCE = 1e-3
-#: Steps at the most; on most meshes one or two reach the tolerance.
+#: Steps at most; on most meshes one or two reach the tolerance.
 MAX_ITERATIONS = 30
 #: A rise of the energy by this share of it is rounding.
 _ROUNDING = 1e-13
-#: Halvings of a step at the most. Shorter ones are of bodies with limbs beyond float64, whose maps fold anyway: they
+#: Halvings of a step at most. Shorter ones are of bodies with limbs beyond float64, whose maps fold anyway: they
 #: gained less than 1e-4 of the energy, and went on doing so until rounding stopped them.
 _HALVINGS = 10
 #: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).

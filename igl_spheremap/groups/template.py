@@ -77,7 +77,7 @@ def template(
     rigid : bool, default False
         Take place and pose of the members away, but keep their sizes.
     farthest : float, default 6
-        Members are left out whose distance from the mean is larger than so many times the median of all.
+        Members are left out whose distance from the mean is larger than this many times the median of all.
 
     Returns
     -------

@@ -40,7 +40,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Raises
     ------
     FileError
-        If the file can't be opened or is no regular file, its format is unknown, or the package that reads it is not
+        If the file can't be opened or is not a regular file, its format is unknown, or the package that reads it is not
         installed.
     MeshError
         If it is damaged, empty or no triangle mesh, or would expand to far more memory than its size.

@@ -62,7 +62,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     if final.is_dir():
         raise FileError(f"can't write {path}: it is a directory")
     if final.exists() and not final.is_file():
-        raise FileError(f"can't write {path}: it is no regular file")
+        raise FileError(f"can't write {path}: it is not a regular file")
     if final.exists() and not force:
         raise FileError(f"{path} exists already; force=True replaces it")
     if not final.parent.is_dir():

@@ -114,7 +114,7 @@ def write_scalars(
     Raises
     ------
     MeshError
-        If labels are no whole numbers, or of an .annot file have no table or not each a colour of its own.
+        If labels are not whole numbers, or of an .annot file have no table or not each a colour of its own.
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """

@@ -51,7 +51,7 @@ def template_sphere(name: str, structure: str | None = None) -> tuple[FloatArray
         If the file has not the template's number of vertices.
     """
     if name not in TEMPLATES:
-        raise ValueError(f"{name!r} is no template: choose from {', '.join(TEMPLATES)}")
+        raise ValueError(f"{name!r} is not a template: choose from {', '.join(TEMPLATES)}")
     if name == "fsLR-32k":
         if structure not in ("CortexLeft", "CortexRight"):
             raise FileError(f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
@@ -70,7 +70,7 @@ def _read(sizes: list[int], paths: Iterator[Path], name: str) -> tuple[FloatArra
         if path.is_file():
             x, f = read_sphere(path)
             if len(x) not in sizes:
-                raise MeshError(f"{path} has {len(x)} vertices, not {sizes[0]}; it is no sphere of {name}")
+                raise MeshError(f"{path} has {len(x)} vertices, not {sizes[0]}; it is not a sphere of {name}")
             return x, f
     raise FileError(f"no sphere of {name} is found in the folders of FreeSurfer, nilearn, neuromaps, TemplateFlow and "
                     "HCP; give its file")

@@ -63,7 +63,7 @@ def write_textured(
     FileError
         If the suffix is another one, a file exists and `force` is not set, or writing fails.
     MeshError
-        If `v, f` is no closed genus-0 mesh.
+        If `v, f` is not a closed genus-0 mesh.
     """
     mesh = check_mesh(v, f)
     normals = atlas.carry(igl.per_vertex_normals(mesh.unit, mesh.f))

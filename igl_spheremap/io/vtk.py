@@ -117,7 +117,7 @@ class LegacyFile:
 
 
 def numbers_of(words: Iterable[str | bytes], kind: str) -> NDArray[Any]:
-    """Words as numbers of a type; a ValueError if one is none, an OverflowError if the type does not hold it."""
+    """Words as numbers of a type; a ValueError if one is not one, an OverflowError if the type does not hold it."""
     if kind[0] == "f":
         return np.fromiter(map(float, words), dtype=np.float64).astype(kind)
     whole = np.fromiter(map(int, words), dtype=np.uint64 if kind == "u8" else np.int64)

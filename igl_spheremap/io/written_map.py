@@ -32,7 +32,7 @@ from .records import Metadata
 from .replacing import replacing
 
 _LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
-_HEAD = 4096  # every writer puts the mark within so many bytes
+_HEAD = 4096  # every writer puts the mark within this many bytes
 _MARK = re.compile(rb"igl_spheremap( [!-~]+){3} [0-9a-f]{24}")
 
 
@@ -301,7 +301,7 @@ def _check_written(partial: Path, path: PathLike) -> SphereCheck:
     try:
         return certify_radius(*read_sphere(partial))
     except MeshError as error:
-        # STL holds no indices: where float32 makes vertices coincide, what is welded is no sphere any more.
+        # STL holds no indices: where float32 makes vertices coincide, what is welded is not a sphere any more.
         raise FileError(
             f"can't write {path}: its numbers are too coarse for this map ({error}); write .obj, .ply or .npz"
         ) from error

@@ -55,11 +55,11 @@ def balanced_spherical_map(
     Raises
     ------
     MeshError
-        If `v, f` is no closed, oriented, connected genus-0 mesh.
+        If `v, f` is not a closed, oriented, connected genus-0 mesh.
     ValueError
         If `balance` is not in [0, 1].
     TypeError
-        If it is no number.
+        If it is not a number.
     FoldingsRemain
         If the conformal map has foldings, which "auto" never leaves.
 

@@ -49,11 +49,11 @@ class SphereMapper:
     Raises
     ------
     MeshError
-        If `v, f` is no closed, oriented, connected genus-0 mesh.
+        If `v, f` is not a closed, oriented, connected genus-0 mesh.
     ValueError
         If the backend is unknown or not installed.
     TypeError
-        If `method` is no record of `Auto`.
+        If `method` is not a record of `Auto`.
     RuntimeError
         From `move` and `map`: if another call is at work, of another thread or of a listener's.
 

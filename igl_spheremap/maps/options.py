@@ -30,7 +30,7 @@ class Method(ABC):
     name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Refuse what is no choice, no count or no number before anything is computed."""
+        """Refuse what is not a choice, a count or a number before anything is computed."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
             choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
@@ -89,7 +89,7 @@ class Auto(Method):
     ValueError
         If `gauge` or `polish` is unknown or a number negative or NaN; at the run, if `backend` is unknown.
     TypeError
-        If a number is none, or `max_iterations` not whole.
+        If a value is not a number, or `max_iterations` not whole.
 
     Examples
     --------
@@ -180,7 +180,7 @@ class Lai2014(Method):
         If `bb`, `edge_weights`, `metric`, `stop` or `gauge` is unknown, a number negative or NaN, or `rho`, `delta` or
         `xi` not from 0 to 1.
     TypeError
-        If a number is none, a count not whole, or a switch not True or False.
+        If a value is not a number, a count not whole, or a switch not True or False.
     MapError
         At the run, if a face without area has no cotangent weights, and they may not be mollified.
 
@@ -302,7 +302,7 @@ class GuYau(Method):
     ValueError
         If the step is not between 0 and 2, or a number negative or NaN.
     TypeError
-        If a number is none, or `max_iterations` not whole.
+        If a value is not a number, or `max_iterations` not whole.
 
     References
     ----------
@@ -360,7 +360,7 @@ class Stereographic(Method):
     ValueError
         If `plane` is unknown or a number negative or NaN; at the run, if there is no such face or backend.
     TypeError
-        If a number is none, or a count not whole.
+        If a value is not a number, or a count not whole.
     MapError
         At the run, if the plane map is not finite.
     NotConverged

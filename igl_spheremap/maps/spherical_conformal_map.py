@@ -66,13 +66,13 @@ def spherical_conformal_map(
     Raises
     ------
     MeshError
-        If `v, f` is no closed, oriented, connected genus-0 mesh: one line that says what is wrong, where, and what
+        If `v, f` is not a closed, oriented, connected genus-0 mesh: one line that says what is wrong, where, and what
         would fix it.
     ValueError
         If the method or an option's value is unknown, or a number is negative or NaN.
     TypeError
-        If options of "auto" come with another method, the method is no record, a number none, or the listener can't be
-        called.
+        If options of "auto" come with another method, the method is not a record, a value not a number, or the
+        listener can't be called.
     MapError
         From "stereographic" only: if the plane map is not finite, or (NotConverged) the metric not flat.
 

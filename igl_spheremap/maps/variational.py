@@ -298,7 +298,7 @@ def landmark_map(
         surface reaches the target.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the Sobolev metric of smooth fields:
-        it is no L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
+        it is not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
     max_iterations : int
         Maximum number of iterations, 500 by default.
     plateau : float
@@ -352,7 +352,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     """
     index = plain_array(vertices, "landmarks")
     if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
-        raise MeshError("landmarks are no list of vertex indices; give one whole number each, at least one")
+        raise MeshError("landmarks are not a list of vertex indices; give one whole number each, at least one")
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}, but the mesh has vertices 0 to {n - 1}")

@@ -69,7 +69,7 @@ def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positio
     rows = np.ascontiguousarray(array, dtype=np.float64)
     rounded = np.flatnonzero(_rounded(x, array, rows).any(axis=1))
     if len(rounded):
-        raise MeshError(f"{name} of dtype {array.dtype} are no float64 numbers in {count(rounded, 'row')}, "
+        raise MeshError(f"{name} of dtype {array.dtype} are not float64 numbers in {count(rounded, 'row')}, "
                         f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
     return rows
 

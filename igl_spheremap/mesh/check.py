@@ -60,7 +60,7 @@ class Mesh:
 
     @property
     def surface(self) -> slice | BoolArray:
-        """The faces that are no caps, as an index of rows."""
+        """The faces that are not caps, as an index of rows."""
         return slice(None) if self.caps is None else ~self.caps
 
     @cached_property

@@ -15,11 +15,11 @@ from .edges import half_edges_from
 #: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
 _GROWTH = 1.6
 
-#: The first rings of a cap continue the surface, so many of them: a cap that is bent against the surface along a jagged
-#: rim has angles that do not add up to a turn around its vertices. Holes of 30 percent of the area cost 2.1, 1.2, .76
+#: The first rings of a cap continue the surface, this many: a cap that is bent against the surface along a jagged rim
+#: has angles that do not add up to a turn around its vertices. Holes of 30 percent of the area cost 2.1, 1.2, .76
 #: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims.
 _ONWARD = 2
-#: Directions at the edges of a jagged rim alternate; after so many passes they do not.
+#: Directions at the edges of a jagged rim alternate; after this many passes they do not.
 _SMOOTHINGS = 4
 _TINY = np.finfo(np.float64).tiny
 

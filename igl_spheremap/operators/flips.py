@@ -15,7 +15,7 @@ _TOLERANCE = 1e-12
 
 
 def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
-    """Flip edges of a closed mesh until opposite angles sum to pi at the most: lengths and faces of the same surface.
+    """Flip edges of a closed mesh until opposite angles sum to pi at most: lengths and faces of the same surface.
 
     `lengths` belong to the edges opposite the corners. Edges may become loops, or join the same vertices as others do.
     If the bounds on flips end it, the rest of the edges are left as they are.

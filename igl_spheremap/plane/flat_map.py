@@ -96,11 +96,11 @@ def flatten(v: ArrayLike, f: ArrayLike, *, balance: float = 0.7, listener: Liste
     Raises
     ------
     MeshError
-        If `v, f` is no such mesh.
+        If `v, f` is not such a mesh.
     ValueError
         If `balance` is not in [0, 1].
     TypeError
-        If it is no number.
+        If it is not a number.
     FoldingsRemain
         If the disk that it starts from can't be made.
 

@@ -118,7 +118,7 @@ class ConformalEnergy:
         return np.stack(gradient), gram_blocks(self.area * rows, rows)
 
     def _shears(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
-        """The part of each face's map that is no similarity, a complex number as (2, m); its size is s1 - s2."""
+        """The part of each face's map that is not a similarity, a complex number as (2, m); its size is s1 - s2."""
         h = self._hats[:, :, faces]
         a, b = np.ascontiguousarray(x.T).take(self.source.corners[:, faces], axis=1)
         return np.stack(((h[0] * a - h[1] * b).sum(axis=0), (h[1] * a + h[0] * b).sum(axis=0)))

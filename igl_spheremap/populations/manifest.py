@@ -37,7 +37,7 @@ class Fingerprint:
 
 
 def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | None:
-    """The fingerprint of a file, None if it is no regular file that can be read.
+    """The fingerprint of a file, None if it is not a regular file that can be read.
 
     The digest of a `known` one is taken without reading the file if size and time are still the same.
     """
@@ -107,14 +107,14 @@ class Manifest:
         self._results.update(self._earlier())
 
     def _check(self, path: str | os.PathLike[str]) -> None:
-        """Raise a FileError if another run writes the file, or if it is no manifest."""
+        """Raise a FileError if another run writes the file, or if it is not a manifest."""
         if not _lock(self._file):
             raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
                             "manifest=FILE")
         self._file.seek(0)
         begin = self._file.read(len(_BEGIN))
         if begin != _BEGIN[: len(begin)]:
-            raise FileError(f"{path} is no manifest, and is kept; give manifest=FILE")
+            raise FileError(f"{path} is not a manifest, and is kept; give manifest=FILE")
         if begin != _BEGIN:
             self._file.truncate(0)  # its first run was killed as it began
 

@@ -142,7 +142,7 @@ def map_many(
 
 
 def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
-    """The pattern with the parts of each source's path; it is no format string, whose fields can do anything.
+    """The pattern with the parts of each source's path; it is not a format string, whose fields can do anything.
 
     Raises a ValueError unless each source has a target of its own, in a format that keeps the order of vertices.
 

@@ -95,7 +95,7 @@ def check_page(place: str | os.PathLike[str]) -> Path:
     import_optional("PIL", "a report", "io")
     path = page_file(place, "index.html")
     if path.exists() and not (path.is_file() and _OURS in path.read_text(encoding="utf-8", errors="replace")):
-        raise FileError(f"{path} is no page of an earlier report, and is kept; give another place for the report")
+        raise FileError(f"{path} is not a page of an earlier report, and is kept; give another place for the report")
     return path
 
 

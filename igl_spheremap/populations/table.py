@@ -47,8 +47,8 @@ class Outcome:
     source, target : str
         The file that was read and the first one that was written, as they were given.
     status : str
-        "certified"; "folded", if foldings remain; "no mesh", if the input is no closed genus-0 mesh; "file", if a file
-        can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
+        "certified"; "folded", if foldings remain; "no mesh", if the input is not a closed genus-0 mesh; "file", if a
+        file can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
     resumed : bool
         Whether an earlier run made it.
     vertices, foldings : int
@@ -87,8 +87,8 @@ class Row(Outcome):
     source, target : str
         The mesh file and the file of its sphere, as they were given.
     status : str
-        "certified"; "folded", if foldings remain; "no mesh", if the input is no closed genus-0 mesh; "file", if a file
-        can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
+        "certified"; "folded", if foldings remain; "no mesh", if the input is not a closed genus-0 mesh; "file", if a
+        file can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
     resumed : bool
         Whether an earlier run made it.
     vertices, foldings : int
@@ -112,7 +112,7 @@ class Row(Outcome):
     mean_edge, p99_edge, max_edge : float
         The same of the logarithms of image length over source length.
     stretch : float
-        Limbs too deep for float64 are mapped as if up to so many times shorter; 1 if there is none.
+        Limbs too deep for float64 are mapped as if up to this many times shorter; 1 if there is none.
     """
 
     FIGURES: ClassVar[Mapping[str, str]] = {
@@ -173,7 +173,7 @@ def plain(row: Outcome) -> dict[str, Any]:
 
 
 def from_plain(entry: Mapping[str, Any]) -> Outcome:
-    """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it is none."""
+    """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it describes none."""
     values = {}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
     for field in fields(kind):
@@ -240,7 +240,7 @@ def _unquoted(text: str) -> str:
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:
-    """The objects of a file of JSON lines; a line that was cut off or is no JSON is left out."""
+    """The objects of a file of JSON lines; a line that was cut off or is not JSON is left out."""
     for line in file:
         try:
             entry = json.loads(line, parse_constant=_refuse)

@@ -91,7 +91,7 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = budget
-        #: Of so many iterates two are kept, where the number of foldings stays, and where it changes.
+        #: Of this many iterates two are kept, where the number of foldings stays, and where it changes.
         self._strides = [2, 2]
         self._lock = threading.Lock()
         self._frames: list[Frame] = []

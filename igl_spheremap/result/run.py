@@ -222,11 +222,11 @@ class Run:
         "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
         Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
         balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
-        deepest, three at the most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
+        deepest, three at most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
         given. "free", of landmark maps, of p-harmonic maps with p above 2, and of `Lai2014` if asked: as the
         minimisation left it.
     stretch : float
-        Limbs too deep for float64 are mapped as if up to so many times shorter, so that angles are off there; 1 if
+        Limbs too deep for float64 are mapped as if up to this many times shorter, so that angles are off there; 1 if
         there is none.
     plan : str
         Which maps a repair was to try, and why; empty where none was asked for. Files don't keep it.

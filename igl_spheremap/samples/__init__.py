@@ -110,7 +110,7 @@ def from_spec(spec: str) -> Arrays:
     Raises
     ------
     ValueError
-        As for `make`; and if the string has another form, or a value is no number.
+        As for `make`; and if the string has another form, or a value is not a number.
 
     Examples
     --------

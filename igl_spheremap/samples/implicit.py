@@ -12,7 +12,7 @@ from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
 
-_NEGLIGIBLE = 20.0  # limbs so many blend lengths apart are not blended: exp(-20) = 2e-9
+_NEGLIGIBLE = 20.0  # limbs this many blend lengths apart are not blended: exp(-20) = 2e-9
 
 
 @dataclass(frozen=True, eq=False)

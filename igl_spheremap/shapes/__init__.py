@@ -1,4 +1,4 @@
 """Uses of a map: transfer, grids, textures, harmonics, features."""
 
-#: Degrees that are expanded at the most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
+#: Degrees that are expanded at most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
 LARGEST_DEGREE = 1000

@@ -62,7 +62,7 @@ def to_grid(
     ValueError
         If there is no such kind, or no row.
     TypeError
-        If the source is no map.
+        If the source is not a map.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def from_grid(
     Raises
     ------
     MeshError
-        If the grid is no such array.
+        If the grid is not such an array.
     ValueError
         If there is no such kind.
 

@@ -166,7 +166,7 @@ class SphericalHarmonics:
         Raises
         ------
         MeshError
-            If `R` is no rotation.
+            If `R` is not a rotation.
         """
         R = check_rows(R, 3, "the rotation's rows")
         if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-8 and np.linalg.det(R) > 0):
@@ -299,7 +299,7 @@ def spherical_harmonics(
     ValueError
         If `degree` or `oversampling` is out of range.
     TypeError
-        If the source is no map.
+        If the source is not a map.
 
     References
     ----------

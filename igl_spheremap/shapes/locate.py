@@ -86,7 +86,7 @@ class SphereLocator:
     Raises
     ------
     MeshError
-        If `f` is no closed genus-0 mesh on the rows of `x`.
+        If `f` is not a closed genus-0 mesh on the rows of `x`.
     FoldingsRemain
         If the map is not certified folding-free: location would be ambiguous.
 

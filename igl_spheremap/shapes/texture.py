@@ -91,7 +91,7 @@ def texture_atlas(
     Raises
     ------
     MeshError
-        If a point is not finite or at the origin, or `f` is no closed genus-0 mesh on the rows of `x`.
+        If a point is not finite or at the origin, or `f` is not a closed genus-0 mesh on the rows of `x`.
     ValueError
         If the projection is unknown, or has no form without cuts.
 

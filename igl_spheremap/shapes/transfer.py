@@ -229,7 +229,7 @@ def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
     """
     kind, _, depth = to.partition(":")
     if kind != "ico" or not depth.isdigit() or int(depth) > _DEEPEST:
-        raise ValueError(f"{to!r} is no regular sphere: give ico:0 to ico:{_DEEPEST}")
+        raise ValueError(f"{to!r} is not a regular sphere: give ico:0 to ico:{_DEEPEST}")
     return regular_sphere(10 * 4 ** int(depth) + 2)
 
 
@@ -256,7 +256,7 @@ def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, Array
     ValueError
         If `target` is a name of no regular sphere.
     MeshError
-        If `target` is no closed genus-0 mesh.
+        If `target` is not a closed genus-0 mesh.
     FoldingsRemain
         If the map is not certified folding-free.
 

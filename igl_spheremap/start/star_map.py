@@ -44,7 +44,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh.
+        If `v, f` is not a closed genus-0 mesh.
 
     References
     ----------
@@ -106,7 +106,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     Raises
     ------
     MeshError
-        If `v, f` is no closed genus-0 mesh, or `x` has not one finite, nonzero row per vertex.
+        If `v, f` is not a closed genus-0 mesh, or `x` has not one finite, nonzero row per vertex.
     FactorisationFailed
         If the eigenproblem can't be solved, as on flat surfaces.
 

@@ -23,9 +23,9 @@ from ..newton.system import VertexSystem, gram_blocks
 _LEAST_ANGLE = 1e-3
 #: Steps towards the given angles; those after them only close the conditions, and converge quadratically.
 _AIMING = 2
-#: Steps at the most: twice what meshes take whose angles close at all.
+#: Steps at most: twice what meshes take whose angles close at all.
 _STEPS = 16
-#: An angle grows or shrinks by a factor of exp(this) at the most in one step.
+#: An angle grows or shrinks by a factor of exp(this) at most in one step.
 _LONGEST = 1.2
 
 

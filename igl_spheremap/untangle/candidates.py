@@ -58,7 +58,7 @@ def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[Flo
 
 
 def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
-    """A layout, and others by the mesh's own angles around so many holes; none of limbs too deep for Moebius maps."""
+    """A layout, and others by the mesh's own angles around this many holes; none of limbs too deep for Moebius maps."""
     if placed is not None:
         yield onto_sphere(placed, placed.z)
     source = proper_angles(mesh.angles)

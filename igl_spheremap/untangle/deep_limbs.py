@@ -34,7 +34,7 @@ _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
-#: Equilateral triangles are counted as so many vertices of each bin: else to squash an empty bin would cost nothing.
+#: Equilateral triangles are counted as this many vertices of each bin: else to squash an empty bin would cost nothing.
 _SPARE = 0.3
 
 
@@ -227,8 +227,8 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
         W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
 
     w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
-    depth_b that of the deepest. So much of the gain as u_b is of use: all, but where coordinates are finer they are
-    coarser again by what a vertex gains, as long as they are of normal numbers.
+    depth_b that of the deepest. Of the gain u_b is of use: all of it, except where coordinates are finer. There they
+    are coarser again by what a vertex gains, as long as they are of normal numbers.
     """
     at = limb.bins(limb.log_distance)
     bins = int(at.max()) + 1

@@ -13,9 +13,9 @@ _TOGETHER = 3000
 #: Vertices at which the price of steps has grown by half of what it grows by, as factors grow faster than the mesh.
 #: With 8,000 forty of these parts end .2 percent lower, for more time (the same command).
 _MIDDLING = 3000
-#: The price grows by so many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times the
-#: time of the map. With 4, the 47 parts of 700 vertices and more end .2 percent higher, in .95 of the time (the same
-#: command).
+#: The price grows by this many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times
+#: the time of the map. With 4, the 47 parts of 700 vertices and more end .2 percent higher, in .95 of the time (the
+#: same command).
 _GROWTH = 7
 
 
@@ -28,7 +28,7 @@ class Effort:
     Parameters
     ----------
     systems : int, default 20
-        Linear systems with two unknowns a vertex that are solved at the most in a round of Newton steps, one for each
+        Linear systems with two unknowns a vertex that are solved at most in a round of Newton steps, one for each
         step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
         Faces that are cut out in turn, where a map is poor, to lay the mesh out by angles that close. On large meshes
@@ -42,7 +42,7 @@ class Effort:
     Raises
     ------
     TypeError
-        If a number is none.
+        If a value is not a number.
     ValueError
         If a number is negative, or a gain above 1.
 
@@ -61,7 +61,7 @@ class Effort:
     polish_gain: float = 0.004
 
     def __post_init__(self) -> None:
-        """Refuse what is no count and no share."""
+        """Refuse what is not a count or a share."""
         for name in ("systems", "holes"):
             check_whole(getattr(self, name), f"effort: {name}")
         for name in ("least_gain", "polish_gain"):

@@ -37,7 +37,7 @@ _LOST = 0.25
 #: and few enough to lie in the body's middle.
 _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
-#: hundredth of a degree at the most there, and rounding changes them by eps over the length.
+#: hundredth of a degree at most there, and rounding changes them by eps over the length.
 _SHORT = 1e-4
 
 

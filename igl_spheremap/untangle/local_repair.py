@@ -27,19 +27,20 @@ FEW = 0.01
 _MOVED_RINGS = 2
 #: Rings around what a repair moved that are relaxed with it. With 3 ten of 231 maps gain and seven lose, up to a tenth.
 RELAXED_RINGS = 2
-#: Relaxing ends after so many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike.
+#: Relaxing ends after this many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike.
 _SWEEPS, _SETTLED = 30, 0.01
 #: Twice the area that small moves give folded faces, over the square of their longest side: about their least angle in
 #: radians.
 _LEAST_AREA = 1e-3
-#: A map is worse than another if its mean angle difference is so many times that: centring always changes it a little.
+#: A map is worse than another if its mean angle difference is this many times that: centring always changes it a bit.
 _WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
 #: folds faces.
 _OFF_CENTRE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor.
 _OVER_RELAXATION = 1.3
-#: Small moves end after so many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8 degrees.
+#: Small moves end after this many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8
+#: degrees.
 _PATIENCE = 25
 
 

@@ -31,8 +31,9 @@ _SMOOTHING = 0.1
 _SAMPLE_SMOOTHING = 0.03
 #: Degrees: a map without foldings takes no steps if its mean angle difference is below.
 _GOOD = 1.2
-#: Steps gain at least so many times what a sweep over the vertices gains of the differences that can be lowered; polish
-#: gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish MESH ...`).
+#: Steps gain at least this many times what a sweep over the vertices gains of the differences that can be lowered;
+#: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish
+#: MESH ...`).
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of the faces of a harmonic map of which steps gain as much as of any other map.
 _THIN = np.radians(30)

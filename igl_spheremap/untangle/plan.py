@@ -34,7 +34,7 @@ class Plan:
     layouts : int
         How many layouts by angles that close may start.
     holes : int
-        Around how many more faces the body is laid out at the most; more than may start on coarse meshes, where
+        Around how many more faces the body is laid out at most; more than may start on coarse meshes, where
         embedding spoils angles, until a layout does not fold.
     price : float
         Share of the mean angle difference that further steps have to gain; infinite if none are taken.

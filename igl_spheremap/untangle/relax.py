@@ -1,6 +1,6 @@
 """Descent on the angle differences vertex by vertex, with exact signs as the acceptance test.
 
-Vertices that are no neighbours of each other move together, a colour class at a time. Each takes a Newton step of its
+Vertices that are not neighbours of each other move together, a colour class at a time. Each takes a Newton step of its
 own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented. Sweeps move
 limbs hardly, but work where edges are too short or angles too bad for steps of the whole map.
 """
@@ -83,7 +83,7 @@ def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray
                  sweeps: int, tolerance: float = 2e-3) -> FloatArray:
     """Lower the angle differences vertex by vertex, keeping a map that is free of foldings so.
 
-    It ends after so many sweeps, or after one that gains at most the share `tolerance`.
+    It ends after this many sweeps, or after one that gains at most the share `tolerance`.
 
     Examples
     --------

@@ -165,8 +165,8 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     Raises
     ------
     MeshError
-        If `f` is no such mesh on the rows of `x`, or `x` is no (n, 3) or (n, 2) array of real numbers, or one of them
-        (longdouble, a large integer) would be rounded.
+        If `f` is not such a mesh on the rows of `x`, or `x` is not an (n, 3) or (n, 2) array of real numbers, or one of
+        them (longdouble, a large integer) would be rounded.
 
     References
     ----------

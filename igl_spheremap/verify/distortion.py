@@ -38,7 +38,7 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no triangle mesh or `x` has not one row per vertex.
+        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -89,7 +89,7 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no triangle mesh or `x` has not one row per vertex.
+        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -131,7 +131,7 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no triangle mesh or `x` has not one row per vertex.
+        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Raises
     ------
     MeshError
-        If `v, f` is no triangle mesh or `x` has not one row per vertex.
+        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -225,7 +225,7 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     Raises
     ------
     MeshError
-        If `v, f` is no triangle mesh or `x` has not one row per vertex.
+        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray, own_unit
 
-#: The longest runs, at most so many, are compared each with each.
+#: The longest runs, at most this many, are compared each with each.
 _RUNS = 128
 #: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
 _PARTS = 4

@@ -158,7 +158,7 @@ def test_a_curve_of_points_in_faces_goes_to_fewer_points(birds):
     ([([4, 5], [7, 7])], "curve 0 of the target has no length"),
     ([([4, 5], [1, 2]), ([8, 4], [9, 10])], "point 0 of curve 0 and point 1 of curve 1 are one point of the source"),
     ([([4, 5], [1, 2]), ([8, 9], [1, 10])], "point 0 of curve 0 and point 0 of curve 1 are one point of the target"),
-    ([([0.5, 1], [0, 1])], "points of curve 0 of the source are no list of vertex indices"),
+    ([([0.5, 1], [0, 1])], "points of curve 0 of the source are not a list of vertex indices"),
     ([(ism.Location([10**6, 0], np.eye(3)[:2]), [0, 1])], "point 0 of curve 0 of the source is in face 1000000"),
 ])
 def test_wrong_curves_are_named(birds, curves, words):

@@ -128,7 +128,7 @@ def test_stages_report_what_they_did(ball):
 
 
 def warp(x, size):
-    """A smooth bijection of the sphere that is no Moebius map, of degree 3."""
+    """A smooth bijection of the sphere that is not a Moebius map, of degree 3."""
     c = np.zeros((16, 1))
     c[9:, 0] = [1, -1, 0.5, 1, -0.5, 1, -1]
     for _ in range(10):
@@ -224,7 +224,7 @@ def test_limbs_of_conformal_maps_keep_their_certificate(dino):
 
 
 def test_fixed_features_are_the_function_and_its_gradient():
-    """Both of second order, on a sphere that is no regular one."""
+    """Both of second order, on a sphere that is not a regular one."""
     rng = np.random.default_rng(3)
     c, q = rng.normal(size=(25, 1)), unit_rows(rng.normal(size=(300, 3)))
     exact = -np.cross(q, synthesis(turning(c)[:, :, 0].T, q))

@@ -26,7 +26,7 @@ def rough(seed, size=0.3):
 
 
 def wild(seed, exponent, x=X):
-    """Rows whose lengths span twice so many orders of magnitude."""
+    """Rows whose lengths span twice this many orders of magnitude."""
     return x * 10 ** np.random.default_rng(seed).uniform(-exponent, exponent, size=(len(x), 1))
 
 

@@ -45,7 +45,7 @@ class Cluster:
                                 stderr=subprocess.DEVNULL)
 
     def ready(self, workers):
-        """The executor of a client, when so many workers have come."""
+        """The executor of a client, when this many workers have come."""
         deadline = time.monotonic() + 60
         while not os.path.exists(self.file) and time.monotonic() < deadline:
             time.sleep(0.05)

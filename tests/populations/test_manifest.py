@@ -101,7 +101,7 @@ def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
 @pytest.mark.parametrize("text", ["v 0 0 0", "{\n}", '{"run": {}}\n', '{"source": "a.ply"}\n', "[", "\n"])
 def test_no_other_file_is_taken_for_a_manifest(text, tmp_path):
     (tmp_path / "other.json").write_text(text)
-    with pytest.raises(FileError, match="is no manifest"):
+    with pytest.raises(FileError, match="is not a manifest"):
         Manifest(tmp_path / "other.json", RUN)
     assert (tmp_path / "other.json").read_text() == text
 

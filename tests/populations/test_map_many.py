@@ -202,7 +202,7 @@ def test_threads_give_equal_bits(desk):
 
 
 class Counting(ThreadPoolExecutor):
-    """Counts the jobs in flight, and breaks on some of them so many times."""
+    """Counts the jobs in flight, and breaks on some of them this many times."""
 
     def __init__(self, **breaks):
         super().__init__(2)

@@ -86,7 +86,7 @@ def test_a_population_without_maps_has_a_page(desk):
 def test_a_page_of_others_is_kept(desk):
     os.mkdir("page")
     Path("page/index.html").write_text("precious")
-    with pytest.raises(FileError, match="is no page of an earlier report"):
+    with pytest.raises(FileError, match="is not a page of an earlier report"):
         map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
     assert Path("page/index.html").read_text() == "precious"
     assert not Path("100.obj").exists()

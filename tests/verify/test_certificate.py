@@ -153,7 +153,7 @@ def test_numbers_that_float64_would_round_are_refused(dtype):
     x[7] *= 1 + np.finfo(np.longdouble).eps
     if dtype == "int64":
         x = (X * 2**60).astype(np.int64) | 1
-    with pytest.raises(MeshError, match=f"dtype {np.dtype(dtype)} are no float64 numbers"):
+    with pytest.raises(MeshError, match=f"dtype {np.dtype(dtype)} are not float64 numbers"):
         ism.certify(x, f)
 
 
@@ -165,11 +165,11 @@ def test_whole_numbers_beyond_float64_are_refused_in_the_plane_too(kind, tmp_pat
         k = int(rng.integers(2**53, 2**60)) | 1
         corners = [[0, 0], [2 * k, 2 * k], [k, k - 1]]
         p = [[0.5, 0], *corners[1:]] if kind == "list" else np.array(corners, dtype=kind)
-        with pytest.raises(MeshError, match="are no float64 numbers in"):
+        with pytest.raises(MeshError, match="are not float64 numbers in"):
             ism.certify(p, [[0, 2, 1]])
         if kind != "list":
             np.savez(tmp_path / "map.npz", vertices=np.eye(3), faces=[[0, 1, 2]], plane=p)
-            with pytest.raises(MeshError, match="are no float64 numbers in"):
+            with pytest.raises(MeshError, match="are not float64 numbers in"):
                 ism.read_plane_map(tmp_path / "map.npz")
     assert ism.certify(np.array([[0, 0], [2**60, 0], [0, 2**60]]), [[0, 1, 2]]).folding_free
 

@@ -22,7 +22,7 @@ class Exit(IntEnum):
         return one
 
     OK = 0, "done; a map is certified folding-free"
-    NO_MESH = 2, "the input is no closed, oriented, connected genus-0 triangle mesh"
+    NO_MESH = 2, "the input is not a closed, oriented, connected genus-0 triangle mesh"
     UNCERTIFIED = 3, "not certified: foldings remain, or vertices are off the sphere (a map is written all the same)"
     USAGE = 64, "the command line is wrong"
     UNAVAILABLE = 69, "a scheduler does not answer, or its workers can't be used"

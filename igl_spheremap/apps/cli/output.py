@@ -26,7 +26,7 @@ from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
-#: Lines of one kind that a summary has at the most: files, landmarks. Tables and JSON have them all.
+#: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
 _WIDTH = 80
 _LABEL = 13
@@ -199,7 +199,7 @@ def paragraph(label: str, text: str) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int) -> list[str]:
-    """Lines of a table whose columns are as wide as their widest cell; so many of the first are flush left.
+    """Lines of a table whose columns are as wide as their widest cell; this many of the first are flush left.
 
     >>> aligned([("round", "energy"), ("0", "43699.071234")], left=1)
     ['  round        energy', '  0      43699.071234']

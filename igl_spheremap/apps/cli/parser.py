@@ -102,7 +102,7 @@ COMMANDS = (
         *shared.TOLERANCES,
         shared.AS_PRINTED,
         argument("--max-iterations", "N", "of each round; default: the method's", type=COUNT),
-        argument("--rounds", "N", "of Algorithm 2 at the most; default: the method's", type=COUNT),
+        argument("--rounds", "N", "of Algorithm 2 at most; default: the method's", type=COUNT),
         argument("--keep", "MB", f"megabytes of iterations to keep (default {KEEP:g}); of a run that takes more, "
                  "starts, ends and changes of foldings stay", type=POSITIVE, default=KEEP),
         *shared.pictures(PLAYER_SIZE),

@@ -69,7 +69,7 @@ class Progress(logging.Handler):
         self._open(name, _PLAIN)
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
-        """Begin a stage of so many steps; call the result for each."""
+        """Begin a stage of this many steps; call the result for each."""
         self._open(name, None, total=total, unit="step")
         assert self._bar is not None
         return self._bar.update

@@ -130,7 +130,7 @@ is the Gauss map, or the map by Algorithm 1 from it.
 _NEAR = 1 / 6
 _CLOSE = 0.01
 _LIMIT = 80
-#: What a projection leaves of gradients of degree 2, and of other fields at the most, once the map is centred.
+#: What a projection leaves of gradients of degree 2, and of other fields at most, once the map is centred.
 _DEGREE_2, _OTHERS = 21 / 25, 2 / 3
 
 

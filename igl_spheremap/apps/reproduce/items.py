@@ -15,7 +15,7 @@ ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections"
 ALL = "all"
 #: Renumbered copies of a surface that show what rounding alone changes.
 COPIES = 5
-#: PNGs have so many colours: no difference is seen, and they take a third of the bytes.
+#: PNGs have this many colours: no difference is seen, and they take a third of the bytes.
 _COLOURS = 256
 #: Shares of the colour of folded faces, at the edges of their marks.
 _SHADES = (1.0, 0.75, 0.5, 0.25)
@@ -54,7 +54,7 @@ def reproduce(
     if set(names) & set(FIGURES):
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():
-        raise FileError(f"{meshes} is no folder of meshes")
+        raise FileError(f"{meshes} is not a folder of meshes")
     makers = {**TABLES, **CLAIMS}
     if page is not None:
         try:

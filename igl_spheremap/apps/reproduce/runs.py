@@ -175,7 +175,7 @@ class Runs:
         return [self.get(surface, name, copy=copy) for copy in range(self.copies + 1)]
 
     def cells(self, surface: PaperSurface, name: str, settings: Any, compute: Callable[[], list[str]]) -> list[str]:
-        """Cells of a table that take long to compute and are no run, kept as runs are."""
+        """Cells of a table that take long to compute and are not runs, kept as runs are."""
         path = self._file([surface.digest, name, settings, __version__], "json")
         if not path.is_file():
             self._report(f"{name} on {surface.name} ({surface.source}, {len(surface.v):,} vertices) ...")

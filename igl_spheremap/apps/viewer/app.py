@@ -55,7 +55,7 @@ class App:
         """Show a frame, from 0."""
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
-        """What shows each picture of a video of about so many, and whether it is held for a second: a full turn."""
+        """What shows each picture of a video of about this many, and whether it is held for a second: a full turn."""
         return [(partial(self.grid.rotate, 2 * math.pi / length, 0.0), False)] * length
 
     def facts(self) -> dict[str, Any]:
@@ -216,7 +216,7 @@ def _frame(app: App, asked: int | None) -> int:
 
 
 def write_video(app: App, path: Path, length: int, rate: int, progress: Any = None) -> list[dict[str, Any]]:
-    """Write a video of about so many pictures, `rate` a second, and return the facts of each."""
+    """Write a video of about this many pictures, `rate` a second, and return the facts of each."""
     film = app.film(length)
     advance = None if progress is None else progress.steps(f"drawing {path.name}", len(film))
     shown = []

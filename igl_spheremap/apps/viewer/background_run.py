@@ -98,7 +98,7 @@ class BackgroundRun:
             progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
-        """Take over what has arrived, for so long at the most; the first message may be waited for."""
+        """Take over what has arrived, for so long at most; the first message may be waited for."""
         until = time.monotonic() + seconds
         while self.running and time.monotonic() < until:
             alive = self._process.is_alive()  # before the queue is read, so that no last word is missed

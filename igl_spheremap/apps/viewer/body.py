@@ -22,7 +22,7 @@ _TINIEST = np.finfo(float).tiny
 
 #: Dots are drawn by this factor farther out than the surface.
 _OUT = 1.012
-#: Edges of up to so many folded faces are drawn; those of more would be all that is seen.
+#: Edges of up to this many folded faces are drawn; those of more would be all that is seen.
 _EDGES = 10_000
 _EDGE_WIDTH = 0.5
 #: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.

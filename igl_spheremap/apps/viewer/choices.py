@@ -13,7 +13,7 @@ PLAYER_SIZE = (1400, 640)
 REGISTRATION_SIZE = (1200, 440)
 COMPARISON_SIZE = (1400, 780)
 CARRIED_SIZE = (1500, 560)
-#: Different pictures of a video at the most.
+#: Different pictures of a video at most.
 LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.
 RATE = 20

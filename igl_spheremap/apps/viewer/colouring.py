@@ -110,7 +110,7 @@ def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
 def checkerboard(
     mesh: Mesh, x: FloatArray, poles: FloatArray | None = None, squares: int = SQUARES, folded: IntArray | None = None
 ) -> Colouring:
-    """A checkerboard of the sphere on source and image alike, with so many squares around its poles (2, 3).
+    """A checkerboard of the sphere on source and image alike, with this many squares around its poles (2, 3).
 
     By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
     """

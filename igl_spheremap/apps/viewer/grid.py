@@ -37,7 +37,7 @@ class Grid:
     """Cells in rows and columns, each with one body; all turn together under the mouse.
 
     Dragging turns, dragging with the right button shifts, the wheel zooms, a double click resets; nothing
-    does while ``locked``. No body leaves its cell. A `panel` of so many pixels is kept free at the left edge,
+    does while ``locked``. No body leaves its cell. A `panel` of this many pixels is kept free at the left edge,
     strips of `head` and `foot` pixels at the upper and lower edge. Columns are as wide as their `shares`.
     """
 

@@ -315,7 +315,7 @@ def play(
     FileError
         If the picture or the video can't be written.
     MeshError
-        If the mesh is no closed surface of genus 0.
+        If the mesh is not a closed surface of genus 0.
 
     Examples
     --------

@@ -27,7 +27,7 @@ from .colouring import SQUARES, checkerboard, colouring, deepest_tips
 from .grid import PANEL, Grid, Inset, packed
 from .window import imgui, ps
 
-#: Edges are drawn on images of at most so many faces; beyond they would be all that is seen.
+#: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
 _EDGES = 15_000
 _EDGE_WIDTH = 0.5
 #: Moebius maps of more than this strength leave nothing to see.

@@ -166,7 +166,7 @@ def linear(colours: FloatArray) -> FloatArray:
 
 
 def to_world(x: float, y: float, depth: float = 0.0) -> FloatArray:
-    """The point that is seen at a pixel, so many pixels in front of the middle."""
+    """The point that is seen at a pixel, this many pixels in front of the middle."""
     width, height = ps.get_window_size()
     return np.array([x - width / 2, height / 2 - y, depth]) * UNITS_PER_PIXEL
 

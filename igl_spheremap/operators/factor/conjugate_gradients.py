@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 Rows = list[tuple[slice, sp.csr_matrix]]
 
-#: Steps of conjugate gradients at the most: meshes took up to 85.
+#: Steps of conjugate gradients at most: meshes took up to 85.
 _MAX_STEPS = 200
 #: Rows whose products are made at once: they fit the cache, and their memory is used again. That of millions of rows
 #: would be taken from the system, page by page, for every product.

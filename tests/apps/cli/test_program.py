@@ -220,7 +220,7 @@ BALL = "sample:sphere:n_vertices=42"
 
 @pytest.fixture
 def nameless(tmp_path):
-    """A mesh whose name is no text, and a name beyond ASCII in its folder's."""
+    """A mesh whose name is not a text, and a name beyond ASCII in its folder's."""
     folder = tmp_path / "Köln"
     folder.mkdir()
     path = os.fsencode(folder) + b"/bad\xff.ply"

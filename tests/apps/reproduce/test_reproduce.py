@@ -259,7 +259,7 @@ def test_views_are_rotations_and_show_the_long_side():
 def test_command_line_names_what_it_does_not_know(tmp_path, capsys):
     assert main(["reproduce", "table9", "--out", str(tmp_path)]) == 64
     assert main(["reproduce", "table1", "--meshes", str(tmp_path / "none"), "--out", str(tmp_path)]) == 74
-    assert "is no folder" in capsys.readouterr().err
+    assert "is not a folder" in capsys.readouterr().err
 
 
 def test_command_line_writes_what_it_announces(small, tmp_path, capsys):

@@ -87,7 +87,7 @@ def run_check(args: Namespace) -> Exit:
 
 
 def _rounding(x: FloatArray) -> float:
-    """How far the rounding of all numbers to float32, or to so many decimals, may have moved a row."""
+    """How far the rounding of all numbers to float32, or to this many decimals, may have moved a row."""
     size, epsilon, step = float(np.abs(x).max()), float(np.finfo(float).eps), 0.0
     if (x == x.astype(np.float32)).all():
         epsilon = float(np.finfo(np.float32).eps)
