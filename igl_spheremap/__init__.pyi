@@ -18,6 +18,8 @@ from .errors import MapError as MapError
 from .errors import MeshError as MeshError
 from .errors import NotConverged as NotConverged
 from .errors import WorkersUnavailable as WorkersUnavailable
+from .groups.files import read_group as read_group
+from .groups.files import write_group as write_group
 from .groups.group import Group as Group
 from .groups.group import Member as Member
 from .groups.group import Placed as Placed

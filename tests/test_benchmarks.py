@@ -30,7 +30,7 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "mindboggle", "peers", "player",
+OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "groups", "mindboggle", "peers", "player",
            "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
 
 

@@ -40,7 +40,7 @@ EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "displa
           "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window or take long; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "--report", "--plot"}
+ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "template", "--report", "--plot"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
 
 #: Surfaces and scalar maps that FreeSurfer makes for each hemisphere.

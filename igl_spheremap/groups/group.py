@@ -29,8 +29,8 @@ class Member:
     ----------
     name : str
         The file that it came from, or its number among the sources.
-    map : SphereMap
-        The surface with its map in the template's frame, certified free of foldings.
+    map : SphereMap or None
+        The surface with its map in the template's frame, certified free of foldings; None if the group was read.
     correlation : float
         Of its depth potential with the template's, at corresponding points.
     size : float
@@ -40,14 +40,13 @@ class Member:
     """
 
     name: str
-    map: SphereMap
+    map: SphereMap | None
     correlation: float
     size: float
     distance: float
 
     def __repr__(self) -> str:
-        return (f"Member({self.name!r}, {len(self.map.sphere)} vertices, correlation {self.correlation:.3f}, "
-                f"{self.distance:.3g} from the mean)")
+        return f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean)"
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from ..shapes.weights import adaptive_area
 from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import weighted_sum
 from ..untangle.local_repair import unfolded
+from . import FARTHEST
 from .group import Group, Member
 from .modes import principal_modes
 from .placing import at_points, carried
@@ -39,7 +40,6 @@ _STILL = 5e-3
 _ROUNDS = 6  # at most: 3 to 5 are usual
 _FEWEST = 3  # members: two have one mode and no median
 _DEGREE = 8  # of the harmonics whose powers distinguish the members
-_FARTHEST = 6.0  # times the median distance from the mean: four standard deviations if one mode has all variance
 
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
@@ -53,7 +53,7 @@ def template(
     to: str = "ico:4",
     balance: float = 1.0,
     rigid: bool = False,
-    farthest: float = _FARTHEST,
+    farthest: float = FARTHEST,
 ) -> Group:
     """Make the unbiased template of surfaces: their mean, its modes, and each member in correspondence with it.
 

@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 from ... import samples
 from ..._version import __version__
 from ...correspondence import USUAL
+from ...groups import FARTHEST
 from ...io.formats import FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
@@ -209,6 +210,25 @@ COMMANDS = (
         *shared.pictures(CARRIED_SIZE),
         shared.FORMAT,
         *shared.REPAIR,
+        *shared.OUTPUT,
+    )),
+    Command("template", "template", (
+        argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
+        argument("--out", "DIR", "folder of the group: archive, mean surface, table, page, film and the members' maps",
+                 required=True),
+        argument("--modes", "K", "how many principal modes (default: 10)", type=POSITIVE_COUNT, default=10),
+        argument("--to", "ico:K", "the mean's mesh, of 10 * 4^K + 2 vertices (default: ico:4; cortices need ico:5)",
+                 default="ico:4"),
+        argument("--balance", "T", "of the maps: 1, area-preserving (default), for limbs; 0.85 for cortices",
+                 type=shared.FROM_0_TO_1, default=1.0),
+        switch("--rigid", help="keep the members' sizes; default: their shapes are compared"),
+        argument("--exclude", "IN", "leave this one of the surfaces out; may be given again", action="append",
+                 default=[]),
+        argument("--farthest", "X", "leave out what lies so many times as far from the mean as half of the members "
+                 f"(default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
+        argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
+                 default=[]),
+        switch("-f", "--force", help="replace the group in DIR"),
         *shared.OUTPUT,
     )),
     Command("batch", "batch", (

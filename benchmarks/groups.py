@@ -1,0 +1,99 @@
+"""Groups of planted bodies: what template finds of known amounts, beside harmonics in SPHARM-PDM's frames.
+
+    python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4]
+
+Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
+and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread.
+"""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from family import spiral
+from scipy.spatial.transform import Rotation
+
+import igl_spheremap as ism
+from igl_spheremap.groups.modes import model_figures, principal_modes
+
+from .common import parser, timed
+
+_DEGREE = 10
+_SMOOTH = 150.0  # degree l is damped by exp(-l (l + 1) / 150)
+
+
+class Planted:
+    """A body of root mean square radius 1, and two deformations of it."""
+
+    def __init__(self):
+        result = ism.balanced_spherical_map(*ism.samples.make("bunny", n_vertices=3000), balance=1)
+        c = ism.spherical_harmonics(result, degree=_DEGREE).coefficients
+        ell = np.floor(np.sqrt(np.arange(len(c))))[:, None]
+        self._shape = ism.SphericalHarmonics(c * np.exp(-ell * (ell + 1) / _SMOOTH))
+        p = self._shape.evaluate(ism.samples.sphere(10242)[0])
+        self._centre, self._axes = p.mean(axis=0), np.linalg.eigh(np.cov(p.T))[1][:, ::-1]
+        self._radius = np.sqrt(((p - self._centre) ** 2).sum(axis=1).mean())
+
+    def points(self, x, amounts):
+        """The body bent along its longest axis, and inflated near one end."""
+        p = (self._shape.evaluate(x) - self._centre) / self._radius
+        along, across = self._axes[:, 0], self._axes[:, 1]
+        towards = p - 0.9 * along
+        bent = 0.12 * np.outer((p @ along) ** 2 - 0.7, across)
+        wide = 0.25 * np.exp(-2 * (towards**2).sum(axis=1))[:, None] * towards
+        return p + amounts[0] * bent + amounts[1] * wide
+
+
+def found(scores, amounts):
+    """Correlation of each amount with what is linear in three scores."""
+    rows = np.column_stack((scores[:, :3], np.ones(len(scores))))
+    fits = rows @ np.linalg.lstsq(rows, amounts, rcond=None)[0]
+    return [float(np.corrcoef(fit, amount)[0, 1]) for fit, amount in zip(fits.T, amounts.T, strict=True)]
+
+
+def harmonics(maps, x):
+    """Deviations of the members' points in the frames of their first-order ellipsoids."""
+    first, rows = None, []
+    for each in maps:
+        aligned = ism.spherical_harmonics(each, degree=15).align(first).harmonics
+        first = first or aligned
+        rows.append(aligned.evaluate(x))
+    return np.stack(rows) - np.mean(rows, axis=0)
+
+
+def report(name, away, weights, amounts, radius):
+    model = model_figures(away, weights, 5)
+    scores = principal_modes(away, weights, 3).scores
+    print(f"| {name} | {' / '.join(f'{r:.4f}' for r in found(scores, amounts))} | "
+          + " | ".join(" ".join(f"{100 * value / unit:.2f}" for value in values)
+                       for values, unit in ((model.compactness, 1), (model.generalisation, radius),
+                                            (model.specificity, radius))) + " |", flush=True)
+
+
+def main(words):
+    options = parser(__doc__)
+    options.add_argument("--members", type=int, default=40)
+    options.add_argument("--vertices", type=int, default=1000)
+    options.add_argument("--to", default="ico:4")
+    args = options.parse_args(words)
+    rng, planted = np.random.default_rng(0), Planted()
+    amounts, sources = rng.normal(size=(args.members, 2)), []
+    for pair in amounts:
+        x, f = spiral(int(args.vertices * rng.uniform(0.9, 1.1)), rng)
+        turn = Rotation.random(random_state=rng).as_matrix()
+        sources.append((planted.points(x, pair) @ turn + rng.normal(size=3), f))
+    maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
+    group, seconds = timed(lambda: ism.template(maps, to=args.to))
+    print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
+          f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
+          f"{seconds / args.members:.2f} for the rest")
+    x, f = ism.samples.sphere(10242)
+    truth = group.place(ism.balanced_spherical_map(planted.points(x, amounts.mean(axis=0)), f, balance=1))
+    radius = np.sqrt(((group.vertices - group.vertices.mean(axis=0)) ** 2).sum(axis=1).mean())
+    near = np.sqrt(igl.point_mesh_squared_distance(group.vertices, truth.shape, group.faces)[0].mean())
+    print(f"mean from the planted one: {100 * truth.member.distance / radius:.2f} at corresponding points, "
+          f"{100 * near / radius:.2f} at nearest ones")
+    print("| correspondence | correlation | compactness | generalisation | specificity |\n|---|---|---|---|---|")
+    report("template", group.shapes - group.vertices, group.areas, amounts, radius)
+    rows = harmonics(maps, group.sphere)
+    report("SPHARM", rows, np.ones(len(group.sphere)), amounts, radius)

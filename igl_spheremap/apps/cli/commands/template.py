@@ -1,0 +1,117 @@
+"""`template`: the mean of many surfaces, its modes, and new surfaces in a group that stays."""
+
+import csv
+import os
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+
+from ....errors import FileError, MapError, MeshError, import_optional, one_line
+from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
+from ....groups.group import Group
+from ....groups.page import write_film, write_group_page
+from ....groups.template import template
+from ....io.files import read_mesh
+from ....io.replacing import replacing
+from ....io.written_map import write_map
+from ....maps.balanced import balanced_spherical_map
+from ..exits import Exit, UsageError
+from ..inputs import expand
+from ..output import LISTED, Findings, paragraph
+
+_PAGE, _FILM = "index.html", "mode_1.gif"
+
+
+def run_template(args: Namespace) -> Exit:
+    """Make the mean of many surfaces, its modes, and a table of scores.
+
+    igl-spheremap template "subjects/*.ply" --out group
+    igl-spheremap template --add new.ply --out group
+    """
+    if bool(args.sources) == bool(args.add):
+        raise UsageError("give surfaces of a new group, or --add NEW for one that exists")
+    return _add(args) if args.add else _make(args)
+
+
+def _make(args: Namespace) -> Exit:
+    """A new group, in files."""
+    import_optional("PIL", "the page of a group", "io")
+    names, out = expand(args.sources), Path(args.out)
+    unknown = [name for name in args.exclude if name not in names]
+    if unknown:
+        raise UsageError(f"--exclude {unknown[0]} is none of the surfaces that were given")
+    if (out / ARCHIVE).exists() and not args.force:
+        raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
+    group = template([name for name in names if name not in args.exclude], modes=args.modes, to=args.to,
+                     balance=args.balance, rigid=args.rigid, farthest=args.farthest)
+    args.progress.stage("writing")
+    write_group(out, group, force=True)
+    write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
+    write_film(out / _FILM, group)
+    _describe(args, group)
+    return Exit.FAILED if group.left_out else Exit.OK
+
+
+def _describe(args: Namespace, group: Group) -> None:
+    """What was found, and who is left out."""
+    found, model = Findings(), group.figures()
+    found.add("members", f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
+              members=[member.name for member in group.members], left_out=dict(group.left_out))
+    for name, reason in list(group.left_out.items())[:LISTED]:
+        found.add("left out", f"{name}: {reason}")
+    found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in the last of "
+                      f"{len(group.changes)} rounds", changes=group.changes)
+    shares = ", ".join(f"{100 * share:.3g}" for share in group.compactness)
+    found.add("modes", f"hold {shares} percent of the variance", compactness=group.compactness,
+              generalisation=model.generalisation, specificity=model.specificity, variances=group.variances)
+    far = max(group.members, key=lambda member: member.distance)
+    found.add("farthest", f"{far.name}: {far.distance:.4g} from the mean")
+    found.add("written", f"{Path(args.out) / _PAGE} shows all of it, {ARCHIVE} holds it")
+    found.report(args)
+
+
+def _add(args: Namespace) -> Exit:
+    """Place new surfaces into a group: files of their own are written, and no other one."""
+    out = Path(args.out)
+    group = read_group(out)
+    table, folder = out / "added.tsv", out / "added"
+    folder.mkdir(exist_ok=True)
+    usual = float(np.median([member.distance for member in group.members]))
+    rows = _earlier(table)
+    names = expand(args.add)
+    lines, refused = [], False
+    for name, short in zip(names, file_names(names), strict=True):
+        args.progress.stage(f"placing {name}")
+        cells: tuple[object, ...]
+        try:
+            placed = group.place(balanced_spherical_map(read_mesh(name), balance=args.balance))
+            member = placed.member
+            if member.distance > args.farthest * usual:
+                raise MapError(f"it lies {member.distance / usual:.1f} times as far from the mean as half of the "
+                               "members")
+            if member.map is not None:
+                write_map(folder / f"{short}.npz", member.map, force=True)
+            cells = (name, "added", *member_row(member, placed.scores)[2:])
+            lines.append(paragraph("added", f"{name}: {member.distance:.4g} from the mean"))
+        except (MeshError, FileError, MapError) as error:
+            refused, cells = True, (name, "left out", one_line(error))
+            lines.append(paragraph("left out", f"{name}: {one_line(error)}"))
+        rows[name] = cells
+    header = ("member", "status", "reason", "correlation", "size", "distance",
+              *(f"mode_{k + 1}" for k in range(len(group.modes))))
+    with replacing(table, force=True) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, delimiter="\t", lineterminator="\n").writerows([header, *rows.values()])
+    args.progress.close()
+    if not args.quiet:
+        print(*lines, sep="\n", flush=True)
+    return Exit.FAILED if refused else Exit.OK
+
+
+def _earlier(table: str | os.PathLike[str]) -> dict[str, tuple[object, ...]]:
+    """Rows of surfaces that were added before, by name."""
+    if not Path(table).exists():
+        return {}
+    with open(table, encoding="utf-8", newline="") as file:
+        return {row[0]: tuple(row) for row in list(csv.reader(file, delimiter="\t"))[1:] if row}

@@ -1,0 +1,152 @@
+"""A group in files: all of it in an archive, the mean surface in the formats of other programs, members in a table."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import FileError, MeshError, own_errstate
+from ..io import npz
+from ..io.files import write_mesh
+from ..io.reading import reading
+from ..io.replacing import replacing
+from ..io.written_map import write_map
+from ..mesh.arrays import FloatArray
+from .group import Group, Member
+
+#: The archive in a group's folder.
+ARCHIVE = "group.npz"
+_FORMATS = (".ply", ".vtk", ".surf.gii")
+_ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces")
+_FIGURES = ("correlation", "size", "distance")
+
+
+@own_errstate
+def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = False) -> None:
+    """Write a group into a folder, which is made if it is missing.
+
+    ``group.npz`` holds all arrays and what is known of the members, which `read_group` reads; ``mean.ply``,
+    ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface, the first two with areas, spread and features at
+    the vertices, the second with the modes; ``members.tsv`` the members' figures and scores, and what was left out; the
+    folder ``members`` each member's map in the template's frame, for `read_map`.
+
+    Parameters
+    ----------
+    folder : str or path-like
+        Where to.
+    group : Group
+        The group.
+    force : bool
+        Replace existing files.
+
+    Raises
+    ------
+    FileError
+        If a file exists and `force` is not set, or it can't be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("pear", n_vertices=300)
+    >>> group = ism.template([(v * [1, 1, 1 + 0.1 * k], f) for k in range(3)], to="ico:2")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_group(folder, group)
+    ...     again = ism.read_group(folder)
+    >>> bool((again.scores == group.scores).all())
+    True
+    """
+    place = Path(folder)
+    try:
+        (place / "members").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"can't make the folder {place / 'members'}: {error.strerror}") from error
+    arrays = {name: getattr(group, name) for name in _ARRAYS}
+    arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in _FIGURES}
+    known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
+             "changes": group.changes, "rigid": group.rigid}
+    with replacing(place / ARCHIVE, force) as partial:
+        npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
+    over = {"area": group.areas, "spread": group.spread}
+    over |= {f"feature_{k + 1}": column for k, column in enumerate(group.feature_mean.T)}
+    over |= {f"feature_{k + 1}_sd": column for k, column in enumerate(group.feature_sd.T)}
+    moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
+             for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
+    for ending in _FORMATS:
+        if ending != ".surf.gii" or find_spec("nibabel"):
+            write_mesh(place / f"mean{ending}", group.vertices, group.faces, force=force,
+                       metadata={"vertex_properties": over, "point_data": over | moves})
+    with replacing(place / "members.tsv", force) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, delimiter="\t", lineterminator="\n").writerows(_rows(group))
+    for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
+        if member.map is not None:
+            write_map(place / "members" / f"{name}.npz", member.map, force=force)
+
+
+def read_group(folder: str | os.PathLike[str]) -> Group:
+    """Read a group from its folder, or from its archive.
+
+    Parameters
+    ----------
+    folder : str or path-like
+        What `write_group` or ``igl-spheremap template`` wrote.
+
+    Returns
+    -------
+    Group
+        Equal to the one that was written, but that its members have no maps: `read_map` reads them one by one.
+
+    Raises
+    ------
+    FileError
+        If the archive can't be read.
+    MeshError
+        If it holds no group.
+    """
+    path = Path(folder) / ARCHIVE if Path(folder).is_dir() else Path(folder)
+    with reading(path):
+        arrays = npz.read_arrays(path)
+        if not {*_ARRAYS, "json", *(f"member_{name}" for name in _FIGURES)} <= arrays.keys():
+            raise MeshError("the archive holds no group; give one that `igl-spheremap template` wrote")
+        known = json.loads(str(arrays["json"]))
+        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in _FIGURES), strict=True)
+        members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
+        return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
+                     changes=tuple(known["changes"]), rigid=known["rigid"])
+
+
+def _rows(group: Group) -> Iterator[Sequence[object]]:
+    """The table of members."""
+    yield "member", "status", "reason", *_FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
+    for member, scores in zip(group.members, group.scores, strict=True):
+        yield member_row(member, scores)
+    for name, reason in group.left_out.items():
+        yield name, "left out", reason, *[""] * (len(_FIGURES) + len(group.modes))
+
+
+def member_row(member: Member, scores: FloatArray) -> tuple[object, ...]:
+    """A row of the table."""
+    return member.name, "member", "", *(getattr(member, name) for name in _FIGURES), *scores.tolist()
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """A file's name for each member: that of its source without folder and suffix, with a number where two agree.
+
+    >>> file_names(["a/one.ply", "b/one.ply", "b/two.ply"])
+    ['one_1', 'one_2', 'two']
+    """
+    stems = [Path(name).stem for name in names]
+    count, seen = Counter(stems), Counter[str]()
+    found = []
+    for stem in stems:
+        seen[stem] += 1
+        found.append(f"{stem}_{seen[stem]}" if count[stem] > 1 else stem)
+    return found

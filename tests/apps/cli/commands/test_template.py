@@ -1,0 +1,86 @@
+"""The command template: the files of a group, what is left out, and members that are added."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from family import AMOUNTS, family
+
+import igl_spheremap as ism
+from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Four bodies, and one that is open."""
+    path = tmp_path_factory.mktemp("bodies")
+    for k, each in enumerate(family(AMOUNTS[:4], n=200)):
+        ism.write_mesh(path / f"body{k}.ply", *each)
+    v, f = ism.samples.make("spheroid", n_vertices=200)
+    ism.write_mesh(path / "open.ply", v, f[1:])
+    return path
+
+
+@pytest.fixture(scope="module")
+def group(folder):
+    """The folder of the group of three, one of four bodies being excluded."""
+    out = folder / "group"
+    words = ["template", f"{folder}/*.ply", "--out", str(out), "--to", "ico:1", "--modes", "2"]
+    assert main([*words, "--exclude", str(folder / "body3.ply"), "--json", str(folder / "g.json"), "-q"]) == Exit.FAILED
+    return out
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file, delimiter="\t"))
+
+
+def test_the_folder_holds_the_group_in_several_formats(group, folder):
+    found = ism.read_group(group)
+    assert repr(found).startswith("Group(3 members, 1 left out, 42 vertices, 2 modes")
+    assert np.allclose(ism.read_mesh(group / "mean.ply").v, found.vertices)
+    assert np.allclose(ism.read_mesh(group / "mean.vtk").metadata["point_data"]["mode_1"],
+                       found.modes[0] * np.sqrt(found.variances[0]))
+    table = rows(group / "members.tsv")
+    assert [row["status"] for row in table] == ["member"] * 3 + ["left out"]
+    assert "open surface" in table[-1]["reason"]
+    assert [float(row["mode_1"]) for row in table[:3]] == found.scores[:, 0].tolist()
+    assert ism.read_map(group / "members" / "body1.npz").certificate.folding_free
+    assert (group / "mode_1.gif").read_bytes().startswith(b"GIF")
+    page = (group / "index.html").read_text()
+    assert page.count('class="card"') == 3
+    assert "open.ply" in page
+    assert len(json.loads((folder / "g.json").read_text())["left_out"]) == 1
+
+
+def test_what_is_added_changes_no_other_file(group, folder, capsys):
+    before = {path: path.read_bytes() for path in group.rglob("*") if path.is_file()}
+    assert main(["template", "--add", str(folder / "body3.ply"), "--out", str(group)]) == 0
+    assert main(["template", "--add", str(folder / "open.ply"), "--out", str(group)]) == Exit.FAILED
+    assert "left out" in capsys.readouterr().out
+    assert all(path.read_bytes() == data for path, data in before.items())
+    table = rows(group / "added.tsv")
+    assert [row["status"] for row in table] == ["added", "left out"]
+    placed = ism.read_group(group).place(ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=1))
+    assert float(table[0]["mode_1"]) == placed.scores[0]
+    assert ism.read_map(group / "added" / "body3.npz").certificate.folding_free
+
+
+@pytest.mark.parametrize(("words", "status", "says"), [
+    ([], Exit.USAGE, "--add NEW"),
+    (["{folder}/body0.ply", "--exclude", "other.ply"], Exit.USAGE, "--exclude other.ply"),
+    (["{folder}/body*.ply"], Exit.FILE, "--force"),
+    (["--add", "a.ply", "--out", "{folder}"], Exit.FILE, "group.npz"),
+])
+def test_what_is_wrong_is_said_in_a_line(group, folder, capsys, words, status, says):
+    words = [word.format(folder=folder) for word in words]
+    assert main(["template", "--out", str(group), *words]) == status
+    assert says in capsys.readouterr().err
+
+
+def test_what_holds_no_group_is_refused(folder):
+    ism.write_mesh(folder / "mesh.npz", *ism.samples.sphere(42))
+    with pytest.raises(ism.MeshError, match="no group"):
+        ism.read_group(folder / "mesh.npz")
