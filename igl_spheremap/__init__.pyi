@@ -24,6 +24,8 @@ from .groups.group import Group as Group
 from .groups.group import Member as Member
 from .groups.group import Placed as Placed
 from .groups.modes import ModelFigures as ModelFigures
+from .groups.permutation import PointTest as PointTest
+from .groups.permutation import permutation_test as permutation_test
 from .groups.template import template as template
 from .io.coefficients import read_coefficients as read_coefficients
 from .io.coefficients import write_coefficients as write_coefficients

@@ -228,6 +228,9 @@ COMMANDS = (
                  f"(default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
         argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
                  default=[]),
+        argument("--design", "TABLE", "test where the shapes of the group in DIR depend on each column of this .tsv "
+                 "table, the others being covariates; the first one names the members"),
+        argument("--permutations", "N", "of a test (default: 1000)", type=POSITIVE_COUNT, default=1000),
         switch("-f", "--force", help="replace the group in DIR"),
         *shared.OUTPUT,
     )),

@@ -7,11 +7,14 @@ from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....errors import FileError, MapError, MeshError, import_optional, one_line
+from ....groups.design import read_design, write_test
 from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
 from ....groups.group import Group
 from ....groups.page import write_film, write_group_page
+from ....groups.permutation import LEVEL, permutation_test
 from ....groups.template import template
 from ....io.files import read_mesh
 from ....io.replacing import replacing
@@ -29,10 +32,11 @@ def run_template(args: Namespace) -> Exit:
 
     igl-spheremap template "subjects/*.ply" --out group
     igl-spheremap template --add new.ply --out group
+    igl-spheremap template --design subjects.tsv --out group
     """
-    if bool(args.sources) == bool(args.add):
-        raise UsageError("give surfaces of a new group, or --add NEW for one that exists")
-    return _add(args) if args.add else _make(args)
+    if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
+        raise UsageError("give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists")
+    return _add(args) if args.add else _make(args) if args.sources else _test(args)
 
 
 def _make(args: Namespace) -> Exit:
@@ -107,6 +111,44 @@ def _add(args: Namespace) -> Exit:
     if not args.quiet:
         print(*lines, sep="\n", flush=True)
     return Exit.FAILED if refused else Exit.OK
+
+
+def _test(args: Namespace) -> Exit:
+    """Test what depends on each column of a table, the others being covariates."""
+    import_optional("PIL", "the picture of a test", "io")
+    group = read_group(args.out)
+    columns = read_design(args.design, [member.name for member in group.members])
+    rows: list[tuple[object, ...]] = []
+    found = Findings()
+    for name, values in columns.items():
+        args.progress.stage(f"testing {name}")
+        others = [other for key, each in columns.items() if key != name for other in _numbers(each)]
+        test = permutation_test(group, values, covariates=np.column_stack(others) if others else None,
+                                permutations=args.permutations)
+        safe = "".join(letter if letter.isalnum() else "_" for letter in name)
+        write_test(str(Path(args.out) / f"test_{safe}"), group, test)
+        k = int(test.p.argmin()), int(test.statistic.argmax())
+        lengths = np.linalg.norm(test.effect, axis=2).max(axis=0)
+        figures = {"points": float((test.p <= LEVEL).mean()), "p": float(test.p[k[0]]),
+                   "effect": float(lengths[k[1]]), "error": float(test.error[:, k[1]].max()),
+                   "explained": float(test.explained[k[1]])}
+        rows.append((name, *figures.values()))
+        found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest it "
+                        f"moves them by {figures['effect']:.3g} (standard error of a coordinate "
+                        f"{figures['error']:.2g}) and explains {figures['explained']:.0%}", **{name: figures})
+    with replacing(Path(args.out) / "tests.tsv", force=True) as partial, partial.open(
+            "w", encoding="utf-8", newline="") as file:
+        header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained")
+        csv.writer(file, delimiter="\t", lineterminator="\n").writerows([header, *rows])
+    found.report(args)
+    return Exit.OK
+
+
+def _numbers(values: NDArray[np.generic]) -> list[NDArray[np.float64]]:
+    """A covariate: itself, or a column for each of its levels but the first."""
+    if values.dtype.kind == "f":
+        return [values.astype(np.float64)]
+    return [(values == level).astype(np.float64) for level in np.unique(values)[1:]]
 
 
 def _earlier(table: str | os.PathLike[str]) -> dict[str, tuple[object, ...]]:

@@ -68,6 +68,22 @@ def test_what_is_added_changes_no_other_file(group, folder, capsys):
     assert ism.read_map(group / "added" / "body3.npz").certificate.folding_free
 
 
+def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
+    table = tmp_path / "design.tsv"
+    table.write_text("member\tage\nbody2\t3\nbody0\t1\nbody1\t2.5\n")
+    assert main(["template", "--design", str(table), "--out", str(group), "--permutations", "19"]) == 0
+    assert "age" in capsys.readouterr().out
+    (row,) = rows(group / "tests.tsv")
+    found = ism.permutation_test(ism.read_group(group), [1, 2.5, 3], permutations=19)
+    assert float(row["smallest_p"]) == found.p.min()
+    with np.load(group / "test_age.npz") as arrays:
+        assert (arrays["statistic"] == found.statistic).all()
+    assert (group / "test_age.png").exists()
+    table.write_text("member\tage\nbody2\t3\n")
+    assert main(["template", "--design", str(table), "--out", str(group)]) == Exit.NO_MESH
+    assert "no whole row for 2 members" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("words", "status", "says"), [
     ([], Exit.USAGE, "--add NEW"),
     (["{folder}/body0.ply", "--exclude", "other.ply"], Exit.USAGE, "--exclude other.ply"),
