@@ -1,25 +1,34 @@
-"""Maps beside those of another version: mean angle differences in degrees, and CPU seconds.
+"""Results beside those of another version: mean angle differences in degrees, and CPU seconds.
 
-    python -m benchmarks versions CHECKOUT MESH|FOLDER ... [--turns 2] [--csv FILE] [--polish angles]
+    python -m benchmarks versions CHECKOUT MESH|FOLDER ... [--of maps balance matches disks] [--turns 2] [--csv FILE]
+        [--polish angles]
 
-CHECKOUT is a checkout of the other version; of a FOLDER, such as those of `gather`, all meshes are taken. The two take
-turns, each in a process of its own with one thread, after a warm-up; of all turns of a version the fastest counts.
-Prints the tables of docs/repair.md; FILE gets a row a mesh. A map is worse, or better, if its mean is off by more than
-5 percent and .02 degrees.
+CHECKOUT is a checkout of the other version; of a FOLDER, such as those of `gather`, all meshes are taken. Each version
+has a process of its own with one thread, after a warm-up; they take turns, mesh by mesh. A ratio of CPU seconds is that
+of one turn: the table has the median and the quartiles of all, and the ratio of the sums of the fastest turns, which
+FILE gets, a row a mesh. Disks are halves of the meshes, and a mesh is matched with itself, stretched by a fifth. The
+mean of a match is the median symmetric Dirichlet energy. A result is worse, or better, if its mean is off by more than
+5 percent and .02.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-from dataclasses import dataclass
+import subprocess
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from disks import half
 
 import igl_spheremap as ism
 
-from .common import ROOT, in_process, load, parser, quality, timed
+from .common import ROOT, load, parser, quality, timed
 
 #: Vertices at which the rows of the table begin.
 _FROM = (0, 200, 1000, 4000)
@@ -27,8 +36,9 @@ _FROM = (0, 200, 1000, 4000)
 
 @dataclass(frozen=True)
 class Row:
-    """A mesh mapped by both versions."""
+    """A mesh, and what both versions made of it."""
 
+    of: str
     mesh: str
     vertices: int
     mean_before: float
@@ -36,29 +46,28 @@ class Row:
     cpu_before: float
     cpu: float
     certified: bool
+    ratios: tuple[float, ...]
 
 
 def main(argv: list[str]) -> None:
-    """Print the table, or what the maps of this version are as JSON."""
+    """Print the table, or, without a turn, a line of JSON for each line that names what to make of which mesh."""
     arguments = parser(__doc__)
     arguments.add_argument("checkout", type=Path)
-    arguments.add_argument("sources", nargs="+")
-    arguments.add_argument("--turns", type=int, default=2, help="of each version (2); 0: only map, and print JSON")
+    arguments.add_argument("sources", nargs="*")
+    arguments.add_argument("--of", nargs="+", choices=tuple(KINDS), default=["maps"])
+    arguments.add_argument("--turns", type=int, default=2, help="of each version (2); 0: answer lines")
     arguments.add_argument("--csv", type=Path, help="write a row for each mesh")
     arguments.add_argument("--polish", choices=("auto", "angles"), default="auto")
     options = arguments.parse_args(argv)
-    sources = [str(path) for source in options.sources for path in meshes(source)]
     if not options.turns:
-        print(json.dumps(maps(sources, options.polish)))
+        for line in sys.stdin:
+            print(json.dumps(measured(*line.split(maxsplit=1), options.polish)), flush=True)
         return
-    runs: dict[Path, list[dict[str, list[float]]]] = {options.checkout: [], ROOT: []}
-    for _ in range(options.turns):
-        for version, done in runs.items():
-            found = in_process("versions", version, *sources, "--turns", 0, "--polish", options.polish, package=version)
-            if "failure" in found:
-                raise SystemExit(f"{version}: {found['failure']}")
-            done.append(found)
-    report(rows(sources, *runs.values()), options.csv)
+    sources = [str(path) for source in options.sources for path in meshes(source)]
+    workers = [worker(version, options) for version in (options.checkout, ROOT)]
+    found = [row(kind, source, [[answer(one, kind, source) for one in workers] for _ in range(options.turns)])
+             for kind in options.of for source in sources]
+    report(found, options.csv)
 
 
 def meshes(source: str) -> list[str | Path]:
@@ -67,23 +76,69 @@ def meshes(source: str) -> list[str | Path]:
     return sorted(path for path in folder.rglob("*.*") if path.is_file()) if folder.is_dir() else [source]
 
 
-def maps(sources: list[str], polish: str) -> dict[str, tuple[float, float, int, bool]]:
-    """Mean angle difference, CPU seconds, vertices and certificate of each mesh's map, after a warm-up."""
-    ism.spherical_conformal_map(*ism.samples.make("octopus", n_vertices=1500))
-    found = {}
-    for source in sources:
-        v, f = load(source)
-        result, cpu = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f, method=ism.Auto(polish=polish)))  # type: ignore
-        measured = quality(v, f, result.sphere)
-        found[source] = (measured["mean"], cpu, len(v), not measured["foldings"])
-    return found
+def worker(version: Path, options: Namespace) -> subprocess.Popen[str]:
+    """A process that answers lines by a version, warmed up."""
+    command = [sys.executable, "-m", "benchmarks", "--package", str(version), "versions", str(version),
+               "--turns", "0", "--polish", options.polish]
+    process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    for kind in options.of:
+        answer(process, kind, "sample:octopus:n_vertices=1500" if kind == "maps" else "sample:pear:n_vertices=600")
+    return process
 
 
-def rows(sources: list[str], *runs: list[dict[str, list[float]]]) -> list[Row]:
-    """What both versions made of each mesh, at their fastest."""
-    best = [[min((run[source] for run in done), key=lambda one: one[1]) for done in runs] for source in sources]
-    return [Row(Path(source).stem, int(new[2]), old[0], new[0], old[1], new[1], bool(new[3]))
-            for source, (old, new) in zip(sources, best, strict=True)]
+def answer(process: subprocess.Popen[str], kind: str, source: str) -> dict[str, Any]:
+    """What a process measures of a mesh."""
+    print(kind, source, file=process.stdin, flush=True)
+    if not (line := process.stdout.readline()):  # type: ignore[union-attr]
+        raise SystemExit(f"{kind} of {source}: {' '.join(map(str, process.args))} ended")  # type: ignore[arg-type]
+    return dict(json.loads(line))
+
+
+def conformal(v: np.ndarray, f: np.ndarray, polish: str) -> tuple[float, dict[str, Any]]:
+    """A map to the sphere."""
+    result, cpu = timed(lambda: ism.spherical_conformal_map(v, f, method=ism.Auto(polish=polish)))  # type: ignore
+    return cpu, quality(v, f, result.sphere)
+
+
+def balanced(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
+    """A balanced map at the default balance."""
+    result, cpu = timed(lambda: ism.balanced_spherical_map(v, f))
+    return cpu, quality(v, f, result.sphere)
+
+
+def disk(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
+    """The conformal map of one half to the disk."""
+    w, g, _rows = half(v, f)
+    result, cpu = timed(lambda: ism.disk_conformal_map(w, g))
+    size = np.abs(ism.angle_differences(w, g, np.column_stack((result.plane, np.zeros(len(w))))))
+    return cpu, {"foldings": ism.certify(result.plane, g).foldings, "mean": float(size.mean())}
+
+
+def matched(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
+    """A match of the surface with itself, stretched."""
+    maps = [ism.spherical_conformal_map(each, f) for each in (v, v * [1.0, 1.0, 1.2])]
+    result, cpu = timed(lambda: ism.match(*maps))
+    energy = result.distortion().symmetric_dirichlet
+    return cpu, {"foldings": int(not result.map.certificate), "mean": float(np.median(energy))}
+
+
+KINDS: dict[str, Callable[[np.ndarray, np.ndarray, str], tuple[float, dict[str, Any]]]] = {
+    "maps": conformal, "balance": balanced, "disks": disk, "matches": matched}
+
+
+def measured(kind: str, source: str, polish: str) -> dict[str, Any]:
+    """Figures of a result, its CPU seconds and the number of vertices."""
+    v, f = load(source.strip())
+    cpu, figures = KINDS[kind](v, f, polish)
+    return figures | {"cpu": cpu, "vertices": len(v)}
+
+
+def row(kind: str, source: str, turns: list[list[dict[str, Any]]]) -> Row:
+    """What both versions made of a mesh, turn by turn."""
+    old, new = (min(version, key=lambda one: one["cpu"]) for version in zip(*turns, strict=True))
+    ratios = tuple(after["cpu"] / before["cpu"] for before, after in turns)
+    return Row(kind, Path(source).stem, new["vertices"], old["mean"], new["mean"], old["cpu"], new["cpu"],
+               not new["foldings"], ratios)
 
 
 def report(found: list[Row], file: Path | None) -> None:
@@ -91,24 +146,26 @@ def report(found: list[Row], file: Path | None) -> None:
     if file is not None:
         with file.open("w", newline="") as opened:
             table = csv.writer(opened, lineterminator="\n")
-            table.writerow(Row.__dataclass_fields__)
-            for row in found:
-                figures = (f"{figure:.3f}" for figure in (row.mean_before, row.mean, row.cpu_before, row.cpu))
-                table.writerow((row.mesh, row.vertices, *figures, row.certified))
-    print("| vertices | meshes | sum of means | now | worse / better | CPU ratio: median, 90 %, of sums | certified |")
-    print("|---|---:|---:|---:|---:|---:|---:|")
-    parts = [[row for row in found if low <= row.vertices < high]
-             for low, high in zip(_FROM, (*_FROM[1:], np.inf), strict=True)]
-    for low, part in [*zip(_FROM, parts, strict=True), ("all", found)]:
-        if part:
-            print(summary(f"from {low}" if part is not found else "all", part))
+            names = [name for name in Row.__dataclass_fields__ if name != "ratios"]
+            table.writerow(names)
+            for each in found:
+                cells = [asdict(each)[name] for name in names]
+                table.writerow([f"{cell:.3f}" if isinstance(cell, float) else cell for cell in cells])
+    print("| of | vertices | number | sum of means | now | worse / better | CPU ratio: median (quartiles) | 90 % | "
+          "of sums | certified |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|")
+    for kind in dict.fromkeys(each.of for each in found):
+        part = [each for each in found if each.of == kind]
+        for low, high in zip(_FROM, (*_FROM[1:], np.inf), strict=True):
+            if 0 < len(some := [each for each in part if low <= each.vertices < high]) < len(part):
+                print(summary(f"{kind} | from {low:,}", some))
+        print(summary(f"{kind} | all", part))
 
 
 def summary(name: str, found: list[Row]) -> str:
     """A row of the table."""
     before, now, cpu_before, cpu = np.array([(r.mean_before, r.mean, r.cpu_before, r.cpu) for r in found]).T
     worse, better = ((a > np.maximum(1.05 * b, b + 0.02)).sum() for a, b in ((now, before), (before, now)))
-    ratio = cpu / cpu_before
-    median, ninth = np.percentile(ratio, [50, 90])
-    return (f"| {name} | {len(found)} | {before.sum():.1f} | {now.sum():.1f} | {worse} / {better} | "
-            f"{median:.2f}, {ninth:.2f}, {cpu.sum() / cpu_before.sum():.2f} | {sum(r.certified for r in found)} |")
+    first, median, third, ninth = np.percentile([ratio for r in found for ratio in r.ratios], [25, 50, 75, 90])
+    return (f"| {name} | {len(found)} | {before.sum():.1f} | {now.sum():.1f} | {worse} / {better} | {median:.2f} "
+            f"({first:.2f} to {third:.2f}) | {ninth:.2f} | {cpu.sum() / cpu_before.sum():.2f} | "
+            f"{sum(r.certified for r in found)} |")
