@@ -109,8 +109,7 @@ class _HalfPlanes:
 
     def lift(self, z: FloatArray) -> FloatArray:
         """Unit vectors of the chart's points."""
-        x = self.centre + np.einsum("ki,kij->kj", z, self.axes)
-        return unit_rows(x)
+        return unit_rows(self.centre + np.einsum("ki,kij->kj", z, self.axes))
 
 
 def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes:

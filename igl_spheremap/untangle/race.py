@@ -41,6 +41,6 @@ def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], pr
         for k, before in enumerate(field):
             if before.further > price:
                 after = steps(before)
-                gain = 1 - after.mean / max(before.mean, HALF_DIGITS)
+                gain = (before.mean - after.mean) / max(before.mean, HALF_DIGITS)
                 field[k] = replace(after, further=min(after.further, gain))
     return field[0]

@@ -43,6 +43,12 @@ def test_steps_go_on_until_a_round_gains_no_more_than_its_price():
     assert ends[-1] == pytest.approx(1, abs=0.01)
 
 
+@pytest.mark.parametrize("mean", [0.0, 1e-15])
+def test_a_race_of_an_exact_map_ends(mean):
+    [start] = candidates(mean)
+    assert race([start], lambda candidate: candidate, 0.01).mean == mean
+
+
 def test_a_candidate_that_is_predicted_to_gain_less_than_the_price_takes_no_steps():
     [start] = candidates(9.0)
     settled = replace(start, further=0.01)
