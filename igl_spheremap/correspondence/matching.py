@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
@@ -132,28 +132,51 @@ def match(
              for each in (source, target))
     source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
     given = LandmarkPairs.of(landmarks, curves, source, target)
-    vertices, goals = given.vertices, given.goals
-    guide = last = feature_weight
     if features is not None:
         features = given.carried(features[0], source), features[1]
-    n, source = len(source.sphere), reflected(given.surface) if reflect else given.surface
-    own, other = Level.of(source, "the source", vertices), Level.of(target, "the target")
-    directions = unit_rows(interpolate(target.sphere, target.faces, goals))
+    divided = reflected(given.surface) if reflect else given.surface
+    own, goals = Level.of(divided, "the source", given.vertices), _directions(target, given)
+    descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)
+    start, candidates = _start(own, descent, goals)
+    level, x = _lowered(own, descent, start, history)
+    result = certified(level.mesh, x)
+    result = replace(result, run=history.complete(result.run, "match"))
+    if not soft:
+        _check_met(result, given, goals)
+    onto = SurfaceMap(result, target, given.vertices, given.goals, candidates)
+    return replace(onto, notes=tuple(_remarks(onto, len(source.sphere), len(divided.sphere))))
+
+
+def _directions(target: SphereMap, given: LandmarkPairs) -> FloatArray:
+    """Where on the target's sphere landmarks are to lie."""
+    return unit_rows(interpolate(target.sphere, target.faces, given.goals))
+
+
+def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
+             goals: FloatArray, position_weight: float, soft: bool) -> Descent:
+    """What is lowered: from coarse levels to fine ones, with ever less of the spheres' strain."""
+    guide = last = weight
     if features is None:
         features = FeatureSurface(source.mesh).curvature_and_depth, FeatureSurface(target.mesh).curvature_and_depth
         guide, last = _GUIDE, 0.0
-    pair = FeaturePair(own, other, features, [_WIDTH, *_SHARES.values()])
+    pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
     plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
             else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
             for size in _SIZES for share, width in _SHARES.items()]
-    descent = Descent(own, other, plan, pair, directions, position_weight=position_weight, soft=soft)
-    candidates: tuple[RotationCandidate, ...] = ()
-    if len(vertices) >= _ENOUGH:
-        held = check_landmarks(len(source.sphere), vertices, directions, 1.0)
-        start = match_landmarks(source.sphere, held, _STIFFNESS)
-    else:
-        start, candidates = descent.start(_WIDTH, moebius=True)
-    found = own, unfolded(source.mesh, start)
+    return Descent(source, target, plan, pair, goals, position_weight=position_weight, soft=soft)
+
+
+def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+    """A map of the source's sphere by its landmarks, if they are enough, or by features; and the rotations tried."""
+    if len(goals) < _ENOUGH:
+        return descent.start(_WIDTH, moebius=True)
+    held = check_landmarks(len(source.x), source.landmarks, goals, 1.0)
+    return match_landmarks(source.x, held, _STIFFNESS), ()
+
+
+def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:
+    """The map that the descent leads to, or had come to when a listener stopped it, and the level that it is on."""
+    found = source, unfolded(source.mesh, start)
 
     def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
@@ -163,25 +186,30 @@ def match(
 
     with suppress(StopIteration):  # of a listener
         found = descent.run(found[1], report)
-    level, x = found
-    added, needed = len(source.sphere) - n, len(x) - len(source.sphere)
-    notes = [f"faces of the source are divided at landmarks: {added} vertices come after its own"] if added else []
-    if needed:
-        notes.append(f"faces of the source are split where landmarks could not be met else: {needed} vertices come "
-                     "last")
-    result = certified(level.mesh, x)
-    result = replace(result, run=history.complete(result.run, "match"))
-    apart = np.degrees(2 * np.arcsin(np.linalg.norm(x[vertices] - directions, axis=1) / 2))
-    if apart.any() and not soft:
-        worst = np.argsort(-apart)[:_NAMED]
-        worst = worst[apart[worst] > 0]
-        names = listed_words([given.names[k] for k in worst], _NAMED)
-        raise MapError(f"{np.count_nonzero(apart)} of {len(vertices)} landmarks can't be met by these triangles "
-                       f"without a fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
-                       "soft=True", result)
-    onto = SurfaceMap(result, target, vertices, goals, candidates, tuple(notes))
+    return found
+
+
+def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> None:
+    """Raise a MapError that names the landmarks that are furthest from their goals, if any is not at its own."""
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2))
+    if not apart.any():
+        return
+    worst = np.argsort(-apart)[:_NAMED]
+    worst = worst[apart[worst] > 0]
+    names = listed_words([given.names[k] for k in worst], _NAMED)
+    raise MapError(f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
+                   f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give soft=True",
+                   result)
+
+
+def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
+    """Which vertices were added to those that were given, and where float64 resolves a surface roughly."""
+    if divided > given:
+        yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
+    if needed := len(onto.map.sphere) - divided:
+        yield f"faces of the source are split where landmarks could not be met else: {needed} vertices come last"
     ends = "the source", "the target"
-    small = [f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is known "
-             "roughly: give maps at balance 1"
-             for count, one, other in zip(onto.unresolved, ends, ends[::-1], strict=True) if count]
-    return replace(onto, notes=(*notes, *small)) if small else onto
+    for count, one, other in zip(onto.unresolved, ends, ends[::-1], strict=True):
+        if count:
+            yield (f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is "
+                   "known roughly: give maps at balance 1")

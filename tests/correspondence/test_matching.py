@@ -219,7 +219,7 @@ def test_landmarks_that_cannot_be_met_are_named():
     (([0, 7, 7], [0, 1, 2]), "landmark 1 and landmark 2 are one point of the source"),
     (([0, 7, 8], [4, 1, 4]), "landmark 0 and landmark 2 are one point of the target"),
     (([0.5, 1], [0, 1]), "landmarks of the source are not a list of vertex indices"),
-    (([], []), "landmarks of the source are no list"),
+    (([], []), "landmarks of the source are not a list"),
     (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of the target"),
     (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of the target is in face 1000000"),
 ])
