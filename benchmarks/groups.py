@@ -1,9 +1,10 @@
 """Groups of planted bodies: what template finds of known amounts, beside harmonics in SPHARM-PDM's frames.
 
-    python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4]
+    python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4] [--draws 1000]
 
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
-and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread.
+and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread. With --draws so
+many random halves of the members are tested against the others, as they are and with the second amount moved.
 """
 
 from __future__ import annotations
@@ -70,11 +71,22 @@ def report(name, away, weights, amounts, radius):
                                             (model.specificity, radius))) + " |", flush=True)
 
 
+def share_found(group, field, draws):
+    """Share of random halves in which something is found anywhere, if their points are moved by a field."""
+    found = 0
+    for draw in range(draws):
+        half = np.random.default_rng(draw).permutation(len(group.members)) < len(group.members) // 2
+        shapes = group.shapes + half[:, None, None] * field
+        found += ism.permutation_test(group, half, data=shapes, permutations=199, seed=draw + 1).p.min() <= 0.05
+    return found / draws
+
+
 def main(words):
     options = parser(__doc__)
     options.add_argument("--members", type=int, default=40)
     options.add_argument("--vertices", type=int, default=1000)
     options.add_argument("--to", default="ico:4")
+    options.add_argument("--draws", type=int, default=0)
     args = options.parse_args(words)
     rng, planted = np.random.default_rng(0), Planted()
     amounts, sources = rng.normal(size=(args.members, 2)), []
@@ -97,3 +109,10 @@ def main(words):
     report("template", group.shapes - group.vertices, group.areas, amounts, radius)
     rows = harmonics(maps, group.sphere)
     report("SPHARM", rows, np.ones(len(group.sphere)), amounts, radius)
+    if args.draws:
+        print(f"differences found where there are none: {share_found(group, 0, args.draws):.3f} of {args.draws}")
+        rows = np.column_stack((np.ones(len(amounts)), amounts))
+        field = np.linalg.lstsq(rows, group.shapes.reshape(len(rows), -1), rcond=None)[0][2].reshape(-1, 3)
+        for size in (0.5, 1.0, 1.5):
+            print(f"found where the second amount differs by {size} standard deviations: "
+                  f"{share_found(group, size * amounts[:, 1].std() * field, args.draws // 5):.2f}", flush=True)

@@ -7,7 +7,7 @@ import socket
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import Generic, TypeVar
 
@@ -23,10 +23,11 @@ _STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "fo
 
 @dataclass(frozen=True)
 class Job:
-    """An input, and the first file that is made of it."""
+    """An input, and the first file that is made of it; `ours` if an earlier run made what is at the targets now."""
 
     source: str
     target: str
+    ours: bool = field(default=False, compare=False, kw_only=True)
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from typing import IO, Any
 
 from ..errors import FileError
 from ..io.replacing import check_writable
-from .table import ROW_ERRORS, Outcome, from_plain, json_lines, plain
+from .table import MAPPED, ROW_ERRORS, Outcome, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
 _BEGIN = b'{"igl_spheremap run": '
@@ -93,6 +93,7 @@ class Manifest:
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
         self._results: dict[str, Result] = {}
+        self._made: dict[str, list[Fingerprints]] = {}
         with self._writing():
             self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
         try:
@@ -104,7 +105,10 @@ class Manifest:
             self._file.write(b"\n")  # an earlier run was killed within its last line
         self._flushed = time.monotonic()
         self._append({"igl_spheremap run": dict(run)})
-        self._results.update(self._earlier())
+        for key, result in self._earlier():
+            self._results[key] = result
+            if result.row.status in MAPPED:
+                self._made.setdefault(key, []).append(result.written)
 
     def _check(self, path: str | os.PathLike[str]) -> None:
         """Raise a FileError if another run writes the file, or if it is not a manifest."""
@@ -144,6 +148,10 @@ class Manifest:
         found = self._results.get(key)
         same = found and found.read and are_still(sources, found.read) and are_still(targets, found.written)
         return found.row if found and same else None
+
+    def made(self, key: str, targets: Sequence[str]) -> bool:
+        """Whether an earlier run wrote what is at the targets now."""
+        return any(are_still(targets, written) for written in self._made.get(key, ()))
 
     def add(self, key: str, result: Result) -> None:
         """Append a result."""

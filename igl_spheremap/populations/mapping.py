@@ -62,7 +62,7 @@ class Options(Task[Job]):
         loaded = self.read(source)
         check()
         v, f, caps = self.repaired(loaded)
-        if not self.force and Path(target).exists():
+        if not (self.force or job.ours) and Path(target).exists():
             balance = {"balance": self.balance} if self.balance else {}
             if read_mark(target) != make_mark(v, f, self.method.name, self.method.settings() | balance, caps):
                 raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "

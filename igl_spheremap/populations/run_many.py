@@ -50,7 +50,7 @@ def run_many(
     with Manifest(manifest, run) as log, workers_of(executor, processes, timeout, memory) as workers:
         keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
         kept = _earlier_rows(log, keys, retry_failed or task.force) if resume else {}
-        todo.extend(job for job in jobs if job.target not in kept)
+        todo.extend(replace(job, ours=log.made(keys[job], job.targets)) for job in jobs if job.target not in kept)
         for row in kept.values():
             take(row)
         for job, result in workers.results(todo, task, retries, log.flush):

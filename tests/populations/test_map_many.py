@@ -102,8 +102,7 @@ def test_files_that_changed_places_are_mapped_anew(run):
     os.rename("300.ply", "x")
     os.rename("400.ply", "300.ply")
     os.rename("x", "400.ply")
-    assert {row.status for row in run(["300.ply", "400.ply"])} == {"file"}  # what is there was made of another mesh
-    after = {row.source: row for row in run(["300.ply", "400.ply"], force=True)}
+    after = {row.source: row for row in run(["300.ply", "400.ply"])}  # what is there is ours, of another mesh
     assert after["300.ply"].energy == before["400.ply"]["energy"]
     assert after["400.ply"].energy == before["300.ply"]["energy"]
 
@@ -149,6 +148,21 @@ def test_a_target_that_was_changed_is_made_again(run):
     write_mesh("300_out.ply", -x, f, force=True, metadata={"mark": read_mark("300_out.ply")})
     assert (run()[0].status, run()[0].resumed) == ("certified", True)
     assert Path("300_out.ply").read_bytes() == made
+
+
+def test_an_input_that_changed_is_mapped_again_and_replaces_what_an_earlier_run_made(run):
+    write_mesh("body.ply", *ism.samples.make("spheroid", n_vertices=300))
+    assert run(["body.ply"])[0].status == "certified"
+    made = Path("body_out.ply").read_bytes()
+    write_mesh("body.ply", *ism.samples.sphere(42), force=True)
+    (row,) = run(["body.ply"])
+    assert (row.status, row.resumed, row.vertices) == ("certified", False, 42)
+    Path("body_out.ply").write_bytes(made)  # an earlier run's, too, if not the last one's
+    write_mesh("body.ply", *ism.samples.sphere(162), force=True)
+    assert run(["body.ply"])[0].vertices == 162
+    write_mesh("body_out.ply", *ism.samples.sphere(42), force=True)  # of somebody else
+    write_mesh("body.ply", *ism.samples.sphere(42), force=True)
+    assert "without the mark" in run(["body.ply"])[0].notes
 
 
 def shift(x):
