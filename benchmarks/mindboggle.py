@@ -22,8 +22,8 @@ import igl_spheremap as ism
 from igl_spheremap.io.scalars import read_scalars
 from igl_spheremap.mesh.measure import vertex_areas
 
-from . import cortices
 from .common import parser, timed
+from .cortex_data import Data, anew
 
 _FILE = "{}.labels.DKT31.manual.vtk"
 _FIGURES = ("agree", "dice", "agree, rotation", "dice, rotation", "folded", "seconds")
@@ -31,10 +31,10 @@ _FIGURES = ("agree", "dice", "agree, rotation", "dice, rotation", "folded", "sec
 
 def stand_in(folder: Path, wheels: Path) -> None:
     """Surfaces with labels, laid out as Mindboggle-101 is."""
-    data = cortices.Data(wheels)
+    data = Data(wheels)
     for body in ("S1200", "Conte69", "fsaverage+1"):
         for side in "LR":
-            cortex = cortices.anew(*data.surface(body, side))
+            cortex = anew(*data.surface(body, side))
             own, path = cortex.label(data.labels(side)), folder / body / _FILE.format(f"{side.lower()}h")
             write_labels(path, cortex.v, cortex.f, np.where(own > 0, own, -1))
 
