@@ -1,4 +1,4 @@
-"""Cortices whose vertices correspond, from the wheels that `cortices` names, meshed anew, and individuals made of them."""
+"""Cortices whose vertices correspond, from the wheels that `cortices` names, meshed anew; individuals made of them."""
 
 from __future__ import annotations
 
