@@ -2,11 +2,14 @@
 
     python -m benchmarks repairs maps MESH ...
     python -m benchmarks repairs polish MESH ...
+    python -m benchmarks repairs gauges MESH ...
+    python -m benchmarks repairs rings
     python -m benchmarks repairs embedding
     python -m benchmarks repairs foldings FOLDER
     python -m benchmarks repairs copies MESH ... [--count 8]
 
-Tables of docs/repair.md. `foldings` compares with the conformalised mean curvature flow, and with LaPy where that is
+`gauges` compares limbs at ends of axes with the centred gauge, `rings` tubes with the floor that their rings set.
+`foldings` compares with the conformalised mean curvature flow, and with LaPy where that is
 installed; `copies` maps each mesh several times, its vertices and faces renumbered and turned. Seconds are of the CPU.
 """
 
@@ -17,6 +20,7 @@ from itertools import permutations
 from pathlib import Path
 
 import numpy as np
+from bodies import ring_floor, worm
 from scipy.spatial import ConvexHull
 
 import igl_spheremap as ism
@@ -29,11 +33,11 @@ from .peers import lapy, mean_curvature_flow
 def main(argv: list[str]) -> None:
     """Print one of the tables."""
     arguments = parser(__doc__)
-    arguments.add_argument("table", choices=("maps", "polish", "embedding", "foldings", "copies"))
+    arguments.add_argument("table", choices=("maps", "polish", "gauges", "rings", "embedding", "foldings", "copies"))
     arguments.add_argument("sources", nargs="*")
     arguments.add_argument("--count", type=int, default=5, help="copies of each mesh")
     options = arguments.parse_args(argv)
-    {"maps": maps, "polish": polish, "embedding": embedding, "foldings": foldings,
+    {"maps": maps, "polish": polish, "gauges": gauges, "rings": rings, "embedding": embedding, "foldings": foldings,
      "copies": lambda sources: copies(sources, options.count)}[options.table](options.sources)
 
 
@@ -66,6 +70,30 @@ def polish(sources: list[str]) -> None:
         cells = [f"{one['mean']:.3g} / {one['p99']:.3g}" for one in found]
         change = 100 * (found[1]["mean"] / found[0]["mean"] - 1)
         print(f"| {Path(source).stem} | {' | '.join(cells)} | {change:.1f} | {after / before:.1f} |", flush=True)
+
+
+def gauges(sources: list[str]) -> None:
+    """Mean and 99th percentile with the deepest limbs at ends of axes, where that pays, and in the centred gauge."""
+    print("| mesh | default: mean / 99 % | CPU, s | `gauge=\"centred\"` | CPU, s |\n|---|---|---|---|---|")
+    for source in sources:
+        v, f = load(source)
+        cells = []
+        for gauge in ("poles", "centred"):
+            result, seconds = timed(lambda g=gauge: ism.spherical_conformal_map(v, f, method=ism.Auto(gauge=g)))  # noqa: B023
+            found = quality(v, f, result.sphere)
+            cells += [f"{found['mean']:.3g} / {found['p99']:.3g}", f"{seconds:.2f}"]
+        print(f"| {Path(source).stem} | {' | '.join(cells)} |", flush=True)
+
+
+def rings(_: list[str]) -> None:
+    """Mean angle differences of long tubes, and the floor that rings of 20 vertices set."""
+    print("| worm of so many circumferences | vertices | floor | result | CPU, s |\n|---|---|---|---|---|")
+    for circumferences in (14, 40, 199):
+        v, f = worm(circumferences)
+        floor = ring_floor(v, f, np.arange(1, len(v) - 1).reshape(-1, 20))
+        result, seconds = timed(lambda: ism.spherical_conformal_map(v, f))  # noqa: B023
+        found = quality(v, f, result.sphere)
+        print(f"| {circumferences} | {len(v):,} | {floor:.2f} | {found['mean']:.2f} | {seconds:.2f} |", flush=True)
 
 
 def embedding(_: list[str]) -> None:
@@ -121,9 +149,11 @@ def foldings(folders: list[str]) -> None:
         ours, others = means.pop("this package", np.nan), list(means.values())
         if others:
             ratios.append(ours / min(others))
-    print(f"of {count} surfaces of 500 vertices and more without foldings: {free}; mean angle difference over that of "
-          f"the better of the others, where one is free of foldings: median {np.median(ratios):.2f}, 90th percentile "
-          f"{np.percentile(ratios, 90):.2f}, at most {max(ratios):.2f} of {len(ratios)}")
+    print("| program | free of foldings |\n|---|---|")
+    for name in programs:
+        print(f"| {name} | {free[name]} of {count} |")
+    print(f"| mean angle difference over that of the better other: median, 90 %, most | {np.median(ratios):.2f}, "
+          f"{np.percentile(ratios, 90):.2f}, {max(ratios):.2f} |")
 
 
 def copies(sources: list[str], count: int) -> None:

@@ -1,14 +1,14 @@
 """Results beside those of another version: mean angle differences in degrees, and CPU seconds.
 
-    python -m benchmarks versions CHECKOUT MESH|FOLDER ... [--of maps balance matches disks] [--turns 2] [--csv FILE]
-        [--polish angles]
+    python -m benchmarks versions CHECKOUT MESH|FOLDER ... [--of maps balance matches disks] [--every K] [--turns 2]
+        [--csv FILE] [--polish angles]
 
-CHECKOUT is a checkout of the other version; of a FOLDER, such as those of `gather`, all meshes are taken. Each version
-has a process of its own with one thread, after a warm-up; they take turns, mesh by mesh. A ratio of CPU seconds is that
-of one turn: the table has the median and the quartiles of all, and the ratio of the sums of the fastest turns, which
-FILE gets, a row a mesh. Disks are halves of the meshes, and a mesh is matched with itself, stretched by a fifth. The
-mean of a match is the median symmetric Dirichlet energy. A result is worse, or better, if its mean is off by more than
-5 percent and .02.
+CHECKOUT is a checkout of the other version; of a FOLDER, such as those of `gather`, all meshes are taken, or every
+K-th. Each version has a process of its own with one thread, after a warm-up; they take turns, mesh by mesh. A ratio of
+CPU seconds is that of one turn: the table has the median and the quartiles of all, and the ratio of the sums of the
+fastest turns, which FILE gets, a row a mesh. Disks are halves of the meshes, and a mesh is matched with itself,
+stretched by a fifth. The mean of a match is the median symmetric Dirichlet energy. A result is worse, or better, if its
+mean is off by more than 5 percent and .02.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from disks import half
+from disks import cut
 
 import igl_spheremap as ism
 
@@ -55,6 +55,7 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("checkout", type=Path)
     arguments.add_argument("sources", nargs="*")
     arguments.add_argument("--of", nargs="+", choices=tuple(KINDS), default=["maps"])
+    arguments.add_argument("--every", type=int, default=1, help="take every K-th mesh (1)")
     arguments.add_argument("--turns", type=int, default=2, help="of each version (2); 0: answer lines")
     arguments.add_argument("--csv", type=Path, help="write a row for each mesh")
     arguments.add_argument("--polish", choices=("auto", "angles"), default="auto")
@@ -63,7 +64,7 @@ def main(argv: list[str]) -> None:
         for line in sys.stdin:
             print(json.dumps(measured(*line.split(maxsplit=1), options.polish)), flush=True)
         return
-    sources = [str(path) for source in options.sources for path in meshes(source)]
+    sources = [str(path) for source in options.sources for path in meshes(source)][::options.every]
     workers = [worker(version, options) for version in (options.checkout, ROOT)]
     found = [row(kind, source, [[answer(one, kind, source) for one in workers] for _ in range(options.turns)])
              for kind in options.of for source in sources]
@@ -107,8 +108,8 @@ def balanced(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any
 
 
 def disk(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
-    """The conformal map of one half to the disk."""
-    w, g, _rows = half(v, f)
+    """The conformal map to the disk of the half around the first vertex."""
+    w, g = cut(v, f, 0, 0.5)
     result, cpu = timed(lambda: ism.disk_conformal_map(w, g))
     size = np.abs(ism.angle_differences(w, g, np.column_stack((result.plane, np.zeros(len(w))))))
     return cpu, {"foldings": ism.certify(result.plane, g).foldings, "mean": float(size.mean())}

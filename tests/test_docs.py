@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import csv
 import importlib.util
 import inspect
 import os
@@ -33,6 +35,7 @@ from igl_spheremap.io.scalars import write_scalars
 
 DOCS = ROOT / "docs"
 REPRODUCED = DOCS / "reproduction"
+BENCHMARKS = ROOT / "benchmarks"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated", REPRODUCED}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
@@ -319,6 +322,26 @@ def test_the_tables_and_pictures_of_the_reproduction_are_what_its_runs_have_writ
     assert set(re.findall(r"\(reproduction/(\w+\.png)\)", page)) == set(pictures) == {f"{name}.png" for name in FIGURES}
     assert max(pictures.values()) < 400_000
     assert (REPRODUCED / "methods.json").read_text("utf-8") == settings()
+
+
+def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed():
+    """Each file says which command prints its table; the sums of parts are those of their rows."""
+    kept = {path.stem: path.read_text("utf-8") for path in (BENCHMARKS / "results").glob("*.md")}
+    [made] = [ast.literal_eval(line.value) for line in ast.parse((BENCHMARKS / "tables.py").read_text("utf-8")).body
+              if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES"]
+    assert all(text.startswith(f"`python -m benchmarks {made[name]}`\n\n|") for name, text in kept.items())
+    shown = set()
+    for page in {*PAGES, BENCHMARKS / "tried.md"} - {DOCS / "reproduction.md"}:
+        text = page.read_text("utf-8")
+        assert fill(text, kept) == text, page
+        shown |= set(re.findall(r"<!-- table (\w+) -->", text))
+    assert shown == set(kept)
+    with (BENCHMARKS / "results" / "repair_test.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    sums = [sum(float(row[column]) for row in rows) for column in ("mean_before", "mean")]
+    total = [cell.strip() for cell in kept["repair_test"].splitlines()[-1].split("|")[3:6]]
+    assert total[0] == str(len(rows))
+    assert [float(cell) for cell in total[1:]] == pytest.approx(sums, abs=0.1 + 5e-4 * len(rows))
 
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")

@@ -1,0 +1,84 @@
+"""Make the tables of the pages anew: what a benchmark prints is kept in benchmarks/results, and stands in the pages.
+
+    python -m benchmarks tables [NAME ...] [--corpus FOLDER] [--parts FOLDER] [--before CHECKOUT]
+
+Without names all are made. The folders are the corpus (docs/corpus.md) and that of `python -m benchmarks gather`;
+CHECKOUT is one of version 0.3.0, for tables that compare with it. A page holds a table between <!-- table NAME --> and
+<!-- end -->.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from igl_spheremap.apps.reproduce.page import fill
+
+from .common import DOCS, ROOT, parser
+
+RESULTS = Path(__file__).with_name("results")
+#: Which benchmark prints a table; a file of the corpus stands as corpus:NAME.
+TABLES = {
+    "repair_maps": "repairs maps sample:dino sample:octopus sample:spring corpus:dino_isoblend_6013 corpus:lucy_cr_50k "
+                   "corpus:paper_brain_15002 corpus:paper_dilo_9731 corpus:brain_15002_qslim_slivers "
+                   "corpus:bunny_noise40 corpus:choi_moai corpus:comb corpus:octopus_low corpus:part_cgal "
+                   "corpus:putamen_cit168_right corpus:sword_oded corpus:syn_tetrahedron corpus:syn_thin_plate "
+                   "corpus:syn_dumbbell_neck corpus:syn_hairy_sphere corpus:syn_needle_1_1_100 corpus:vhacd_drum",
+    "repair_test": "versions BEFORE PARTS/test --csv RESULTS/repair_test.csv",
+    "repair_tune": "versions BEFORE PARTS/tune",
+    "repair_turns": "versions BEFORE PARTS/test --every 4 --turns 1",
+    "repair_rings": "repairs rings",
+    "repair_gauges": "repairs gauges sample:spring corpus:sword_oded corpus:syn_needle_1_1_100 "
+                     "corpus:syn_dumbbell_neck corpus:comb corpus:paper_dilo_9731 corpus:octopus_low",
+    "repair_bodies": "random_meshes bodies --count 120",
+    "repair_programs": "repairs foldings CORPUS/public CORPUS/hard",
+    "repair_embedding": "repairs embedding",
+    "repair_polish": "repairs polish corpus:choi_maxplanck corpus:paper_bimba_15002 corpus:choi_hippocampus "
+                     "corpus:fsaverage5_pial_left corpus:paper_brain_15002 corpus:koala corpus:spot_oded "
+                     "corpus:penguin corpus:armadillo_oded corpus:paper_dilo_9731 corpus:dino_isoblend_6013 "
+                     "corpus:lucy_cr_50k corpus:bunny_noise40 corpus:choi_moai corpus:sword_oded",
+    "versions": "versions BEFORE sample:spheroid sample:pear sample:dumbbell corpus:choi_hippocampus corpus:penguin "
+                "--of maps balance disks --turns 5",
+    "versions_matches": "versions BEFORE sample:spheroid:n_vertices=800 sample:pear:n_vertices=800 --of matches",
+    "disks_programs": "disks --largest 2200 --corpus CORPUS",
+    "open_holes": "open_surfaces --holes",
+    "open_handles": "open_surfaces --handles 1:100 5:120 5:160 20:120",
+}
+
+
+def main(argv: list[str]) -> None:
+    """Make the tables that were asked for, and write them into the pages."""
+    arguments = parser(__doc__)
+    arguments.add_argument("names", nargs="*", metavar="NAME", help=", ".join(TABLES))
+    for folder in ("corpus", "parts", "before"):
+        arguments.add_argument(f"--{folder}", type=Path, default=Path(folder))
+    options = arguments.parse_args(argv)
+    for name in options.names or TABLES:
+        words = [located(word, options.corpus, options.parts, options.before) for word in TABLES[name].split()]
+        print(name, file=sys.stderr, flush=True)
+        done = subprocess.run([sys.executable, "-m", "benchmarks", *words], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        if done.returncode:
+            raise SystemExit(f"{name}: the benchmark ended with status {done.returncode}")
+        keep(name, done.stdout)
+
+
+def located(word: str, corpus: Path, parts: Path, before: Path) -> str:
+    """A word of a command with the folders of this machine."""
+    if word.startswith("corpus:"):
+        return str(next(corpus.resolve().glob(f"*/{word.removeprefix('corpus:')}.*")))
+    for name, folder in (("CORPUS", corpus), ("PARTS", parts), ("BEFORE", before), ("RESULTS", RESULTS)):
+        if word.partition("/")[0] == name:
+            word = word.replace(name, str(folder.resolve()))
+    return word
+
+
+def keep(name: str, printed: str) -> None:
+    """Keep the table in what was printed, with its command, and write it into the pages."""
+    table = "\n".join(line for line in printed.splitlines() if line.startswith("|"))
+    (RESULTS / f"{name}.md").write_text(f"`python -m benchmarks {TABLES[name]}`\n\n{table}\n", encoding="utf-8")
+    tables = {path.stem: path.read_text("utf-8") for path in RESULTS.glob("*.md")}
+    for page in (*DOCS.rglob("*.md"), RESULTS.with_name("tried.md")):
+        text = page.read_text("utf-8")
+        if (filled := fill(text, tables)) != text:
+            page.write_text(filled, encoding="utf-8")
