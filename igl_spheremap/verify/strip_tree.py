@@ -1,8 +1,9 @@
 """Pairs of edges of a polygon that may meet, by rectangles around runs of edges.
 
-Runs of 1, 4, 16, ... consecutive edges have a rectangle along their chord each. Where those of two runs lie apart, none
-of their edges meet; else their quarters are compared. Few more pairs than there are edges are looked at where edges lie
-side by side, however long and thin that is: bounding boxes of the spikes of a star nearly all meet.
+Runs of 1, 4, 16, ... consecutive edges have a rectangle each, along the lines that their edges are nearest to: chords
+of jagged runs lie across them. Where those of two runs lie apart, none of their edges meet; else their quarters are
+compared. Few more pairs than there are edges are looked at where edges lie side by side, however long and thin that is:
+bounding boxes of the spikes of a star nearly all meet.
 
 Ballard 1981, *Strip Trees: A Hierarchical Representation for Curves*.
 """
@@ -101,9 +102,8 @@ class _Runs:
     def _rectangles(self) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]:
         """Centres, unit vectors of the first sides, halves of the sides (2, runs), and bounds on their rounding."""
         z, after, first, run = self._z, self._after, self._first, self._run
-        start = z[first]
-        chord = after[np.append(first[1:], len(z)) - 1] - start
-        along = np.where(chord == 0, 1.0, chord / np.where(chord == 0, 1.0, np.abs(chord)))
+        start, axis = z[first], np.sqrt(np.add.reduceat((after - z)**2, first))
+        along = np.where(axis == 0, 1.0, axis / np.where(axis == 0, 1.0, np.abs(axis)))
         one, other = ((each - start[run]) * along.conj()[run] for each in (z, after))
         (left, under), (right, above) = (
             [extreme.reduceat(extreme(a, b), first) for a, b in ((one.real, other.real), (one.imag, other.imag))]

@@ -20,7 +20,14 @@ def slanted_comb(k):
     return p @ np.array([[0.8, 0.6], [-0.6, 0.8]])
 
 
-@pytest.mark.parametrize("p", [spikes(3000, 0.2), 1e3 + spikes(3001, 0.2), slanted_comb(3000)])
+def jagged_comb(k):
+    """The same with teeth of all lengths: chords have all directions."""
+    p = slanted_comb(k)
+    p[:-2] += np.random.default_rng(0).uniform(-0.4, 0.4, k)[:, None] * [-0.6, 0.8]
+    return p
+
+
+@pytest.mark.parametrize("p", [spikes(3000, 0.2), 1e3 + spikes(3001, 0.2), slanted_comb(3000), jagged_comb(3000)])
 def test_edges_side_by_side_are_compared_with_few_others(p, monkeypatch):
     compared, near = [], strip_tree._Runs.near
     monkeypatch.setattr(rim, "plane_signs", lambda q, f: compared.append(len(f)) or plane_signs(q, f))
