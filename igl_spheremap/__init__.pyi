@@ -26,6 +26,8 @@ from .groups.group import Placed as Placed
 from .groups.modes import ModelFigures as ModelFigures
 from .groups.permutation import PointTest as PointTest
 from .groups.permutation import permutation_test as permutation_test
+from .groups.series import Series as Series
+from .groups.series import series as series
 from .groups.template import template as template
 from .io.coefficients import read_coefficients as read_coefficients
 from .io.coefficients import write_coefficients as write_coefficients

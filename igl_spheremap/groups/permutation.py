@@ -102,13 +102,11 @@ def permutation_test(
 
     Examples
     --------
-    >>> import numpy as np
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=300)
-    >>> group = ism.template([(v * [1, 1, 1 + 0.1 * k], f) for k in range(6)], to="ico:1")
-    >>> found = ism.permutation_test(group, np.arange(6), permutations=199)
-    >>> found.effect.shape, bool(found.p.min() < 0.05)
-    ((1, 42, 3), True)
+    >>> group = ism.template([(v * [1, 1, 1 + 0.1 * k], f) for k in range(3)], to="ico:1")
+    >>> ism.permutation_test(group, [30, 40, 50], permutations=19).effect.shape  # for instance ages
+    (1, 42, 3)
     """
     check_whole(permutations, "permutations", 19)
     count = len(group.members)

@@ -13,26 +13,23 @@ from numpy.typing import ArrayLike
 
 from ..correspondence.registration import Registration, register
 from ..errors import FileError, MapError, MeshError, check_number, check_whole, one_line, own_errstate
-from ..io.files import read_mesh
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..mesh.check import check_mesh
 from ..mesh.measure import vertex_areas
-from ..mesh.objects import MeshLike
 from ..mesh.timings import counted
 from ..shapes.basis import power
 from ..shapes.harmonics import spherical_harmonics
 from ..shapes.transfer import resample, sphere_mesh, transfer
-from ..shapes.weights import adaptive_area
 from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import weighted_sum
 from ..untangle.local_repair import unfolded
 from . import FARTHEST
 from .group import Group, Member
 from .modes import principal_modes
-from .placing import at_points, carried
+from .placing import Source, areas_of, at_points, carried, mapped
 from .procrustes import generalised_procrustes, placed
 
 #: The mean is at rest if it moves by less of its root mean square radius: on 2,562 points its faces are as far from it.
@@ -40,8 +37,6 @@ _STILL = 5e-3
 _ROUNDS = 6  # at most: 3 to 5 are usual
 _FEWEST = 3  # members: two have one mode and no median
 _DEGREE = 8  # of the harmonics whose powers distinguish the members
-
-Source = str | os.PathLike[str] | SphereMap | MeshLike
 
 
 @own_errstate
@@ -150,8 +145,7 @@ class _Surface:
 def _surface(number: int, name: str, source: Source, x: FloatArray, f: IntArray, balance: float,
              features: ArrayLike | None) -> _Surface:
     """Read and map a source."""
-    given = read_mesh(source) if isinstance(source, str | os.PathLike) else source
-    result = given if isinstance(given, SphereMap) else balanced_spherical_map(given, balance=balance)
+    result = mapped(source, balance)
     values = np.empty((len(result.sphere), 0)) if features is None else check_values(
         features, len(result.sphere), f"features of source {name}")
     coarse = at_points(result, x, f)
@@ -224,8 +218,7 @@ def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray,
     maps = [carried(each.surface.map, each.surface.coarse, each.registration.map.sphere @ turn)
             for each in counted("members", fitted)]
     shapes = np.stack([resample(each, (x, f)).v for each in maps])
-    received = (adaptive_area(each, (x, f)).received for each in maps)
-    areas = np.mean([each for each in received if each is not None], axis=0)
+    areas = np.mean([areas_of(each, x, f) for each in maps], axis=0)
     features = np.stack([transfer(each, fit.surface.features, (x, f))
                          for each, fit in zip(maps, fitted, strict=True)])
     aligned = generalised_procrustes(shapes, areas, rigid)
