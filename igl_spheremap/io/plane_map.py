@@ -9,7 +9,9 @@ import numpy as np
 
 from ..errors import MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows
-from ..plane.plane_map import PlaneMap
+from ..mesh.disk import check_disk
+from ..mesh.objects import MeshLike, vertices_and_faces
+from ..plane.plane_map import PlaneMap, given_map
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh, write_mesh
@@ -62,8 +64,8 @@ def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, ro
     >>> v, f = [[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     check = ism.write_plane_map(f"{folder}/flat.obj", ism.flatten(v, f))
-    ...     p = ism.read_plane_map(f"{folder}/flat.obj")
-    >>> check.folding_free, p.shape
+    ...     again = ism.read_plane_map(f"{folder}/flat.obj")
+    >>> check.folding_free, again.plane.shape
     (True, (4, 2))
     """
     mesh = result.mesh
@@ -82,40 +84,64 @@ def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, ro
             npz.write_arrays(partial, {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}, mark)
     else:
         write_mesh(path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark)
-    return Certificate.of_plane(read_plane_map(path), mesh.f, mesh.rim)
+    return Certificate.of_plane(read_images(path), mesh.f, mesh.rim)
 
 
 @own_errstate
-def read_plane_map(path: PathLike) -> FloatArray:
-    """Read a map to the plane from a file of any program.
+def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneMap:
+    """Read a map to the plane from a file of any program, and certify it.
 
     Parameters
     ----------
     path : str or path-like
-        An OBJ file with texture coordinates, an NPZ file with an array ``plane``, a patch, or any mesh file whose third
-        coordinate is the same everywhere.
+        An OBJ file with texture coordinates, an NPZ file with arrays ``vertices``, ``faces`` and ``plane``, a patch, or
+        any mesh file whose third coordinate is the same everywhere.
+    surface : mesh object or (v, f), optional
+        What was mapped; of a patch the whole surface that it was cut from. By default the surface in the file: only OBJ
+        and NPZ hold one.
 
     Returns
     -------
-    (n, 2) float64 array
-        Images of the vertices, in the file's order.
+    PlaneMap
+        Of the numbers in the file, whose certificate says whether they fold; its method is "given".
 
     Raises
     ------
     FileError
         If the file can't be opened.
     MeshError
-        If it is damaged or holds no map to the plane.
+        If it is damaged or holds no map to the plane; if it holds no surface and none is given; or if the surface is
+        not a disk, or has another number of vertices.
 
     Examples
     --------
     >>> import tempfile
     >>> import igl_spheremap as ism
+    >>> roof, f = [[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_mesh(f"{folder}/square.ply", [[0, 0, 5], [1, 0, 5], [1, 1, 5], [0, 1, 5]], [[0, 1, 2], [0, 2, 3]])
-    ...     ism.read_plane_map(f"{folder}/square.ply").tolist()
-    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    ...     ism.write_mesh(f"{folder}/square.ply", [[0, 0, 5], [1, 0, 5], [1, 1, 5], [0, 1, 5]], f)
+    ...     square = ism.read_plane_map(f"{folder}/square.ply", surface=(roof, f))
+    >>> square.plane.tolist(), square.certificate.folding_free
+    ([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], True)
     """
+    p = read_images(path)
+    if surface is not None:
+        v, f = vertices_and_faces(surface)
+        if is_patch(path):
+            v, f = read_patch(path).part(v, f)
+    elif is_patch(path) or format_of(path).name not in ("OBJ", "NPZ"):
+        raise MeshError(f"{path} holds no surface, only its image; give the surface: surface=read_mesh(...)")
+    else:
+        v, f = read_mesh(path)
+    mesh = check_disk(v, f)
+    if len(p) != len(mesh.v):
+        raise MeshError(f"{path} has {len(p)} vertices but the surface has {len(mesh.v)}; give the surface that was "
+                        "mapped")
+    return given_map(mesh, p)
+
+
+def read_images(path: PathLike) -> FloatArray:
+    """Images (n, 2) of the vertices in a file that holds a map to the plane, in the file's order."""
     path = Path(path)
     if is_patch(path):
         x = read_patch(path).positions

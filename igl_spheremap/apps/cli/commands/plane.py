@@ -12,17 +12,16 @@ import numpy as np
 from ....errors import FileError, MeshError
 from ....io.files import read_mesh
 from ....io.patch import read_patch
-from ....io.plane_map import is_patch, read_plane_map, write_plane_map
+from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ....mesh.surface import Surface
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
-from ....plane.plane_map import PlaneMap, in_space, plane_findings, plane_rows
+from ....plane.plane_map import PlaneMap, given_map, plane_findings, plane_rows
 from ....result import findings
 from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
-from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ...report import write_plane_report
 from ...viewer.choices import guess_up
 from ..exits import Exit
@@ -145,7 +144,7 @@ def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
         return None
     mesh = read_any(args.source, args.format, read_mesh)
     try:
-        p = read_plane_map(name)
+        p = read_images(name)
     except (MeshError, FileError):  # what is wrong with it was found before
         return None
     if len(p) != len(mesh.v):
@@ -158,17 +157,11 @@ def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
     name = args.sphere or args.source
     args.progress.stage(f"certifying {name}")
     disk = check_disk(source.v, source.f)
-    certificate = Certificate.of_plane(p, disk.f, disk.rim)
+    result = given_map(disk, p)
     found = Findings(source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim))
     found.add("source", f"{args.source}: {len(disk.v)} vertices, {len(disk.f)} faces, {len(disk.rim)} on the rim")
     found.add("plane", name)
-    if not len(certificate.not_finite):
-        image = in_space(p)
-        found.extend([
-            findings.angles(angle_differences(disk.unit, disk.f, image)),
-            findings.areas(log_area_ratios(disk.unit, disk.f, image)),
-            findings.edges(log_length_ratios(disk.unit, disk.f, image)),
-        ])
-    found.extend([findings.verdict(certificate)])
+    known = plane_findings(result)
+    found.extend(known[-1:] if len(result.certificate.not_finite) else known)
     found.report(args)
-    return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED
+    return Exit.OK if result.certificate.folding_free else Exit.UNCERTIFIED
