@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from ..errors import FileError
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from .records import Metadata, RawMesh
 
 PathLike = str | os.PathLike[str]
+#: By whose custom the files of a hemisphere are named. FreeSurfer's are written in its formats, the others as GIFTI.
+Custom = Literal["bids", "freesurfer", "hcp"]
+CUSTOMS = get_args(Custom)
 
 
 @dataclass(frozen=True)

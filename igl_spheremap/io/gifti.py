@@ -22,18 +22,21 @@ from .records import Label, Metadata, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
-_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)")
+_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.")
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
 
 
 def structure_of(path: PathLike) -> dict[str, str]:
-    """The hemisphere that a file's name has by FreeSurfer's custom or that of BIDS, as metadata.
+    """The hemisphere that a file's name has by the custom of FreeSurfer, BIDS or HCP, as metadata.
 
     >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
     ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})
+    >>> structure_of("100307.L.white.native.surf.gii")
+    {'structure': 'CortexLeft'}
     """
     found = _HEMISPHERE.search(Path(path).name)
-    return {"structure": f"Cortex{'Left' if found[1] in ('lh', 'hemi-L') else 'Right'}"} if found else {}
+    left = found and (found[1] or found[2]) in ("lh", "hemi-L", "L")
+    return {"structure": f"Cortex{'Left' if left else 'Right'}"} if found else {}
 
 
 def read(path: Path) -> RawMesh:

@@ -86,7 +86,7 @@ class Result:
 class Manifest:
     """JSON lines that are appended: a line for each run and for each result. One run writes at a time.
 
-    A result is known by its key, see `igl_spheremap.populations.job.Job`; the last one of a key counts.
+    A result is known by its key, see `igl_spheremap.populations.job.key_of`; the last one of a key counts.
     """
 
     def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:

