@@ -113,9 +113,7 @@ def similar(p, q, w):
 def distance(a, b, x):
     """How far B's points are from A's, if A's sphere is x."""
     w = vertex_areas(a.vertices, a.faces)
-    # 0.2.0 takes the values first.
-    onto = ism.transfer(b, b.vertices, x) if hasattr(ism, "match") else ism.transfer(b.vertices, b, x)
-    off = similar(onto, a.vertices, w) - a.vertices
+    off = similar(ism.transfer(b, b.vertices, x), a.vertices, w) - a.vertices
     radius = a.vertices - w @ a.vertices / w.sum()
     return np.sqrt(w @ (off**2).sum(axis=1) / (w @ (radius**2).sum(axis=1)))
 
