@@ -72,16 +72,13 @@ class Auto(Method):
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"poles", "centred"}, default "poles"
         How limbs are kept whose edges fall below float64's resolution in the centred gauge, which all other maps have.
-        "poles", the default, takes the tips of the three deepest to ends of the coordinate axes by a Moebius map, where
-        coordinates are finer, if shortening would cost angles; the result's ``gauge`` says so. "centred" shortens them
-        and keeps the gauge.
+        "poles" takes the tips of the three deepest to ends of the coordinate axes by a Moebius map, where coordinates
+        are finer, if shortening would cost angles; "centred" shortens them and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
-        What is done to a good map: Newton steps that lower its angle differences, up to 2,000 vertices where they gain,
-        and above where faces are thin and steps are predicted to lower the mean by a fifth ("auto"); the same and
-        further steps on any map, for 2 to 20 times the time ("angles"); or nothing (None): then it is the harmonic map.
-        A map that folds is repaired, and a poor one of a coarse mesh, whatever this is.
+        Whether Newton steps lower the angle differences of a good map: where that is predicted to pay, on any map, for
+        2 to 20 times the time, or never: then it is the harmonic map.
     effort : Effort, default Effort()
-        What steps may cost that lower the angle differences after a repair: systems, sweeps, least gains. A dict of
+        What steps may cost that lower the angle differences: systems, layouts, least gains. A dict of
         them will do.
 
     Raises
@@ -91,12 +88,59 @@ class Auto(Method):
     TypeError
         If a value is not a number, or `max_iterations` not whole.
 
+    Notes
+    -----
+    What is measured on the harmonic map decides what follows, the first row that applies; ``result.explain()`` says
+    which did. Mean is that of the sizes of all angle differences, in degrees.
+
+    =  ==================================================  ========================================================
+       measured                                            what follows
+    =  ==================================================  ========================================================
+    1  more than 1 percent of the faces fold, or the       layouts of the mesh in the plane race in the map's
+       degree is not 1                                     place: one, or `Effort.layouts` if the mean is above 2.4
+    2  the mean is above 2.4, and the mesh so coarse that  the map, repaired where it folds, and `Effort.layouts`
+       the flat image has less than 95 percent of the      layouts race
+       sphere's area
+    3  `polish` is "angles"                                steps, until further ones gain less than
+                                                           `Effort.polish_gain`
+    4  `polish` is "auto", the mean above 1.2, and steps   steps, until further ones gain less than that
+       are predicted to lower it by `Effort.price`
+    5  faces fold, up to 1 percent                         the map is repaired where it folds
+    6  none of this                                        the map stays as it is
+    =  ==================================================  ========================================================
+
     Examples
     --------
+    A row each, by stretching a sphere of 642 vertices:
+
     >>> import igl_spheremap as ism
-    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> ism.spherical_conformal_map(v, f, method=ism.Auto(polish="angles")).settings
-    {'polish': 'angles'}
+    >>> v, f = ism.samples.sphere(642)
+    >>> def decided(v, **options):
+    ...     print(ism.spherical_conformal_map(v, f, **options).explain().splitlines()[0])
+    >>> decided(v * [1, 1, 10])
+    auto: 100 of 1,280 faces fold, and angles are 9.69 degrees off in the mean; so up to 5 layouts by angles that close
+    may start, and steps go on while further ones gain 3.4 percent
+    >>> decided(v * [1, 1, 6])
+    auto: no face folds, and angles are 3.24 degrees off in the mean; so the map itself and up to 5 layouts by angles
+    that close may start, and steps go on while further ones gain 3.4 percent
+    >>> decided(v, polish="angles")
+    auto: no face folds; so the map itself may start, and steps go on while further ones gain 0.4 percent
+    >>> decided(v * [1, 1, 5])
+    auto: no face folds, and steps are predicted to pay; so the map itself may start, and steps go on while further
+    ones gain 3.4 percent
+    >>> dented, (i, j, k) = v.copy(), f[100]
+    >>> dented[i] = 3 * v[j] - 2 * v[i]
+    >>> decided(dented)
+    auto: 2 of 1,280 faces fold, and steps are predicted to gain less than 3.4 percent; so the map is repaired where it
+    folds, and no steps are taken
+    >>> decided(v * [1, 1, 3])
+    auto: no face folds, and steps are predicted to gain less than 3.4 percent; so no steps are taken
+
+    Limbs too deep for float64 decide the gauge, or by how much they are shortened:
+
+    >>> results = [ism.spherical_conformal_map(v * [1, 1, 30], f, gauge=gauge) for gauge in ("poles", "centred")]
+    >>> [(result.gauge, round(result.stretch, 1)) for result in results]
+    [('poles', 1.0), ('centred', 1.5)]
     """
 
     name: ClassVar[str] = "auto"

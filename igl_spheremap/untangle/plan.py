@@ -61,7 +61,8 @@ class Plan:
         several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"
         names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (self.layouts > 0)
         if np.isinf(self.price):
-            return f"{self.why}; so no steps are taken"
+            repaired = "the map is repaired where it folds, and " if self.itself else ""
+            return f"{self.why}; so {repaired}no steps are taken"
         percent = f"{100 * self.price:.2g} percent"
         return f"{self.why}; so {' and '.join(names)} may start, and steps go on while further ones gain {percent}"
 
