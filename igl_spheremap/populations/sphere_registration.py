@@ -418,7 +418,7 @@ def hemisphere_jobs(
             place = os.path.realpath(target)
             if place in places:
                 raise ValueError(f"out gives {job.source} the file {target}, which is {places[place]} already: use "
-                                 "{subject}, and each surface, template and atlas once")
+                                 "{subject}, and each hemisphere, template and atlas once")
             places[place] = f"that of {job.source}"
     return jobs
 

@@ -75,7 +75,7 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
 
     def announce() -> None:
         if not args.quiet:
-            args.progress.write("igl-spheremap: finishing what was begun; Ctrl-C again ends at once")
+            args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
 
     count = args.progress.count(name, total)
     with Interrupt(announce) as interrupt:
