@@ -252,7 +252,7 @@ def test_neuromaps_takes_data_and_spheres(made):
         ({"out": "lh.white"}, ism.FileError, "lh.white is a file"),
         ({"sources": ["lh.white", "lh.white"]}, ValueError, r"use \{subject\}"),
         ({"sources": ["white.ply"]}, ism.FileError, "does not say which hemisphere it is"),
-        ({"twice": True}, ValueError, "each surface, template and atlas once"),
+        ({"twice": True}, ValueError, "each hemisphere, template and atlas once"),
     ],
 )
 def test_wrong_arguments_are_named_before_the_work(options, error, message, tmp_path, monkeypatch):
