@@ -27,7 +27,6 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.shapes.rotation import rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, timed
@@ -179,20 +178,15 @@ def individuals(data, bodies, table):
 
 
 def rotations(data, bodies, table):
-    """The source's sphere turned by chance: how far all of the registration lies from the first, at worst."""
+    """The source's sphere turned by chance: how far all of the registration lies from the first one, mm."""
     for body in bodies[:1]:
         a, _, cortex = data.source(body, "L")
-        b, inside = data.target("L"), cortex.label(data.labels("L")) > 0
-        first, turns, offs = None, [], []
-        for R in Rotation.random(_ROTATIONS, random_state=0).as_matrix():
-            turned = ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T)
-            found = ism.register(turned, b)
+        b, inside, first = data.target("L"), cortex.label(data.labels("L")) > 0, None
+        for k, R in enumerate(Rotation.random(_ROTATIONS, random_state=0).as_matrix(), 1):
+            found = ism.register(ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T), b)
             place = ism.transfer(b, b.vertices, found.map.sphere)
-            first = first or (found.rotation @ R, place)
-            turns.append(rotation_angle(found.rotation @ R @ first[0].T))
-            offs.append(apart(place, first[1], inside) | {"folded": found.map.certificate.foldings})
-        worst = {key: max(each[key] for each in offs) for key in offs[0]}
-        table.add(f"{body} L, {_ROTATIONS} rotations, {max(turns):.4f} degrees apart", **worst)
+            first = place if first is None else first
+            table.add(f"{body} L, rotation {k}", **apart(place, first, inside), folded=found.map.certificate.foldings)
 
 
 PARTS = {each.__name__: each for each in (onto, peers, group, back, sides, fine, individuals, rotations)}

@@ -26,7 +26,7 @@ from .common import parser, timed
 from .cortex_data import Data, anew
 
 _FILE = "{}.labels.DKT31.manual.vtk"
-_FIGURES = ("agree", "dice", "agree, rotation", "dice, rotation", "folded", "seconds")
+_FIGURES = ("agree", "dice", "agree_rotated", "dice_rotated", "folded", "seconds")
 
 
 def stand_in(folder: Path, wheels: Path) -> None:
