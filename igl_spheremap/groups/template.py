@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..correspondence.registration import Registration, register
-from ..errors import FileError, MapError, MeshError, check_number, check_whole, one_line, own_errstate
+from ..errors import MeshError, check_number, check_whole, one_line, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
@@ -27,6 +27,7 @@ from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import weighted_sum
 from ..untangle.local_repair import unfolded
 from . import FARTHEST
+from .crew import Crew
 from .group import Group, Member
 from .modes import principal_modes
 from .placing import Source, areas_of, at_points, carried, mapped
@@ -49,6 +50,7 @@ def template(
     balance: float = 1.0,
     rigid: bool = False,
     farthest: float = FARTHEST,
+    processes: int = 1,
 ) -> Group:
     """Make the unbiased template of surfaces: their mean, its modes, and each member in correspondence with it.
 
@@ -102,21 +104,32 @@ def template(
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
     check_number(farthest, "farthest", 1)
+    check_whole(processes, "processes", 1)
     x, f = sphere_mesh(to)
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
     left_out: dict[str, str] = {}
     found: list[_Surface] = []
-    for k, source in counted("maps", list(enumerate(sources))):
-        name = os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
-        try:
-            found.append(_surface(k, name, source, x, f, balance, None if features is None else features[k]))
-        except (MeshError, FileError, MapError) as error:
-            left_out[name] = one_line(error)
-    found.sort(key=lambda surface: surface.digest)
+    names = [os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
+             for k, source in enumerate(sources)]
+    with Crew(processes) as crew:
+        jobs = [(k, name, source, x, f, balance, None if features is None else features[k])
+                for k, (name, source) in enumerate(zip(names, sources, strict=True))]
+        for name, surface in zip(names, crew.each("maps", _surface, jobs), strict=True):
+            if isinstance(surface, Exception):
+                left_out[name] = one_line(surface)
+            else:
+                found.append(surface)
+        found.sort(key=lambda surface: surface.digest)
+        return _without_strangers(found, crew, x, f, balance, rigid, modes, farthest, left_out)
+
+
+def _without_strangers(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+                       modes: int, farthest: float, left_out: dict[str, str]) -> Group:
+    """The group of those that lie near enough to each other's mean."""
     changes: list[float] = []
     while True:
-        fitted, turn = _at_rest(found, x, f, balance, rigid, changes, left_out)
+        fitted, turn = _at_rest(found, crew, x, f, balance, rigid, changes, left_out)
         group = _joined(fitted, turn, x, f, modes, rigid, changes, left_out)
         distances = np.array([member.distance for member in group.members])
         usual = float(np.median(distances))
@@ -162,8 +175,8 @@ class _Fitted(NamedTuple):
     registration: Registration
 
 
-def _at_rest(found: list[_Surface], x: FloatArray, f: IntArray, balance: float, rigid: bool, changes: list[float],
-             left_out: dict[str, str]) -> tuple[list[_Fitted], FloatArray]:
+def _at_rest(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+             changes: list[float], left_out: dict[str, str]) -> tuple[list[_Fitted], FloatArray]:
     """Registrations to a template that is the mean of what is registered to it, and how its sphere is to be turned.
 
     All have turned with the start so far; at the end they turn to the Gauss map of the mean.
@@ -173,13 +186,12 @@ def _at_rest(found: list[_Surface], x: FloatArray, f: IntArray, balance: float, 
     turns = {surface.number: np.eye(3) for surface in found}
     for step in range(_ROUNDS):
         fitted: list[_Fitted] = []
-        for surface in counted("registrations", found):
-            mesh, turn = surface.coarse.mesh, turns[surface.number]
-            try:
-                turned = certified(mesh, unfolded(mesh, surface.coarse.sphere @ turn))
-                fitted.append(_Fitted(surface, turn, register(turned, target, stages=stages)))
-            except (MeshError, MapError) as error:
-                left_out[surface.name] = f"it could not be registered: {one_line(error)}"
+        jobs = [(surface.coarse, turns[surface.number], target, stages) for surface in found]
+        for surface, registration in zip(found, crew.each("registrations", _registered, jobs), strict=True):
+            if isinstance(registration, Exception):
+                left_out[surface.name] = f"it could not be registered: {one_line(registration)}"
+            else:
+                fitted.append(_Fitted(surface, turns[surface.number], registration))
         found = _enough([each.surface for each in fitted], left_out)
         shapes = np.stack([resample(each.registration.map, (x, f)).v for each in fitted])
         areas = np.mean([vertex_areas(shape, f) for shape in shapes], axis=0)
@@ -196,6 +208,12 @@ def _at_rest(found: list[_Surface], x: FloatArray, f: IntArray, balance: float, 
         stages = ["elastic"]
     mesh = check_mesh(mean, f)
     return fitted, best_rotation(x, orientation_target(mesh), mesh.A)
+
+
+def _registered(coarse: SphereMap, turn: FloatArray, target: SphereMap, stages: list[str]) -> Registration:
+    """A surface registered to the template, its sphere turned first."""
+    turned = certified(coarse.mesh, unfolded(coarse.mesh, coarse.sphere @ turn))
+    return register(turned, target, stages=stages)
 
 
 def _most_usual(found: list[_Surface]) -> _Surface:

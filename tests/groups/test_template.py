@@ -47,6 +47,13 @@ def test_any_order_of_the_members_gives_the_same_bits(maps):
     assert (again.scores == three.scores[[2, 0, 1]]).all()
 
 
+def test_processes_give_the_same_bits(maps):
+    one, two = (ism.template(maps[:3], to="ico:1", processes=processes) for processes in (1, 2))
+    assert (one.vertices == two.vertices).all()
+    assert (one.scores == two.scores).all()
+    assert all((a.map.sphere == b.map.sphere).all() for a, b in zip(one.members, two.members, strict=True))
+
+
 def test_mirrored_bodies_have_a_mirrored_template(group, maps):
     mirrored = ism.template([reflected(each) for each in maps], to="ico:2")
     assert group.place(reflected(mirrored.map)).member.distance < 0.02 * radius(group)
@@ -89,7 +96,7 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, tmp_path):
 @pytest.mark.parametrize(("options", "error", "words"), [
     ({"modes": 0}, ValueError, "modes"), ({"to": "ico"}, ValueError, "regular sphere"),
     ({"balance": 2}, ValueError, "balance"), ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
-    ({"farthest": 0}, ValueError, "farthest"),
+    ({"farthest": 0}, ValueError, "farthest"), ({"processes": 0}, ValueError, "processes"),
 ])
 def test_options_are_checked(options, error, words):
     with pytest.raises(error, match=words):

@@ -49,7 +49,8 @@ def _make(args: Namespace) -> Exit:
     if (out / ARCHIVE).exists() and not args.force:
         raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
     group = template([name for name in names if name not in args.exclude], modes=args.modes, to=args.to,
-                     balance=args.balance, rigid=args.rigid, farthest=args.farthest)
+                     balance=args.balance, rigid=args.rigid, farthest=args.farthest,
+                     processes=args.jobs or os.cpu_count() or 1)
     args.progress.stage("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
