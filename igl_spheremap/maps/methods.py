@@ -29,7 +29,7 @@ from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.algorithm_2 import algorithm_2
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
-from ..untangle.plan import plan_repair
+from ..untangle.plan import Large, plan_repair
 from ..untangle.repair import repair
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Lai2014, Method, Stereographic
@@ -40,10 +40,10 @@ _PROJECTIONS = 40
 
 
 def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
-         start: FloatArray | None = None, symmetric: bool = False) -> SphereMap:
+         start: FloatArray | None = None, large: Large = "embedded") -> SphereMap:
     """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
 
-    The map is certified free of foldings, unless a listener stopped it, or it is to be `symmetric` (`plan_repair`).
+    The map is certified free of foldings, unless a listener stopped it, or large ones are not to be embedded (`Large`).
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
@@ -57,7 +57,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     if 2 * certificate.foldings > len(mesh.f):
         x = fix_orientation(x, mesh.f)
         certificate = Certificate.of(x, mesh.f)
-    plan = plan_repair(mesh, x, certificate, options.polish, options.effort, symmetric)
+    plan = plan_repair(mesh, x, certificate, options.polish, options.effort, large)
     try:
         if plan.starts:
             x, run = repair(mesh, x, run, plan, operators, listener, centred=options.gauge == "centred",

@@ -14,6 +14,7 @@ from ..mesh.edges import edge_keys, marked, next_corners, shared_edges
 from ..result.run import Listener
 from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
+from ..untangle.plan import Large
 
 #: As of `igl_spheremap.Auto`: with its default the reflection is so rough that errors fall by less than 4 where edges
 #: are halved.
@@ -25,7 +26,8 @@ def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) ->
 
     The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
     reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric, or
-    where only an embedding would unfold it, which is not done if it is to be `symmetric`.
+    where only an embedding would unfold it, which is not done if it is to be `symmetric`. Nor is it laid out then if
+    most of the vertices lie on the boundary: angles bend there, as the double's do not.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))
@@ -33,7 +35,8 @@ def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) ->
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, symmetric=symmetric)
+    large: Large = "embedded" if not symmetric else "left" if 2 * len(disk.rim) > len(disk.v) else "laid out"
+    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, large=large)
     x, other = result.sphere, np.concatenate((copy, inside))
     y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")
     if y[inside, 2].mean() < 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from .match_angles import is_worth_steps
 #: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
 #: starts after one that is not poor. Chosen with version 0.2.0, on parts that are in no list.
 POOR = 2.4
+#: What may start where more than a percent of the faces fold: all that there is; of a mesh with a symmetry that its map
+#: is to have, layouts alone, as embedding spoils it, unless the mesh is so small that several may start; or nothing.
+Large = Literal["embedded", "laid out", "left"]
 
 
 @dataclass(frozen=True)
@@ -69,15 +73,13 @@ class Plan:
 
 @stage("plan")
 def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort,
-                symmetric: bool = False) -> Plan:
-    """The plan for a map, by what folds, its angles, and what steps are predicted to gain.
-
-    Of a mesh with a symmetry that its map is to have large foldings are not embedded, which would spoil the symmetry,
-    unless the mesh is so small that several layouts may start.
-    """
+                large: Large = "embedded") -> Plan:
+    """The plan for a map, by what folds, its angles, and what steps are predicted to gain."""
     free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
     price = effort.polish_gain if polish == "angles" else effort.price(n)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
+    if large == "left" and not few:
+        return Plan(False, 0, 0, np.inf, folded)
     coarse = is_coarse(surface_area(x, mesh.f))
     if coarse or not few:
         mean = mean_angle_difference(mesh, x)
@@ -85,7 +87,7 @@ def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str
             layouts = effort.layouts(n) if mean > POOR else 0
             why = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
             holes = effort.holes if coarse else max(0, layouts - 1)
-            embeds = few or layouts > 1 or not symmetric
+            embeds = few or layouts > 1 or large == "embedded"
             return Plan(few, layouts if few else max(1, layouts), holes, price, why, embeds)
     if polish is None:
         return Plan(not free, 0, 0, np.inf, folded)

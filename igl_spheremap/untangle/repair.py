@@ -137,7 +137,8 @@ class _Repair:
     def _shallow(self, placed: Placed | None) -> Iterator[Candidate]:
         """A layout, those around other holes, and a map that mostly folds."""
         maps = layouts(self.mesh, placed, self._system, self.plan.holes)
-        for y, mended in unfolded_first(self.mesh, chain(maps, [] if self.plan.itself else [self.x])):
+        itself = [self.x] if self.plan.embeds and not self.plan.itself else []
+        for y, mended in unfolded_first(self.mesh, chain(maps, itself)):
             if start := self.record("angles", y) or self.embedded(y, mended):
                 yield start
 
