@@ -24,7 +24,7 @@ _PROJECTIONS = 30
 
 
 def graph_sphere(graph: sp.csr_matrix, sweeps: int = _FINEST_SWEEPS) -> np.ndarray:
-    """Place the vertices of a connected planar graph on the sphere, near the centroids of their neighbours.
+    """Place the vertices of a planar graph on the sphere, near the centroids of their neighbours.
 
     Aggregates are placed first, then each vertex moves to the centroid of its neighbours, sweep by sweep. `graph` holds
     symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
@@ -37,6 +37,8 @@ def graph_sphere(graph: sp.csr_matrix, sweeps: int = _FINEST_SWEEPS) -> np.ndarr
     if n <= _COARSEST:
         return _coarsest(graph.toarray())
     labels, count = aggregate(graph)
+    if count == n:  # no edges
+        return _anywhere(n)
     members = sp.csc_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(count, n)).tocsr()
     joined = sp.csr_matrix((graph.data, labels.take(graph.indices), graph.indptr), shape=(n, count))
     x = graph_sphere(members @ joined, _SWEEPS)[labels]
@@ -54,8 +56,7 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
     L = np.diag(weights.sum(axis=1)) - weights
     eigenvalues, modes = np.linalg.eigh(L)
     if len(L) < 5 or eigenvalues[1] <= 1e-12 * eigenvalues[-1]:
-        # Too small, or not connected: any place will do.
-        return unit_rows(np.cos(np.outer(np.arange(len(L)), [1.0, 2.0, 3.0])))
+        return _anywhere(len(L))  # too small, or not connected
     inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T
     x = unit_rows(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))
     for _ in range(_PROJECTIONS):
@@ -66,6 +67,11 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
         spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))
         x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, np.finfo(float).tiny))) @ axes.T)
     return x
+
+
+def _anywhere(n: int) -> np.ndarray:
+    """Places of vertices for which any will do."""
+    return unit_rows(np.cos(np.outer(np.arange(n), [1.0, 2.0, 3.0])))
 
 
 def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:

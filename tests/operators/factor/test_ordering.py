@@ -95,6 +95,14 @@ def test_graph_sphere_keeps_neighbours_together():
     assert np.abs(x.mean(axis=0)).max() < 0.5
 
 
+@pytest.mark.parametrize("size", [1, 3])
+def test_graph_sphere_places_graphs_of_hundreds_of_pieces(size):
+    """What is left of a mesh without its hubs may be that."""
+    x = graph_sphere(sp.block_diag([np.ones((size, size))] * 400, format="csr"))
+    assert x.shape == (400 * size, 3)
+    assert np.isfinite(x).all()
+
+
 def wheels(n, hubs):
     """Strips of n vertices that end in each other, whose every vertex is a neighbour of a hub, one for each part."""
     i = np.arange(n)
