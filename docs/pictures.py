@@ -327,7 +327,7 @@ def _present(build: Callable[[], App], path: Path, size: tuple[int, int]) -> lis
 
 
 def _captions(app: App) -> list[str]:
-    return [body.caption for body in app.stage.bodies.values()]
+    return [body.caption for body in app.grid.bodies.values()]
 
 
 def made_with() -> str:

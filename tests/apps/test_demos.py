@@ -122,7 +122,7 @@ ps.set_user_callback(lambda: app.draw_app(view))
 for frame in np.linspace(0, view.frames() - 1, 12).astype(int):
     view.go_to(int(frame))
     image = window.grab()
-    captions = [body.caption for body in view.stage.bodies.values()]
+    captions = [body.caption for body in view.grid.bodies.values()]
     seen.append([captions[1:], [vermilion(image[:, 400 * k : 400 * k + 400]) for k in range(3)]])
 figures = dict(seen=seen)
 """)
