@@ -17,6 +17,7 @@ from ..mesh.timings import stage
 from ..newton.faces import FaceProblem
 from ..newton.loop import newton
 from ..newton.system import VertexSystem
+from ..operators.laplacian import usable_laplacian
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
 from ..untangle.deep_limbs import floors, shorten_limbs
@@ -73,7 +74,8 @@ def balanced_map(mesh: Mesh, conformal: FloatArray, x: FloatArray, balance: floa
     certificate = Certificate.of(y, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
         y, certificate = minimum.last.x, Certificate.of(minimum.last.x, mesh.f)
-    return y, certificate, Run(status, HarmonicEnergy.of(mesh).evaluate(y)[0], notes=notes, gauge="turned")
+    harmonic = HarmonicEnergy(usable_laplacian(mesh)).evaluate(y)[0]
+    return y, certificate, Run(status, harmonic, notes=notes, gauge="turned")
 
 
 def balanced_energy(source: FlatFaces, conformal: FloatArray, balance: float) -> BalancedEnergy:

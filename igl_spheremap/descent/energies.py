@@ -20,8 +20,8 @@ from ..operators.laplacian import (
     apply_laplacian,
     is_usable,
     laplacian,
+    laplacian_and_notes,
     mollified_edge_lengths,
-    usable_laplacian,
 )
 from ..sphere.rows import inner, row_dots
 
@@ -42,7 +42,7 @@ class HarmonicEnergy:
     @classmethod
     def of(cls, mesh: Mesh, weights: Weights = "cotangent") -> HarmonicEnergy:
         """The energy of a mesh, with mollified weights where those are unusable."""
-        return cls(usable_laplacian(mesh, weights))
+        return cls(laplacian_and_notes(mesh, weights)[0])
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Value and derivatives, L x."""

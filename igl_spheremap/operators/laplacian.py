@@ -89,13 +89,15 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
 
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
     """The Laplacian with those weights, or the mollified one where slivers or faces of zero area spoil it."""
-    return laplacian_and_notes(mesh, weights)[0]
+    L = laplacian(mesh.unit, mesh.f, weights, mesh.edges)
+    return L if is_usable(L) else laplacian(mesh.unit, mesh.f, "mollified", mesh.edges)
 
 
 def laplacian_and_notes(
     mesh: Mesh, weights: Weights = "cotangent", mollify: bool = True
 ) -> tuple[sp.csr_matrix, tuple[str, ...]]:
-    """`usable_laplacian`, and a note where it is mollified; a MapError where it must not be and is not finite."""
+    """The same for the paper's algorithms, and a note where it is mollified; a MapError where it must not be and is not
+    finite."""
     L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L) or (not mollify and np.isfinite(L.data).all()):
         return L, ()

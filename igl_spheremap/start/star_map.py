@@ -17,7 +17,7 @@ from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals
 from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
-from ..operators.laplacian import usable_laplacian
+from ..operators.laplacian import laplacian_and_notes
 
 #: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5
@@ -130,7 +130,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
 
 def stiffness(mesh: Mesh) -> sp.csr_matrix:
     """Stiffness matrix A, which is the Laplacian."""
-    return usable_laplacian(mesh)  # eq. (26)
+    return laplacian_and_notes(mesh)[0]  # eq. (26)
 
 
 def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:

@@ -12,7 +12,7 @@ import numpy as np
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
-from ..mesh.measure import by_blocks, corner_angles, log_edges
+from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
 from ..mesh.timings import stage
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
@@ -91,6 +91,9 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = Fal
     The prediction is what a sweep gains, times the share of the differences that can be lowered: those at a vertex add
     up to its curvature, less that of the image. A harmonic map is conformal already where faces are well shaped.
     """
+    sample = mesh.f[spread(len(mesh.f), _SAMPLE)]
+    if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= _GOOD:
+        return False
     movable = marked(np.arange(0, len(x), max(1, len(x) // _SAMPLE)), len(x))
     around = mesh.f[touching(mesh.f, movable)]
     source = corner_angles(mesh.unit, around)
@@ -98,8 +101,6 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = Fal
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
-    if mean <= _GOOD:
-        return False
     thin = _THIN / source.min(axis=1).mean() if harmonic else 1.0
     y = relax_angles(x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
