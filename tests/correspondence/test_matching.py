@@ -19,21 +19,6 @@ def mapped(name, n):
     return ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=n), balance=1.0)
 
 
-@pytest.fixture(scope="module")
-def birds():
-    """One shape at two resolutions, and the truth: the nearest points of the second, and vertices next to them."""
-    a, b = mapped("bird", 900), mapped("bird", 1300)
-    _, faces, points = igl.point_mesh_squared_distance(a.vertices, b.vertices, b.faces)
-    corners = b.faces[faces]
-    off = np.linalg.norm(b.vertices[corners] - np.asarray(points)[:, None], axis=2)
-    return a, b, np.asarray(points), corners[np.arange(len(corners)), off.argmin(axis=1)]
-
-
-@pytest.fixture(scope="module")
-def found(birds):
-    return ism.match(*birds[:2])
-
-
 def size(v):
     return np.sqrt(((v - v.mean(axis=0)) ** 2).sum(axis=1).mean())
 
@@ -43,23 +28,22 @@ def error(a, positions, truth):
     return w @ np.linalg.norm(positions - truth, axis=1) / w.sum() / size(truth)
 
 
-def test_one_shape_at_two_resolutions_comes_nearer_to_the_truth(birds, found):
-    a, b, truth, _ = birds
+def test_one_shape_at_two_resolutions_comes_nearer_to_the_truth(pair, found):
+    a, b, truth, _ = pair
     start = ism.register(a, b, stages=["rotation", "moebius"]).map.sphere
     before = error(a, ism.transfer(b, b.vertices, start), truth)
-    assert error(a, found.positions, truth) < before / 2
+    assert error(a, found.positions, truth) < 0.6 * before
     assert found.map.certificate.folding_free
     assert found.notes == ()
 
 
-@pytest.mark.parametrize(("name", "n"), [("pear", 600), ("bird", 900)])
-def test_a_surface_on_itself_is_the_identity(name, n):
-    a = mapped(name, n)
+def test_a_surface_on_itself_is_the_identity(pair):
+    a = pair[0]
     assert error(a, ism.match(a, a).positions, a.vertices) < 1e-3
 
 
-def test_forward_and_inverse_are_inverse(birds, found):
-    a, b = birds[:2]
+def test_forward_and_inverse_are_inverse(pair, found):
+    a, b = pair[:2]
     rng = np.random.default_rng(0)
     for there, back, source in ((found.forward, found.inverse, a), (found.inverse, found.forward, b)):
         weights = rng.dirichlet(np.ones(3), 200)
@@ -70,14 +54,14 @@ def test_forward_and_inverse_are_inverse(birds, found):
         assert np.abs(p - q).max() < 1e-12 * size(source.vertices)
 
 
-def test_the_matrix_carries_positions(birds, found):
-    assert np.abs(found.matrix() @ birds[1].vertices - found.positions).max() < 1e-12
+def test_the_matrix_carries_positions(pair, found):
+    assert np.abs(found.matrix() @ pair[1].vertices - found.positions).max() < 1e-12
     assert np.allclose(found.matrix().sum(axis=1), 1)
 
 
-def test_similarities_and_numbering_change_nothing(birds, found):
+def test_similarities_and_numbering_change_nothing(pair, found):
     """Of either body."""
-    a, b = birds[:2]
+    a, b = pair[:2]
     R, rng = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix(), np.random.default_rng(1)
     ranks = []
 
@@ -91,20 +75,20 @@ def test_similarities_and_numbering_change_nothing(birds, found):
     assert error(a, positions, found.positions) < 0.02  # where steps end depends on rounding
 
 
-def test_a_to_b_is_strained_as_b_to_a(birds, found):
-    there, back = found.distortion().figures, ism.match(birds[1], birds[0]).distortion().figures
+def test_a_to_b_is_strained_as_b_to_a(pair, found):
+    there, back = found.distortion().figures, ism.match(pair[1], pair[0]).distortion().figures
     for over, under in (("over_source", "over_target"), ("over_target", "over_source")):
         for measure, most in (("symmetric_dirichlet", 0.1), ("area_ratio", 0.1), ("angle_ratio", 0.2)):
             assert there[over][measure]["median"] == pytest.approx(back[under][measure]["median"], rel=most)
 
 
-def test_faces_of_b_without_area_are_no_obstacle(birds, found):
+def test_faces_of_b_without_area_are_no_obstacle(pair, found):
     """Three corners on a line, and two of them at one place."""
-    a, b = birds[:2]
+    a, b = pair[:2]
     v = b.vertices.copy()
     i, j, k = b.faces[100]
     v[k] = (v[i] + v[j]) / 2
-    i, j, _ = b.faces[700]
+    i, j, _ = b.faces[600]
     v[i] = v[j]
     squeezed = ism.sphere_map(v, b.faces, b.sphere)
     there, back = ism.match(a, squeezed), ism.match(squeezed, a)
@@ -126,8 +110,8 @@ def test_limbs_are_spread_where_they_move_and_told_where_they_stay():
     assert back.notes[-1].startswith(f"{back.unresolved[1]} faces of the target are smaller on the source than float64")
 
 
-def test_landmarks_are_met_bit_for_bit(birds):
-    a, b, truth, vertices = birds
+def test_landmarks_are_met_bit_for_bit(pair):
+    a, b, truth, vertices = pair
     chosen = np.random.default_rng(2).permutation(np.unique(vertices, return_index=True)[1])[:10]
     onto = ism.match(a, b, landmarks=(chosen, vertices[chosen]))
     assert np.array_equal(onto.map.sphere[chosen], b.sphere[vertices[chosen]])
@@ -138,9 +122,9 @@ def test_landmarks_are_met_bit_for_bit(birds):
     assert 0 < soft.landmark_errors.max() < 0.1 * size(b.vertices)
 
 
-def test_landmarks_far_from_each_other_are_met_on_split_faces(birds):
+def test_landmarks_far_from_each_other_are_met_on_split_faces(pair):
     """Five vertices onto any five others: faces are split where the triangles allow no such map."""
-    a, b = birds[:2]
+    a, b = pair[:2]
     rng = np.random.default_rng(3)
     chosen, goals = rng.permutation(len(a.sphere))[:5], rng.permutation(len(b.sphere))[:5]
     onto = ism.match(a, b, landmarks=(chosen, goals))
@@ -150,8 +134,8 @@ def test_landmarks_far_from_each_other_are_met_on_split_faces(birds):
     assert bool(onto.notes) == (len(onto.map.sphere) > len(a.sphere))
 
 
-def test_features_agree_more_than_without_them(birds, found):
-    a, b = birds[:2]
+def test_features_agree_more_than_without_them(pair, found):
+    a, b = pair[:2]
     values = tuple(np.sin(3 * each.vertices / size(each.vertices)) for each in (a, b))
     shifted = np.sin(3 * a.vertices / size(a.vertices) + 0.3)
     onto = ism.match(a, b, features=(shifted, values[1]), feature_weight=3.0)
@@ -160,8 +144,9 @@ def test_features_agree_more_than_without_them(birds, found):
     assert onto.map.certificate.folding_free
 
 
-def test_a_listener_may_stop(birds):
-    a, b = birds[:2]
+def test_a_listener_may_stop(pair):
+    a, b, _, vertices = pair
+    chosen = np.arange(0, 280, 60)
     seen = []
 
     def stop_at_the_third(iterate):
@@ -169,18 +154,18 @@ def test_a_listener_may_stop(birds):
         if len(seen) == 3:
             raise StopIteration
 
-    onto = ism.match(a, b, listener=stop_at_the_third)
+    onto = ism.match(a, b, landmarks=(chosen, vertices[chosen]), listener=stop_at_the_third)
     assert np.array_equal(onto.map.sphere, seen[-1].x)
     assert all(ism.certify(iterate.x, a.faces).folding_free for iterate in seen)
 
 
-def test_the_gradient_of_the_strain_is_its_first_variation(birds):
-    a, b = (Level.of(each, "A") for each in birds[:2])
+def test_the_gradient_of_the_strain_is_its_first_variation(pair):
+    a, b = (Level.of(each, "A") for each in pair[:2])
     strain = ComposedStrain(a, b, 0.5, 0.1)
     axes = np.ascontiguousarray(np.stack(tangent_axes(a.x)).transpose(0, 2, 1))
     gradient, _ = strain.derivatives(a.x, axes)
     h = 1e-7
-    for vertex in (3, 200, 555):  # one at a time: none crosses an edge of B
+    for vertex in (3, 100, 255):  # one at a time: none crosses an edge of B
         for k in range(2):
             move = np.zeros_like(a.x)
             move[vertex] = h * axes[k, :, vertex]
@@ -223,13 +208,13 @@ def test_landmarks_that_cannot_be_met_are_named():
     (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of the target"),
     (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of the target is in face 1000000"),
 ])
-def test_wrong_landmarks_are_named(birds, landmarks, words):
+def test_wrong_landmarks_are_named(pair, landmarks, words):
     with pytest.raises(ism.MeshError, match=words):
-        ism.match(*birds[:2], landmarks=landmarks)
+        ism.match(*pair[:2], landmarks=landmarks)
 
 
-def test_refusals(birds):
-    a, b = birds[:2]
+def test_refusals(pair):
+    a, b = pair[:2]
     with pytest.raises(ValueError, match="position_weight is -1"):
         ism.match(a, b, position_weight=-1)
     folded = a.sphere.copy()
