@@ -77,6 +77,7 @@ class Hand:
         while not condition():
             assert time.monotonic() < until, f"not within {seconds} s; the window says {self.texts}"
             self.frame()
+            time.sleep(0.03)  # leaves the processor to what is waited for
 
     def find(self, label, kind=None):
         """A widget by its label."""
@@ -203,7 +204,7 @@ class Hand:
                 self.click(entry, "Selectable")
             self.frame(_ANSWER)
         elif widget.kind in _DRAGGED:
-            for share in (0.02, 0.5, 0.98):
+            for share in (0.02, 0.98):
                 self.slide(label, share)
         elif widget.kind in _TYPED:
             self.type(label, typed.get(label, _TYPED[widget.kind]))

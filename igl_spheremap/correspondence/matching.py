@@ -120,7 +120,7 @@ def match(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> a, b = (ism.samples.make("pear", n_vertices=n) for n in (500, 700))
+    >>> a, b = (ism.samples.make("pear", n_vertices=n) for n in (300, 420))
     >>> onto = ism.match(a, b, landmarks=([0, 100, 200], [0, 140, 280]))
     >>> onto.map.certificate.folding_free, bool(onto.landmark_errors.max() < 1e-12)
     (True, True)

@@ -48,6 +48,22 @@ class SurfaceMap(Result):
         Rotations that were considered, the one that was taken first.
     notes : tuple of str
         What was done beside what was asked for, and reasons to doubt the result.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
+    >>> onto = ism.match(a, b)
+    >>> face, weights = onto.inverse(onto.forward(a[0][:5]))
+    >>> bool(np.allclose(np.einsum("ij,ijk->ik", weights, a[0][a[1][face]]), a[0][:5]))
+    True
+    >>> common = onto.overlay()
+    >>> common.on_source.shape == common.on_target.shape, len(common.faces) == 2 * len(common.on_source) - 4
+    (True, True)
+    >>> figures = onto.distortion().figures["over_source"]
+    >>> figures["symmetric_dirichlet"]["median"] >= 4, figures["angle_ratio"]["above_100"]
+    (True, 0.0)
     """
 
     map: SphereMap
@@ -118,18 +134,6 @@ class SurfaceMap(Result):
         ------
         MeshError
             If a face or a weight is out of range, or positions are not finite.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> import igl_spheremap as ism
-        >>> v, f = ism.samples.make("pear", n_vertices=500)
-        >>> a = ism.balanced_spherical_map(v, f, balance=1)
-        >>> onto = ism.match(a, a)
-        >>> face, weights = onto.forward(v[:5])
-        >>> size = np.abs(v).max()
-        >>> bool(np.allclose(np.einsum("ij,ijk->ik", weights, v[f[face]]), v[:5], atol=0.02 * size))
-        True
         """
         return locator_of(self.target).locate(_directions(self.map, points, "the source"))
 
@@ -178,14 +182,6 @@ class SurfaceMap(Result):
         -------
         Overlay
             Of the triangulations of both surfaces on the sphere, by exact signs; it is made once.
-
-        Examples
-        --------
-        >>> import igl_spheremap as ism
-        >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
-        >>> common = ism.match(a, b).overlay()
-        >>> common.on_source.shape == common.on_target.shape, len(common.faces) == 2 * len(common.on_source) - 4
-        (True, True)
         """
         return self._overlay
 
@@ -198,14 +194,6 @@ class SurfaceMap(Result):
         Distortion
             Symmetric Dirichlet energy, change of areas and change of angles of each face, and their figures over the
             area of the source and of the target without caps.
-
-        Examples
-        --------
-        >>> import igl_spheremap as ism
-        >>> a, b = (ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid"))
-        >>> figures = ism.match(a, b).distortion().figures["over_source"]
-        >>> figures["symmetric_dirichlet"]["median"] >= 4, figures["angle_ratio"]["above_100"]
-        (True, 0.0)
         """
         common = self._overlay
         caps = np.zeros(len(common.faces), dtype=bool)

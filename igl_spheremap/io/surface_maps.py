@@ -54,7 +54,8 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     --------
     >>> import tempfile
     >>> import igl_spheremap as ism
-    >>> onto = ism.match(*(ism.samples.make(name, n_vertices=300) for name in ("pear", "spheroid")))
+    >>> a, b = (ism.samples.make("pear", n_vertices=n) for n in (300, 420))
+    >>> onto = ism.match(a, b, landmarks=([0, 100, 200], [0, 140, 280]))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     check = ism.write_surface_map(f"{folder}/onto.npz", onto)
     ...     again = ism.read_surface_map(f"{folder}/onto.npz")
@@ -103,9 +104,9 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     >>> import igl_spheremap as ism
     >>> a = ism.balanced_spherical_map(*ism.samples.make("pear", n_vertices=300), balance=1)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     check = ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a))
+    ...     check = ism.write_surface_map(f"{folder}/onto.npz", ism.match(a, a, landmarks=([0, 100, 200],) * 2))
     ...     ism.read_surface_map(f"{folder}/onto.npz")
-    SurfaceMap(300 vertices onto 300, 0 landmarks)
+    SurfaceMap(300 vertices onto 300, 3 landmarks)
     """
     with reading(Path(path)):
         arrays = npz.read_arrays(Path(path))

@@ -90,11 +90,11 @@ os.chdir({str(tmp_path)!r})
 scripts, figures = {[str(script) for script in DEMOS if script.stem in WITH_WIDGETS]!r}, {{}}
 
 def script(hand):
-    for size in ((1400, 900), (800, 600)):
+    for size in ((1400, 900), (640, 400)):
         hand.resize(*size)
     used = hand.everything(leave=('picture', 'video', 'map'))
-    hand.drag((600, 250), (650, 300))
-    hand.wheel(600, 250, 2)
+    hand.drag((500, 200), (550, 250))
+    hand.wheel(500, 200, 2)
     figures[name] = sorted(used)
 
 for name in scripts:

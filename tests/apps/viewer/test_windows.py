@@ -40,7 +40,7 @@ def script(hand):
     hand.choose('method', 'lai2014')
     hand.type('delta', '5')
     figures['refused'] = hand.shows('delta is 5; give a number from 0 to 1')
-    for size in ((1400, 900), (500, 300), (800, 500)):
+    for size in ((1400, 900), (500, 300), (640, 400)):
         hand.resize(*size)
     hand.type('mesh', 'sample:unicorn')
     hand.click('run')
@@ -54,15 +54,15 @@ def script(hand):
     figures['methods'] = hand.open('method')
     hand.click('lai2014')
     for button in (0, 1):
-        hand.drag((600, 250), (650, 300), button)
-    hand.wheel(600, 250, 2)
+        hand.drag((500, 200), (550, 250), button)
+    hand.wheel(500, 200, 2)
     hand.click('picture')
     hand.click('replace it')
     hand.wait(lambda: hand.shows('wrote saved.png'))
 
 figures = dict(visited=[])
 v, f = ism.samples.make('dumbbell', n_vertices=300)
-Hand().run(lambda: ism.play(v, f, size=(800, 500)), script)
+Hand().run(lambda: ism.play(v, f, size=(640, 400)), script)
 figures['methods_there'] = list(METHODS)
 figures['files'] = sorted(os.listdir())
 """)
@@ -95,6 +95,7 @@ def broken(self, centre):
     raise IndexError('planted')
 
 def script(hand):
+    hand.resize(640, 400)
     hand.click('Moebius map')
     move, ResultView.move, hand.strict = ResultView.move, broken, False
     hand.slide('strength', 0.9)
