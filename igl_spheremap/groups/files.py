@@ -64,15 +64,11 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     >>> bool((again.scores == group.scores).all())
     True
     """
-    place = Path(folder)
-    try:
-        (place / "members").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't make the folder {place / 'members'}: {error.strerror}") from error
+    place = prepared(folder)
     arrays = {name: getattr(group, name) for name in _ARRAYS}
     arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in _FIGURES}
     known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
-             "changes": group.changes, "rigid": group.rigid}
+             "changes": group.changes, "rigid": group.rigid, "balance": group.balance}
     with replacing(place / ARCHIVE, force) as partial:
         npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
     over = {"area": group.areas, "spread": group.spread}
@@ -89,6 +85,16 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
         if member.map is not None:
             write_map(place / "members" / f"{name}.npz", member.map, force=force)
+
+
+def prepared(folder: str | os.PathLike[str]) -> Path:
+    """The folder of a group, made if it is missing."""
+    place = Path(folder)
+    try:
+        (place / "members").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"can't make the folder {place / 'members'}: {error.strerror}") from error
+    return place
 
 
 def read_group(folder: str | os.PathLike[str]) -> Group:
@@ -120,7 +126,7 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
         figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in _FIGURES), strict=True)
         members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
         return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
-                     changes=tuple(known["changes"]), rigid=known["rigid"])
+                     changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"])
 
 
 def _rows(group: Group) -> Iterator[Sequence[object]]:

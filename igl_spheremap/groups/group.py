@@ -83,6 +83,8 @@ class Group:
         How far the mean surface moved in each round, over its root mean square radius.
     rigid : bool
         Whether members kept their sizes.
+    balance : float
+        Of the members' maps, where they were made for the group.
     """
 
     vertices: FloatArray
@@ -100,6 +102,7 @@ class Group:
     left_out: Mapping[str, str]
     changes: tuple[float, ...]
     rigid: bool = False
+    balance: float = 1.0
 
     def __repr__(self) -> str:
         out = f", {len(self.left_out)} left out" if self.left_out else ""

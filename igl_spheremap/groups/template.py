@@ -130,7 +130,7 @@ def _without_strangers(found: list[_Surface], crew: Crew, x: FloatArray, f: IntA
     changes: list[float] = []
     while True:
         fitted, turn = _at_rest(found, crew, x, f, balance, rigid, changes, left_out)
-        group = _joined(fitted, turn, x, f, modes, rigid, changes, left_out)
+        group = _joined(fitted, turn, x, f, balance, rigid, modes, changes, left_out)
         distances = np.array([member.distance for member in group.members])
         usual = float(np.median(distances))
         far = {member.name: f"it lies {member.distance / usual:.1f} times as far from the mean as half of the members: "
@@ -230,8 +230,8 @@ def _enough(found: list[_Surface], left_out: dict[str, str]) -> list[_Surface]:
     return found
 
 
-def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray, modes: int, rigid: bool,
-            changes: list[float], left_out: dict[str, str]) -> Group:
+def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+            modes: int, changes: list[float], left_out: dict[str, str]) -> Group:
     """The group of registered surfaces: each is carried on its own mesh, and sampled there."""
     maps = [carried(each.surface.map, each.surface.coarse, each.registration.map.sphere @ turn)
             for each in counted("members", fitted)]
@@ -251,6 +251,6 @@ def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray,
     return Group(
         aligned.mean, f, x, aligned.aligned[order], found.modes, found.variances, found.scores[order],
         tuple(members[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / several),
-        features.mean(axis=0), features.std(axis=0, ddof=1), dict(left_out), tuple(changes), rigid,
+        features.mean(axis=0), features.std(axis=0, ddof=1), dict(left_out), tuple(changes), rigid, balance,
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import shlex
 from argparse import Namespace
 from pathlib import Path
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from ....errors import FileError, MapError, MeshError, import_optional, one_line
 from ....groups.design import read_design, write_test
-from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
+from ....groups.files import ARCHIVE, file_names, member_row, prepared, read_group, write_group
 from ....groups.group import Group
 from ....groups.page import write_film, write_group_page
 from ....groups.permutation import LEVEL, permutation_test
@@ -46,8 +47,11 @@ def _make(args: Namespace) -> Exit:
     unknown = [name for name in args.exclude if name not in names]
     if unknown:
         raise UsageError(f"--exclude {unknown[0]} is none of the surfaces that were given")
+    if not re.fullmatch(r"ico:[0-9]", args.to):
+        raise UsageError(f"--to {args.to} is not an icosphere: give ico:4, or ico:5 for cortices")
     if (out / ARCHIVE).exists() and not args.force:
         raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
+    prepared(out)
     group = template([name for name in names if name not in args.exclude], modes=args.modes, to=args.to,
                      balance=args.balance, rigid=args.rigid, farthest=args.farthest,
                      processes=args.jobs or os.cpu_count() or 1)
@@ -91,7 +95,7 @@ def _add(args: Namespace) -> Exit:
         args.progress.stage(f"placing {name}")
         cells: tuple[object, ...]
         try:
-            placed = group.place(balanced_spherical_map(read_mesh(name), balance=args.balance))
+            placed = group.place(balanced_spherical_map(read_mesh(name), balance=group.balance))
             member = placed.member
             if member.distance > args.farthest * usual:
                 raise MapError(f"it lies {member.distance / usual:.1f} times as far from the mean as half of the "

@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 def group(folder):
     """The folder of the group of three, one of four bodies being excluded."""
     out = folder / "group"
-    words = ["template", f"{folder}/*.ply", "--out", str(out), "--to", "ico:1", "--modes", "2"]
+    words = ["template", f"{folder}/*.ply", "--out", str(out), "--to", "ico:1", "--modes", "2", "--balance", "0.9"]
     assert main([*words, "--exclude", str(folder / "body3.ply"), "--json", str(folder / "g.json"), "-q"]) == Exit.FAILED
     return out
 
@@ -39,6 +39,7 @@ def rows(path):
 
 def test_the_folder_holds_the_group_in_several_formats(group, folder):
     found = ism.read_group(group)
+    assert found.balance == 0.9
     assert repr(found).startswith("Group(3 members, 1 left out, 42 vertices, 2 modes")
     assert np.allclose(ism.read_mesh(group / "mean.ply").v, found.vertices)
     assert np.allclose(ism.read_mesh(group / "mean.vtk").metadata["point_data"]["mode_1"],
@@ -63,7 +64,7 @@ def test_what_is_added_changes_no_other_file(group, folder, capsys):
     assert all(path.read_bytes() == data for path, data in before.items())
     table = rows(group / "added.tsv")
     assert [row["status"] for row in table] == ["added", "left out"]
-    placed = ism.read_group(group).place(ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=1))
+    placed = ism.read_group(group).place(ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=0.9))
     assert float(table[0]["mode_1"]) == placed.scores[0]
     assert ism.read_map(group / "added" / "body3.npz").certificate.folding_free
 
@@ -88,6 +89,8 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     ([], Exit.USAGE, "--add NEW"),
     (["{folder}/body0.ply", "--exclude", "other.ply"], Exit.USAGE, "--exclude other.ply"),
     (["{folder}/body*.ply"], Exit.FILE, "--force"),
+    (["{folder}/body0.ply", "--to", "fsaverage5"], Exit.USAGE, "--to fsaverage5"),
+    (["{folder}/body0.ply", "--out", "{folder}/body0.ply"], Exit.FILE, "can't make the folder"),
     (["--add", "a.ply", "--out", "{folder}"], Exit.FILE, "group.npz"),
 ])
 def test_what_is_wrong_is_said_in_a_line(group, folder, capsys, words, status, says):
