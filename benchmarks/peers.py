@@ -47,11 +47,10 @@ LONG = 20.0
 HEADER = """# Benchmarks
 
 Written by `python -m benchmarks peers`. CPU and wall seconds from arrays to result, certificate included for this
-package; medians over rounds in which the competitors take turns, each in a process of its own, with one thread and
-after a warm-up. *Memory* is the growth of the peak, in MB, of a process that holds the mesh. *Foldings* are exact
-(`ism.certify`); *mean* and *99 %* are of the angle differences in degrees, over all corners. *Speed-up* is CPU time
-of the row over that of `ours, cvxopt` and of `ours, scipy`. *Over factor* is CPU time, and in brackets memory, over
-those of ordering and factorisation alone with the same backend.
+package; medians over rounds in which the competitors take turns, with one thread. *Memory* is the growth of the peak
+in MB. *Foldings* are exact; *mean* and *99 %* are of the angle differences in degrees. *Speed-up* is CPU time of the
+row over that of `ours, cvxopt` and of `ours, scipy`, *over factor* CPU time (memory) over those of ordering and
+factorisation alone.
 
 - `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators
   below an absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
