@@ -158,9 +158,9 @@ def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listene
     """
     source = FlatFaces.of(disk.unit, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
-    starts = [p for p in (conformal, tutte_map(disk, by_lengths(disk)))
-              if p is conformal or Certificate.of_plane(p, disk.f, disk.rim).folding_free]
-    p = min(starts, key=lambda each: energy.by_face(RADIUS * each).sum())
+    tutte = tutte_map(disk, by_lengths(disk))
+    lower = energy.by_face(RADIUS * tutte).sum() < energy.by_face(RADIUS * conformal).sum()
+    p = tutte if lower and Certificate.of_plane(tutte, disk.f, disk.rim).folding_free else conformal
     minimum = minimize_balanced(partial(FreeProblem, disk=disk), VertexSystem(disk.f, len(disk.v)), energy, RADIUS * p,
                                 listener)
     return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")

@@ -28,7 +28,9 @@ def unrolled(disk: Disk) -> FloatArray | None:
     """
     v = own_unit(disk.v)[0]  # as given: what is moved to the origin is rounded
     p = _projected(disk, v)
-    change = stretch(disk, p) if Certificate.of_plane(p, disk.f, disk.rim).folding_free else np.inf
+    change = stretch(disk, p)
+    if change < ISOMETRIC and not Certificate.of_plane(p, disk.f, disk.rim).folding_free:
+        change = np.inf
     if change > FLAT and _closes(disk):
         q = _laid_out(disk, v)
         p, change = min((p, change), (q, stretch(disk, q)), key=itemgetter(1))
