@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre, synthesis
+from igl_spheremap.shapes.features import depth_potential
 from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle, turning
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -73,7 +74,7 @@ def correlation(p, q, w):
 
 def curvature_of(result):
     """The depth potential of a width that leaves little but curvature."""
-    return ism.depth_potential(result.vertices, result.faces, ell=0.05)
+    return depth_potential(result.vertices, result.faces, ell=0.05)
 
 
 def exact_coefficients(result, degree):

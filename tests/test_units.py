@@ -12,6 +12,8 @@ import igl_spheremap as ism
 from igl_spheremap.correspondence.overlay import overlay
 from igl_spheremap.correspondence.stretch import Distortion
 from igl_spheremap.correspondence.surface_map import nearest
+from igl_spheremap.descent.energies import p_harmonic_energy
+from igl_spheremap.shapes.features import depth_potential
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +63,7 @@ CALLS = {
     "check_disk": lambda u: ism.check_disk(u * D, H).unit,
     "check_mesh": lambda u: ism.check_mesh(u * V, F).unit,
     "conformal_factor": lambda u: ism.conformal_factor(u * V, F, X),
-    "depth_potential": lambda u: ism.depth_potential(u * V, F),
+    "depth_potential": lambda u: depth_potential(u * V, F),
     "disk_conformal_map": lambda u: ism.disk_conformal_map(u * D, H).plane,
     "fidelity_map": lambda u: ism.fidelity_map(u * V, F, quadratic).sphere,
     "flatten": lambda u: ism.flatten(u * D, H).plane / u,
@@ -71,7 +73,7 @@ CALLS = {
     "landmark_map": lambda u: ism.landmark_map(u * V, F, [0, 5], X[[1, 6]], max_iterations=5).sphere,
     "log_area_ratios": lambda u: ism.log_area_ratios(u * V, F, X),
     "log_length_ratios": lambda u: ism.log_length_ratios(u * V, F, X),
-    "p_harmonic_energy": lambda u: ism.p_harmonic_energy(u * V, F, X, p=3),
+    "p_harmonic_energy": lambda u: p_harmonic_energy(u * V, F, X, p=3),
     "p_harmonic_map": lambda u: ism.p_harmonic_map(u * V, F, p=3).sphere,
     "repair_foldings": lambda u: ism.repair_foldings(u * V, F, -X).sphere,
     "repair_mesh": lambda u: ism.repair_mesh(u * D, H, holes="fill").v / u,
@@ -87,7 +89,8 @@ def test_the_table_has_every_function_of_v_and_f():
         return ours and list(inspect.signature(public).parameters)[:2] == ["v", "f"]
 
     calls = {name for name in ism.__all__ if takes(getattr(ism, name))}
-    assert calls - {"LoadedMesh", "RepairedMesh", "Resampled", "play"} == set(CALLS)  # records; a window
+    in_modules = {"depth_potential", "p_harmonic_energy"}
+    assert calls - {"play"} | in_modules == set(CALLS)  # it is a window
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -166,8 +166,9 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
     Examples
     --------
     >>> import igl_spheremap as ism
+    >>> from igl_spheremap.descent.energies import p_harmonic_energy
     >>> v, f = ism.samples.make("sphere", n_vertices=600)
-    >>> round(ism.p_harmonic_energy(v, f, v, 2) / ism.harmonic_energy(v, f, v), 12)
+    >>> round(p_harmonic_energy(v, f, v, 2) / ism.harmonic_energy(v, f, v), 12)
     1.0
     """
     mesh = check_mesh(v, f)

@@ -97,6 +97,7 @@ def prepared(folder: str | os.PathLike[str]) -> Path:
     return place
 
 
+@own_errstate
 def read_group(folder: str | os.PathLike[str]) -> Group:
     """Read a group from its folder, or from its archive.
 

@@ -96,11 +96,12 @@ def read_patch(path: PathLike) -> Patch:
     >>> import tempfile
     >>> import numpy as np
     >>> import igl_spheremap as ism
+    >>> from igl_spheremap.io.patch import Patch, read_patch, write_patch
     >>> v, f = ism.samples.make("spheroid", n_vertices=300)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     patch = ism.Patch(f[0], v[f[0]], np.ones(3, dtype=bool))
-    ...     ism.write_patch(f"{folder}/lh.cut.patch.3d", patch)
-    ...     part, faces = ism.read_patch(f"{folder}/lh.cut.patch.3d").part(v, f)
+    ...     patch = Patch(f[0], v[f[0]], np.ones(3, dtype=bool))
+    ...     write_patch(f"{folder}/lh.cut.patch.3d", patch)
+    ...     part, faces = read_patch(f"{folder}/lh.cut.patch.3d").part(v, f)
     >>> part.shape, faces.tolist()
     ((3, 3), [[0, 1, 2]])
     """

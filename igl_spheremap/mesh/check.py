@@ -182,8 +182,8 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
 
     Examples
     --------
-    >>> import igl_spheremap as ism
-    >>> ism.check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
+    >>> from igl_spheremap.mesh.check import check_faces
+    >>> check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
     (4, 3)
     """
     if isinstance(f, Mesh):

@@ -112,8 +112,9 @@ def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: Arra
     Examples
     --------
     >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.features import depth_potential
     >>> v, f = ism.samples.make("pear", n_vertices=500)
-    >>> int(ism.depth_potential(v, f, ell=0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
+    >>> int(depth_potential(v, f, ell=0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
     True
     """
     check_number(ell, "ell", _NARROWEST)

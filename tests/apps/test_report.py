@@ -22,6 +22,7 @@ from igl_spheremap.apps.cli.output import check_report
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.draw.markup import View, page, page_file, scene, table
+from igl_spheremap.errors import DisplayError
 from igl_spheremap.verify.distortion import angle_figures
 from igl_spheremap.verify.signs import folded_faces
 
@@ -222,13 +223,13 @@ def test_view_without_a_display_is_one_line(monkeypatch, capsys):
     assert len(err.splitlines()) == 1
     assert "(--screenshot OUT.png, --video OUT.gif)" in err
     result = ism.spherical_conformal_map(*ism.samples.sphere(42))
-    with pytest.raises(ism.DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, target='run.gif'\)\)"):
+    with pytest.raises(DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, target='run.gif'\)\)"):
         ism.show(result)
 
 
 def test_a_report_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):
     def refuse(*_, **__):
-        raise ism.DisplayError("no screen")
+        raise DisplayError("no screen")
 
     monkeypatch.setattr("igl_spheremap.apps.report.picture_of", refuse)  # pictures take a process of their own
     v, f = ism.samples.make("spheroid", n_vertices=300)

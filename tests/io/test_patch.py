@@ -8,6 +8,7 @@ from disks import half
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.io.patch import Patch, read_patch, write_patch
 
 V, F = icosphere(3)
 W, G, ROWS = half(V, F)
@@ -15,7 +16,7 @@ W, G, ROWS = half(V, F)
 
 def patch():
     rim = ism.check_disk(W, G).rim
-    return ism.Patch(ROWS, W, np.isin(np.arange(len(W)), rim))
+    return Patch(ROWS, W, np.isin(np.arange(len(W)), rim))
 
 
 def test_a_file_byte_by_byte(tmp_path):
@@ -24,17 +25,17 @@ def test_a_file_byte_by_byte(tmp_path):
     data += b"".join(struct.pack(">ifff", -(k + 1) if border else k + 1, *x) for k, x, border in rows)
     path = tmp_path / "lh.cut.patch.3d"
     path.write_bytes(data)
-    read = ism.read_patch(path)
+    read = read_patch(path)
     assert read.rows.tolist() == [7, 0]
     assert read.border.tolist() == [False, True]
     assert read.positions.tolist() == [list(x) for _, x, _ in rows]
-    ism.write_patch(path, read, force=True)
+    write_patch(path, read, force=True)
     assert path.read_bytes() == data
 
 
 def test_the_part_of_a_surface_comes_back(tmp_path):
-    ism.write_patch(tmp_path / "lh.half.patch.3d", patch())
-    read = ism.read_patch(tmp_path / "lh.half.patch.3d")
+    write_patch(tmp_path / "lh.half.patch.3d", patch())
+    read = read_patch(tmp_path / "lh.half.patch.3d")
     v, f = read.part(V, F)
     assert (v == W).all()
     assert (f == G).all()
@@ -50,18 +51,18 @@ def test_the_part_of_a_surface_comes_back(tmp_path):
 ])
 def test_damage_is_refused_in_one_line(tmp_path, damage):
     path = tmp_path / "lh.half.patch.flat"
-    ism.write_patch(path, patch())
+    write_patch(path, patch())
     path.write_bytes(damage(path.read_bytes()))
     with pytest.raises(ism.MeshError) as error:
-        ism.read_patch(path)
+        read_patch(path)
     assert "\n" not in str(error.value)
     assert path.name in str(error.value)
 
 
 def test_files_are_replaced_only_by_force(tmp_path):
     path = tmp_path / "lh.half.patch.3d"
-    ism.write_patch(path, patch())
+    write_patch(path, patch())
     with pytest.raises(ism.FileError):
-        ism.write_patch(path, patch())
+        write_patch(path, patch())
     with pytest.raises(ism.FileError):
-        ism.read_patch(tmp_path / "missing.patch.3d")
+        read_patch(tmp_path / "missing.patch.3d")

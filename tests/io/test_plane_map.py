@@ -8,6 +8,7 @@ from disks import half
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.io.patch import read_patch
 
 W, G, ROWS = half(*icosphere(3))
 FLAT = ism.flatten(W, G)
@@ -37,7 +38,7 @@ def test_an_obj_file_holds_the_surface_too(tmp_path):
 
 def test_patches_number_the_whole_surface(tmp_path):
     ism.write_plane_map(tmp_path / "lh.a.patch.flat", FLAT, rows=ROWS)
-    patch = ism.read_patch(tmp_path / "lh.a.patch.flat")
+    patch = read_patch(tmp_path / "lh.a.patch.flat")
     assert (patch.rows == ROWS).all()
     assert patch.border.sum() == len(FLAT.rim)
     again = ism.read_plane_map(tmp_path / "lh.a.patch.flat", surface=icosphere(3))  # what it was cut from

@@ -5,6 +5,7 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.errors import NotConverged
 from igl_spheremap.sphere.moebius import best_rotation, center
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -110,7 +111,7 @@ def test_errors_name_the_option():
     for face, error in ((-1, ValueError), (2.5, TypeError)):
         with pytest.raises(error, match=f"puncture is {face}; give "):
             through(V, F, "laplace-beltrami", puncture=face)
-    with pytest.raises(ism.NotConverged, match="Newton steps; allow more"):
+    with pytest.raises(NotConverged, match="Newton steps; allow more"):
         through(V, F, "conformal-equivalence", max_iterations=0)
 
 

@@ -6,6 +6,7 @@ import pytest
 from triangulations import flip_edges, icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.check import check_faces
 
 V, F = icosphere(2)
 
@@ -40,7 +41,7 @@ def test_read_only_input_is_neither_refused_nor_changed():
     mesh = ism.check_mesh(v, f)
     assert not np.shares_memory(mesh.v, v)
     assert not np.shares_memory(mesh.f, f)
-    assert not np.shares_memory(ism.check_faces(f, len(v)), f)
+    assert not np.shares_memory(check_faces(f, len(v)), f)
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)])
@@ -131,7 +132,7 @@ def test_each_fault_is_named_with_its_place(change, names):
 def test_two_triangles_make_no_surface_for_any_function():
     """Faces without a repeated directed edge, Euler characteristic 2: only the number of vertices gives it away."""
     v, f = np.eye(3), [[0, 1, 2], [0, 2, 1]]
-    for refused in (lambda: ism.check_faces(f, 3), lambda: ism.certify(v, f), lambda: ism.spherical_conformal_map(v, f),
+    for refused in (lambda: check_faces(f, 3), lambda: ism.certify(v, f), lambda: ism.spherical_conformal_map(v, f),
                     lambda: ism.repair_mesh(v, f), lambda: ism.repair_foldings(v, f, v)):
         with pytest.raises(ism.MeshError, match="3 vertices: a closed surface has at least 4"):
             refused()

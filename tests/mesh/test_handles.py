@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 from triangulations import delaunay_sphere
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.check import check_faces
 from igl_spheremap.mesh.handles import cutting_loops, short_loop
 
 
@@ -155,7 +156,7 @@ def test_the_place_of_a_handle_is_told():
     where = np.array([float(x) for x in str(caught.value).split("near (")[1].split(")")[0].split(",")])
     assert min(np.linalg.norm(where - 10 * v[rim].mean(axis=0)) for rim in (a, b)) < 1
     with pytest.raises(ism.MeshError, match=r"genus 1: 1 handle \(Euler characteristic 0\)"):
-        ism.check_faces(f, len(v))
+        check_faces(f, len(v))
 
 
 def test_what_was_asked_for_is_in_the_call_that_helps():

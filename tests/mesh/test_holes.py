@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from triangulations import delaunay_sphere, icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.mesh.check import check_faces
 from igl_spheremap.mesh.holes import cap, rims, simple_rims
 
 V, F = icosphere(3)
@@ -68,7 +69,7 @@ def test_the_place_is_that_of_the_hole():
 
 def test_faces_alone_name_no_place():
     with pytest.raises(ism.MeshError, match=r"1 hole \(3 edges\), e.g. edge \d+-\d+, .*holes='fill'"):
-        ism.check_faces(F[1:], len(V))
+        check_faces(F[1:], len(V))
 
 
 def test_rims_that_touch_at_a_vertex_keep_it_one():

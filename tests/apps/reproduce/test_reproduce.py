@@ -17,6 +17,7 @@ from igl_spheremap.apps.reproduce.items import ITEMS, reproduce
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, TABLES
 from igl_spheremap.draw.plot import pose, shading
+from igl_spheremap.errors import NotConverged
 
 
 @pytest.fixture
@@ -178,7 +179,7 @@ def test_a_kept_run_is_the_run(small, tmp_path):
 
 def test_a_method_that_fails_leaves_its_message(small, tmp_path, monkeypatch):
     def fails(*args, **options):
-        raise ism.NotConverged("no way")
+        raise NotConverged("no way")
 
     monkeypatch.setattr(runs, "spherical_conformal_map", fails)
     text = page(tmp_path, "table2")

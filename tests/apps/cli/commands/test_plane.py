@@ -14,6 +14,7 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.io.patch import Patch, read_patch, write_patch
 
 V, F = icosphere(3)
 W, G, ROWS = half(V, F)
@@ -48,14 +49,14 @@ def test_the_image_goes_to_no_stream_and_a_closed_surface_to_the_command_map(tmp
 def test_patches_go_in_and_out(tmp_path):
     whole, cut, flat = (str(tmp_path / name) for name in ("lh.ply", "lh.half.patch.3d", "lh.half.patch.flat"))
     ism.write_mesh(whole, V, F)
-    ism.write_patch(cut, ism.Patch(ROWS, W, np.zeros(len(W), dtype=bool)))
+    write_patch(cut, Patch(ROWS, W, np.zeros(len(W), dtype=bool)))
     assert main(["flatten", whole, flat, "--patch", cut, "-q"]) == Exit.OK
     assert main(["check", whole, flat, "-q"]) == Exit.OK
-    patch = ism.read_patch(flat)
+    patch = read_patch(flat)
     assert (patch.rows == ROWS).all()
     folded = patch.positions.copy()
     folded[0] += 10
-    ism.write_patch(flat, ism.Patch(patch.rows, folded, patch.border), force=True)
+    write_patch(flat, Patch(patch.rows, folded, patch.border), force=True)
     assert main(["check", whole, flat, "-q"]) == Exit.UNCERTIFIED
 
 
