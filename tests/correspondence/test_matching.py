@@ -106,7 +106,7 @@ def test_limbs_are_spread_where_they_move_and_told_where_they_stay():
     assert there.map.certificate.folding_free
     assert back.map.certificate.folding_free
     assert there.unresolved[1] == back.unresolved[0] == 0
-    assert there.unresolved[0] < back.unresolved[1] / 2  # how many depends on the solver's rounding
+    assert there.unresolved[0] < 2 / 3 * back.unresolved[1]  # how many depends on the solver's rounding
     assert (there.notes == ()) == (there.unresolved[0] == 0)
     assert back.notes[-1].startswith(f"{back.unresolved[1]} faces of the target are smaller on the source than float64")
 

@@ -45,11 +45,11 @@ def test_maps_through_the_plane_stand_beside_the_papers(small, tmp_path, monkeyp
 def test_a_puncture_without_a_map_is_counted(small, tmp_path, monkeypatch):
     real, calls = runs.spherical_conformal_map, []
 
-    def fails(v, f, method, **options):
+    def fails(v, f, *, method, **options):
         calls.append(method)
         if isinstance(method, ism.Stereographic) and len(calls) % 3 == 1:
             raise NotConverged("no way")
-        return real(v, f, method, **options)
+        return real(v, f, method=method, **options)
 
     monkeypatch.setattr(runs, "spherical_conformal_map", fails)
     monkeypatch.setattr(claims, "_PUNCTURES", 3)
