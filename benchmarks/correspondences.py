@@ -216,22 +216,22 @@ def registration(data):
         return np.asarray(nibabel.load(data.fsaverage / f"{name}.gii.gz").darrays[0].data, float)
 
     for stiffness in (0.5, 0.2, 0.1, 0.05):
-        fixed, moving = data.map("fs:white_left"), data.map("~fs:white_right")
-        found = ism.register(moving, fixed, features=(over("sulc_right"), over("sulc_left")), stiffness=stiffness)
-        w, end = vertex_areas(moving.vertices, moving.faces), found.stages[-1]
-        curvature = correlation(over("curv_right"), ism.transfer(fixed, over("curv_left"), found.map), w)
+        source, target = data.map("~fs:white_right"), data.map("fs:white_left")
+        found = ism.register(source, target, features=(over("sulc_right"), over("sulc_left")), stiffness=stiffness)
+        w, end = vertex_areas(source.vertices, source.faces), found.stages[-1]
+        curvature = correlation(over("curv_right"), ism.transfer(target, over("curv_left"), found.map), w)
         print(f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
               f" |log J| {end.strain:.4f}, {found.map.certificate.foldings} folded", flush=True)
     for stiffness in (0.5, 0.2, 1.0):
         off = []
         for side in ("left", "right"):
-            fixed, moving = data.map(f"fs:white_{side}"), data.map(f"fs:pial_{side}")
-            x = ism.register(moving, fixed, stiffness=stiffness).map.sphere
-            off.append(np.average(degrees(x, fixed.sphere), weights=vertex_areas(moving.vertices, moving.faces)))
-        fixed, moving = data.map("hippocampus_aal_left"), data.map("~hippocampus_aal_right")
-        x = ism.register(moving, fixed, stiffness=stiffness).map.sphere
+            source, target = data.map(f"fs:pial_{side}"), data.map(f"fs:white_{side}")
+            x = ism.register(source, target, stiffness=stiffness).map.sphere
+            off.append(np.average(degrees(x, target.sphere), weights=vertex_areas(source.vertices, source.faces)))
+        source, target = data.map("~hippocampus_aal_right"), data.map("hippocampus_aal_left")
+        x = ism.register(source, target, stiffness=stiffness).map.sphere
         print(f"stiffness {stiffness}: pial on white, left {off[0]:.3f}, right {off[1]:.3f} degrees; hippocampi "
-              f"{distance(moving, fixed, x):.4f}", flush=True)
+              f"{distance(source, target, x):.4f}", flush=True)
 
 
 def functional(data):

@@ -148,13 +148,13 @@ def rotation(data):
     found, seconds = timed(lambda: best_rotations(rotate(c, R), c, 32))
     print(f"planted rotation, B = 32: {np.radians(rotation_angle(found[0].rotation @ R.T)):.1e} rad, {seconds:.2f} s")
     for name in ("dino", "white_left"):
-        fixed, copy = data.map(name, 0.0), ism.spherical_conformal_map(*decimated(*data.mesh(name)))
-        curvature = curvature_of(copy), curvature_of(fixed)
+        target, copy = data.map(name, 0.0), ism.spherical_conformal_map(*decimated(*data.mesh(name)))
+        curvature = curvature_of(copy), curvature_of(target)
         off = []
         for _ in range(3):
             Q = Rotation.random(random_state=rng).as_matrix()
             turned = ism.sphere_map(copy.vertices, copy.faces, copy.sphere @ Q.T)
-            found = ism.register(turned, fixed, features=curvature, stages=["rotation"])
+            found = ism.register(turned, target, features=curvature, stages=["rotation"])
             off.append(rotation_angle(found.rotation @ Q))
         print(f"copy of {name}: {max(off):.3f} degrees", flush=True)
 
@@ -166,16 +166,16 @@ def decimated(v, f):
 
 def hemispheres(data):
     """The mirrored right white surface on the left one by sulc; curvature and thickness are not used."""
-    fixed, moving = data.map("white_left"), data.map("white_right")
+    source, target = data.map("white_right"), data.map("white_left")
     sulc = data.over_fsaverage("sulc_right"), data.over_fsaverage("sulc_left")
-    ism.register(moving, fixed, features=sulc, stages=["rotation"])
-    result, seconds = timed(lambda: ism.register(moving, fixed, features=sulc))
+    ism.register(source, target, features=sulc, stages=["rotation"])
+    result, seconds = timed(lambda: ism.register(source, target, features=sulc))
     for stage in result.stages:
         print(f"{stage.name}: correlation {stage.correlation[0]:.4f}, |log J| {stage.strain:.3f}")
-    areas = vertex_areas(moving.vertices, moving.faces)
+    areas = vertex_areas(source.vertices, source.faces)
     for name in ("curv", "thick"):
         right, left = data.over_fsaverage(f"{name}_right"), data.over_fsaverage(f"{name}_left")
-        pairs = [correlation(right, ism.transfer(fixed, left, x), areas) for x in (moving, result.map)]
+        pairs = [correlation(right, ism.transfer(target, left, x), areas) for x in (source, result.map)]
         print(f"{name}: {pairs[0]:.3f} before, {pairs[1]:.3f} after")
     print(f"{result.map.certificate}; {seconds:.2f} s", flush=True)
 
@@ -183,31 +183,31 @@ def hemispheres(data):
 def pial(data):
     """The pial surface on the white one, whose vertices are the same ones."""
     for side in ("left", "right"):
-        fixed, moving = data.map(f"white_{side}"), data.map(f"pial_{side}")
-        areas = vertex_areas(moving.vertices, moving.faces)
-        result, seconds = timed(lambda: ism.register(moving, fixed))  # noqa: B023
-        before, after = (mean(degrees(x, fixed.sphere), areas) for x in (moving.sphere, result.map.sphere))
+        source, target = data.map(f"pial_{side}"), data.map(f"white_{side}")
+        areas = vertex_areas(source.vertices, source.faces)
+        result, seconds = timed(lambda: ism.register(source, target))  # noqa: B023
+        before, after = (mean(degrees(x, target.sphere), areas) for x in (source.sphere, result.map.sphere))
         print(f"pial {side}: {before:.2f} -> {after:.3f} degrees, {seconds:.2f} s; {result.map.certificate}")
 
 
 def warps(data):
     """Planted smooth warps of a copy with 60 percent of the faces, by curvature."""
-    fixed = data.map("white_left")
-    copy = ism.balanced_spherical_map(*decimated(fixed.vertices, fixed.faces), balance=1.0)
-    _, faces, nearest = igl.point_mesh_squared_distance(copy.vertices, fixed.vertices, fixed.faces)
-    corners = fixed.faces[faces]
-    triangle = (np.ascontiguousarray(fixed.vertices[corners[:, k]]) for k in range(3))
+    target = data.map("white_left")
+    copy = ism.balanced_spherical_map(*decimated(target.vertices, target.faces), balance=1.0)
+    _, faces, nearest = igl.point_mesh_squared_distance(copy.vertices, target.vertices, target.faces)
+    corners = target.faces[faces]
+    triangle = (np.ascontiguousarray(target.vertices[corners[:, k]]) for k in range(3))
     weights = igl.barycentric_coordinates(nearest, *triangle)
-    truth = unit_rows(np.einsum("ij,ijk->ik", weights, fixed.sphere[corners]))
+    truth = unit_rows(np.einsum("ij,ijk->ik", weights, target.sphere[corners]))
     areas = vertex_areas(copy.vertices, copy.faces)
     for size in (0.12, 0.25):
         x = warped(copy.sphere, size) @ R.T
         if not ism.certify(x, copy.faces).folding_free:
             x = ism.repair_foldings(copy.vertices, copy.faces, x).sphere
-        moving = ism.sphere_map(copy.vertices, copy.faces, x)
-        curvature = curvature_of(moving), curvature_of(fixed)
-        rigid = ism.register(moving, fixed, features=curvature, stages=["rotation", "moebius"])
-        result, seconds = timed(lambda: ism.register(moving, fixed, features=curvature))  # noqa: B023
+        source = ism.sphere_map(copy.vertices, copy.faces, x)
+        curvature = curvature_of(source), curvature_of(target)
+        rigid = ism.register(source, target, features=curvature, stages=["rotation", "moebius"])
+        result, seconds = timed(lambda: ism.register(source, target, features=curvature))  # noqa: B023
         start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
         print(f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
               f"{result.map.certificate}, {seconds:.2f} s", flush=True)
