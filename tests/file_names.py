@@ -4,6 +4,9 @@ import pytest
 
 EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz", "ball.vtk", "ball.vtp")
 ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal")
+#: Data by name, and by place.
+NAMED = ("data.csv", "data.tsv", "data.mat", "data.ply", "data.vtk", "data.vtp")
+PLACED = ("data.npy", "data.txt", "data.1D")
 ALL = (*EXACT, *ROUNDED, "ball.stl")
 
 

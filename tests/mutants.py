@@ -20,6 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+import scipy.io
 
 import igl_spheremap as ism
 from igl_spheremap.io.coefficients import read_coefficients
@@ -50,7 +51,8 @@ READERS = {
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
-    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "point.vtp", "packed.vtp"),
+    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "point.vtp", "packed.vtp",
+                   "data.npy", "data.csv", "data.tsv", "data.txt", "data.1D", "data.mat", "packed.mat", "data.ply"),
     read_labels: ("lh.data.annot", "data.label.gii"),
     read_coefficients: ("ball.coef", "ball.coef.csv", "ball.npz.coef.npz"),
 }
@@ -70,8 +72,11 @@ def write_sound(folder, name):
     elif name.endswith(("annot", "label.gii")):
         table = tuple(Label(k, f"part {k}", (k / 5, 0.4, 0.2, 1.0)) for k in range(4))
         write_scalars(path, {"parts": np.arange(len(v)) % 4}, metadata={"labels": table})
+    elif name == "packed.mat":
+        scipy.io.savemat(path, {"height": v[:, :1], "more": [1, 2, "x"], "words": "a"}, do_compression=True)
     elif "data" in name:
-        write_scalars(path, {"height": v[:, 2]})
+        several = {} if name == "lh.data" else {"width": v[:, 0]}
+        write_scalars(path, {"height": v[:, 2]} | several, surface=(v, f))
     elif "coef" in name:
         ism.write_coefficients(path, ism.spherical_harmonics(ism.sphere_map(v, f, v), degree=2))
     elif name == "text.ply":
@@ -153,6 +158,10 @@ def mutant(data, rng):
             for name, content in members.items():
                 archive.writestr(name, content)
         return packed.getvalue()
+    if data.startswith(b"MATLAB") and data[128] == 15:
+        size = int.from_bytes(data[132:136], "little")
+        inner = zlib.compress(damage(zlib.decompress(data[136 : 136 + size]), rng))
+        return data[:132] + len(inner).to_bytes(4, "little") + inner + data[136 + size :]
     if data.startswith(b"\x1f\x8b"):
         return gzip.compress(mutant(gzip.decompress(data), rng))
     if data.startswith(b"glTF"):

@@ -10,12 +10,14 @@ from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from ..errors import import_optional
+from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Metadata, RawMesh, of_triangles
 
-_TRIANGLES, _QUADS = b"\xff\xff\xfe", b"\xff\xff\xff"
+_TRIANGLES = b"\xff\xff\xfe"
+#: How curvature files begin, and files of quads.
+CURVATURE = b"\xff\xff\xff"
 
 
 def read(path: Path) -> RawMesh:
@@ -49,8 +51,9 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """A curvature file's scalar map, named by the file's suffix."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     with path.open("rb") as file:
-        if file.read(3) == _QUADS:  # as files of quads begin
-            _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
+        if file.read(3) != CURVATURE:
+            raise MeshError("the file holds no data over vertices; give a curvature file, as lh.thickness")
+        _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
     return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 
 

@@ -91,12 +91,17 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         check_expansion(sum(member.file_size for member in members), len(data))
         if any(member.compress_type not in _COMPRESSIONS for member in members):
             raise MeshError("the archive is packed by a method other than NumPy's; save it by numpy.savez")
-        return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
+        return {member.filename.removesuffix(".npy"): array_of(_content(archive, member)) for member in members}
 
 
-def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+def _content(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
     with archive.open(member) as file:
-        stream = BytesIO(file.read(member.file_size))
+        return file.read(member.file_size)
+
+
+def array_of(data: bytes) -> NDArray[Any]:
+    """The array that the bytes of an .npy file hold."""
+    stream = BytesIO(data)
     shape, fortran, dtype = _HEADERS[np.lib.format.read_magic(stream)](stream)
     flat = np.frombuffer(stream.read(), dtype, math.prod(shape))
     return np.array(flat.reshape(shape, order="F" if fortran else "C"))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError
+from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Metadata, Polygons, RawMesh
@@ -32,7 +32,8 @@ _TYPES = {
 _NAMES = {"u1": "uchar", "i1": "char", "u2": "ushort", "i2": "short", "u4": "uint", "i4": "int", "f4": "float",
           "f8": "double"}
 _CORNERS = ("vertex_indices", "vertex_index")
-_POSITIONS, _SPHERE = ("x", "y", "z"), ("px", "py", "pz")
+#: Names of the properties that hold positions.
+POSITIONS, SPHERE = ("x", "y", "z"), ("px", "py", "pz")
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,18 @@ class PlyElement:
 
 def read(path: Path) -> RawMesh:
     """Positions, faces, and the sphere, of a PLY file, whatever else it holds."""
+    names, x, faces = _read(path, (*POSITIONS, *SPHERE))
+    return RawMesh(x[:, :3], faces, sphere=x[:, 3:] if names[3:] == SPHERE else None)
+
+
+def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+    """The properties of vertices that are numbers, but their positions."""
+    names, x, _ = _read(path)
+    return {name: column for name, column in zip(names, x.T, strict=True) if name not in POSITIONS}
+
+
+def _read(path: Path, wanted: tuple[str, ...] | None = None) -> tuple[tuple[str, ...], FloatArray, Polygons]:
+    """Names and columns of the wanted properties of vertices, by default of all that are numbers, and faces."""
     data = path.read_bytes()
     found = _HEADER.match(data[:_LONGEST])
     if found is None:
@@ -72,10 +85,11 @@ def read(path: Path) -> RawMesh:
         fit = 0 <= element.size * max(1, least) <= len(body)
         check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
     vertex, face, corners = _mesh_elements(layout)
-    columns = [vertex.index(name) for name in (*_POSITIONS, *_SPHERE)]
-    columns = columns if min(columns) >= 0 else columns[:3]
+    numbers = {each.name: k for k, each in enumerate(vertex.properties) if each.count is None}
+    names = tuple(numbers if wanted is None else (name for name in wanted if name in numbers))
+    columns = [numbers[name] for name in names]
     x, faces = (_read_binary if order else _read_text)(body, order, layout, (vertex, columns), (face, corners))
-    return RawMesh(x[:, :3], faces, sphere=x[:, 3:] if len(columns) == 6 else None)
+    return names, x, faces
 
 
 def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
@@ -118,7 +132,8 @@ def _mesh_elements(layout: list[PlyElement]) -> tuple[PlyElement, PlyElement, in
             raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a "
                             "closed triangle mesh")
     vertex, face = own["vertex"], own["face"]
-    if min(map(vertex.index, _POSITIONS)) < 0:
+    numbers = [each.name for each in vertex.properties if each.count is None]
+    if not set(POSITIONS) <= set(numbers):
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
     corners = max(map(face.index, _CORNERS))
     if corners < 0 or (found := face.properties[corners]).count is None or found.type.kind == "f":
@@ -235,10 +250,14 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     The (n, 3) array ``sphere`` of the metadata goes beside the positions, and the (n,) arrays of ``vertex_properties``
     behind them by name, as ``red``.
     """
-    columns = dict(zip(_POSITIONS, v.T, strict=True))
+    columns = dict(zip(POSITIONS, v.T, strict=True))
     if "sphere" in metadata:
-        columns |= dict(zip(_SPHERE, metadata["sphere"].T, strict=True))
-    columns |= metadata.get("vertex_properties", {})
+        columns |= dict(zip(SPHERE, metadata["sphere"].T, strict=True))
+    for name, values in metadata.get("vertex_properties", {}).items():
+        word = re.sub("[^!-~]+", "_", name) or "_"
+        if word in (*columns, *SPHERE):
+            raise FileError(f"a .ply file can't hold data called {word}, a name that is taken; write .vtk")
+        columns[word] = values
     vertices = np.empty(len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()])
     for name, column in columns.items():
         vertices[name] = column

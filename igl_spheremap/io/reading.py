@@ -25,7 +25,7 @@ def reading(path: Path) -> Iterator[None]:
     try:
         with opening(path), warnings.catch_warnings(), np.errstate(all="ignore"):
             if path.stat().st_size == 0:
-                raise MeshError("the file is empty (0 bytes); give a closed triangle mesh")
+                raise MeshError("the file is empty (0 bytes); write it anew")
             warnings.simplefilter("ignore")
             yield
     except FileError:

@@ -1,8 +1,9 @@
-"""Maps over the vertices, of numbers or of labels: GIFTI, FreeSurfer's files, NPZ, VTK; and lists of vertices."""
+"""Maps over the vertices, of numbers or of labels, in files of many formats; and lists of vertices."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +12,69 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from . import annot, freesurfer, gifti, npz
-from .formats import FORMATS, HEMISPHERES, PathLike, format_of
+from . import annot, arrays, freesurfer, gifti, npz, ply
+from .files import write_mesh
+from .formats import HEMISPHERES, PathLike, format_of
 from .reading import read_lines, reading
 from .records import Label, Metadata
 from .replacing import replacing
 
 #: Suffixes of lists of landmarks: vertices of a surface, without positions on a sphere.
 LANDMARK_LISTS = (".pinned", ".vts")
+
+_ReadMaps = Callable[[Path], dict[str, NDArray[Any]]]
+
+
+def _point_data(path: Path) -> dict[str, NDArray[Any]]:
+    """What a file of VTK holds over its points."""
+    data: dict[str, NDArray[Any]] = dict(format_of(path).read(path).metadata.get("point_data", {}))
+    return data
+
+
+@dataclass(frozen=True)
+class DataFormat:
+    """A format of maps over vertices: ends of names, what reads and writes them, and what reads tables of labels."""
+
+    suffixes: tuple[str, ...]
+    read: _ReadMaps
+    write: Callable[[Path, dict[str, FloatArray], Metadata], None] | None = None  # None: they go with a surface
+    table: Callable[[Path], tuple[Label, ...] | None] | None = None
+    several: bool = True  # maps in a file
+
+
+#: FreeSurfer's curvature files, whose names end in what they hold.
+_CURVATURE = DataFormat((), freesurfer.read_scalars, freesurfer.write_scalars, several=False)
+#: All other formats of data. A further one is a row here.
+DATA_FORMATS = (
+    DataFormat((".gii", ".gii.gz"), gifti.read_scalars, gifti.write_scalars, gifti.read_table),
+    DataFormat((".npz",), npz.read_arrays, npz.write_scalars, npz.read_table),
+    DataFormat((".annot",), annot.read_scalars, annot.write_scalars, annot.read_table, several=False),
+    DataFormat((".npy",), arrays.read_npy, arrays.write_npy),
+    DataFormat((".csv", ".tsv", ".txt", ".1D"), arrays.read_table, arrays.write_table),
+    DataFormat((".mat",), arrays.read_mat, arrays.write_mat),
+    DataFormat((".ply",), ply.read_scalars),
+    DataFormat((".vtk", ".vtp"), _point_data),
+)
+
+
+def data_format(path: PathLike, *, write: bool = False) -> DataFormat:
+    """The format of a file of data by its name, of FreeSurfer's curvature by how the file begins.
+
+    A FileError lists the known ones; to be written, FreeSurfer's files are named lh.NAME or rh.NAME.
+    """
+    path = Path(path)
+    for entry in DATA_FORMATS:
+        if path.name.lower().endswith(tuple(suffix.lower() for suffix in entry.suffixes)):
+            return entry
+    if write and path.name.startswith(HEMISPHERES):
+        return _CURVATURE
+    if not write:
+        with path.open("rb") as file:
+            if file.read(3) == freesurfer.CURVATURE:
+                return _CURVATURE
+    known = ", ".join(suffix for entry in DATA_FORMATS for suffix in entry.suffixes)
+    what = "lh.NAME and rh.NAME" if write else "FreeSurfer's curvature"
+    raise FileError(f"{path}: unknown format of data; the end of the name decides: {known}; {what}")
 
 
 def read_scalars(path: PathLike) -> dict[str, FloatArray]:
@@ -27,8 +83,9 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     Parameters
     ----------
     path : str or path-like
-        A .gii file, an .npz file with arrays of one dimension, a .vtk or .vtp file with point data, an .annot file, or
-        else a curvature file of FreeSurfer.
+        A .gii or .annot file; an .npz or .mat file with arrays of one dimension; an .npy file; a table (.csv, .tsv,
+        .txt, .1D), whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a
+        .vtk or .vtp file with point data; or a curvature file of FreeSurfer, known by how it begins.
 
     Returns
     -------
@@ -38,15 +95,15 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     Raises
     ------
     FileError
-        If the file can't be opened, or the package that reads it is not installed.
+        If the file can't be opened, its format is unknown, or the package that reads it is not installed.
     MeshError
-        If it holds no scalar map.
+        If it is damaged or holds no scalar map.
     """
     source = Path(path)
     with reading(source):
-        arrays = _functions(source)[0](source)
-        maps = {printable(name): values.astype(np.float64) for name, values in arrays.items()
-                if values.ndim == 1 and values.dtype.kind in "fiu"}
+        found = data_format(source).read(source)
+        maps = {printable(name): values.astype(np.float64) for name, values in found.items()
+                if values.ndim == 1 and values.dtype.kind in "fiub"}
         if not maps:
             raise MeshError("the file holds no scalar map: no array has one number a vertex")
         return maps
@@ -84,14 +141,15 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     """
     source = Path(path)
     with reading(source):
-        read = _functions(source)[2]
-        return None if read is None else read(source)
+        table = data_format(source).table
+        return None if table is None else table(source)
 
 
 def write_scalars(
     path: PathLike,
     maps: Mapping[str, FloatArray],
     *,
+    surface: tuple[FloatArray, IntArray] | None = None,
     force: bool = False,
     metadata: Metadata | None = None,
 ) -> None:
@@ -100,10 +158,13 @@ def write_scalars(
     Parameters
     ----------
     path : str or path-like
-        The new file: .gii (one data array each, float32), a name that starts with lh. or rh. (one map, as
-        FreeSurfer writes curvature, float32), .annot (one map of labels), or .npz.
+        The new file: .gii (one data array each, float32), .annot (one map of labels), .npz, .npy, .csv and .tsv (with a
+        header), .txt and .1D (without), .mat, .ply, .vtk or .vtp; or another name that starts with lh. or rh. (one
+        map, as FreeSurfer writes curvature, float32).
     maps : dict of (n,) arrays
         Values by name.
+    surface : (v, f), optional
+        Positions and faces, which .ply, .vtk and .vtp files hold with the data.
     force : bool
         Replace an existing file.
     metadata : dict, optional
@@ -118,41 +179,22 @@ def write_scalars(
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
-    target, known = Path(path), metadata or {}
-    _, write, _ = _functions(target)
+    known = metadata or {}
+    kind = data_format(path, write=True)
     if "labels" in known:
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels: they are whole numbers of at most 32 bits")
-    if write is freesurfer.write_scalars and not target.name.startswith(HEMISPHERES):
-        raise FileError(f"{path}: scalar maps are written to .gii, .npz, .annot, and lh.NAME or rh.NAME files")
-    if write in (freesurfer.write_scalars, annot.write_scalars) and len(maps) != 1:
-        raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}")
+    if not kind.several and len(maps) != 1:
+        raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one")
+    if kind.write is None:
+        if surface is None:
+            raise FileError(f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`")
+        kept = {name: values.astype(np.int32) for name, values in maps.items()} if "labels" in known else dict(maps)
+        write_mesh(path, *surface, force=force, metadata={**known, "vertex_properties": kept, "point_data": kept})
+        return
     with replacing(path, force) as partial:
-        write(partial, dict(maps), known)
-
-
-_ReadTable = Callable[[Path], tuple[Label, ...] | None]
-
-
-def _functions(path: Path) -> tuple[Callable[[Path], dict[str, NDArray[Any]]], Callable[..., None], _ReadTable | None]:
-    """What reads maps from files of that name, what writes them, and what reads tables of labels."""
-    if path.name.lower().endswith(annot.SUFFIX):
-        return annot.read_scalars, annot.write_scalars, annot.read_table
-    kind = next((entry.name for entry in FORMATS if path.name.lower().endswith(entry.suffixes)), "")
-    if kind == "GIFTI":
-        return gifti.read_scalars, gifti.write_scalars, gifti.read_table
-    if kind == "NPZ":
-        return npz.read_arrays, npz.write_scalars, npz.read_table
-    if kind in ("VTK", "VTP"):
-        return _point_data, freesurfer.write_scalars, None
-    return freesurfer.read_scalars, freesurfer.write_scalars, None
-
-
-def _point_data(path: Path) -> dict[str, NDArray[Any]]:
-    """What a file of VTK holds over its points."""
-    data: dict[str, NDArray[Any]] = dict(format_of(path).read(path).metadata.get("point_data", {}))
-    return data
+        kind.write(partial, dict(maps), known)
 
 
 def read_landmarks(path: PathLike) -> IntArray:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
+import scipy.io
+from file_names import NAMED, PLACED, needs
 
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io.files import write_mesh
@@ -14,14 +18,87 @@ from igl_spheremap.verify.distortion import vertex_maps
 VALUES = np.random.default_rng(0).normal(size=42)
 
 
-@pytest.mark.parametrize(("name", "precision"), [("a.npz", 0), ("a.shape.gii", 1e-7), ("a.gii.gz", 1e-7)])
-def test_maps_read_back_by_name(tmp_path, name, precision):
-    if not name.endswith(".npz"):
-        pytest.importorskip("nibabel")
-    write_scalars(tmp_path / name, {"sulc": VALUES, "curv": -VALUES})
+@pytest.mark.parametrize("name", ["a.npz", "a.shape.gii", "a.gii.gz", *NAMED, *PLACED])
+def test_maps_read_back_by_name_or_place(tmp_path, name):
+    needs(name)
+    write_scalars(tmp_path / name, {"sulc": VALUES, "curv": -VALUES}, surface=sphere(42))
     maps = read_scalars(tmp_path / name)
-    assert list(maps) == ["sulc", "curv"]
-    assert np.abs(maps["sulc"] - VALUES).max() <= precision * np.abs(VALUES).max()
+    assert list(maps) == (["0", "1"] if name in PLACED else ["sulc", "curv"])
+    first, second = maps.values()
+    assert np.array_equal(second, -first)
+    assert np.abs(first - VALUES).max() <= (1e-7 if ".gii" in name else 0) * np.abs(VALUES).max()
+
+
+@pytest.mark.parametrize("name", [*NAMED, *PLACED])
+def test_labels_and_single_maps_read_back(tmp_path, name):
+    keys = np.arange(42) % 5 - 1
+    write_scalars(tmp_path / name, {"parts": keys}, surface=sphere(42), metadata={"labels": ()})
+    (values,) = read_scalars(tmp_path / name).values()
+    assert np.array_equal(values, keys)
+
+
+def test_arrays_of_other_programs(tmp_path):
+    """By NumPy, SciPy, and tables as spreadsheets, pandas and AFNI write them."""
+    np.save(tmp_path / "a.npy", VALUES.astype("f4")[:, None])
+    assert np.array_equal(read_scalars(tmp_path / "a.npy")["0"], VALUES.astype("f4"))
+    np.savetxt(tmp_path / "a.1D", np.column_stack([np.arange(42), VALUES]), header="node value", fmt="%.17g")
+    assert np.array_equal(read_scalars(tmp_path / "a.1D")["1"], VALUES)
+    np.savetxt(tmp_path / "row.txt", VALUES[None], delimiter=",", fmt="%.17g")
+    assert np.array_equal(read_scalars(tmp_path / "row.txt")["0"], VALUES)
+    lines = [f"{k};V{k};{x!r}" for k, x in enumerate(VALUES.tolist())]
+    (tmp_path / "a.csv").write_bytes(b'\xef\xbb\xbf;area;"mean; depth"\r\n' + "\r\n".join(lines).encode())
+    maps = read_scalars(tmp_path / "a.csv")
+    assert list(maps) == ["0", "mean; depth"]
+    assert np.array_equal(maps["mean; depth"], VALUES)
+    more = {"faces": np.ones((80, 3)), "rate": 2.5, "who": "me", "parts": {"a": VALUES}, "lame": VALUES > 0}
+    scipy.io.savemat(tmp_path / "a.mat", {"depth": VALUES, **more}, do_compression=True)
+    maps = read_scalars(tmp_path / "a.mat")
+    assert list(maps) == ["depth", "lame"]
+    assert np.array_equal(maps["depth"], VALUES)
+    write_scalars(tmp_path / "b.mat", {"mean depth": VALUES})
+    assert scipy.io.loadmat(tmp_path / "b.mat")["mean_depth"].shape == (42, 1)
+    write_scalars(tmp_path / "b.npy", {"depth": VALUES})
+    assert np.array_equal(np.load(tmp_path / "b.npy"), VALUES)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", b"depth\n1\nx\n", "line 3 reads 'x' in column 'depth' where a number is expected"),
+        ("a.txt", b"# made\n1\n2_0\n", "line 3 reads '2_0' in column '0'"),
+        ("a.tsv", b"a\tb\n1\t2\n\n3\n", "line 4 has 1 fields where line 1 has 2"),
+        ("a.csv", b"a,a\n1,2\n3,4\n", "two columns are called 'a'"),
+        ("a.csv", b"area\n", "no scalar map"),
+        ("a.txt", b"# nothing\n", "no numbers"),
+        ("a.txt", b"1 2 3\n4 5 6\n", "2 lines of 3 fields; give one line a vertex"),
+        ("a.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\x02IM" + bytes(99), "save it by save"),
+        ("lh.sphere", b"\xff\xff\xfesurface", "unknown format of data"),
+        ("lh.depth", b"1 2 3", "unknown format of data"),
+        ("a.xlsx", b"PK", "decides: .gii, .gii.gz, .npz, .annot, .npy, .csv, .tsv, .txt, .1D, .mat"),
+    ],
+)
+def test_what_is_no_data_is_named_in_a_line(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises((MeshError, FileError), match=re.escape(message)) as caught:
+        read_scalars(tmp_path / name)
+    assert str(tmp_path / name) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_packed_file_takes_no_more_memory_than_its_size_allows(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"zero": np.zeros(3 << 20)}, do_compression=True)
+    with pytest.raises(MeshError, match="expand to far more"):
+        read_scalars(tmp_path / "a.mat")
+
+
+def test_data_in_names_that_a_format_has_taken(tmp_path):
+    with pytest.raises(FileError, match="can't hold data called x"):
+        write_scalars(tmp_path / "a.ply", {"x": VALUES}, surface=sphere(42))
+    with pytest.raises(FileError, match="would be the same for two"):
+        write_scalars(tmp_path / "a.mat", {"a b": VALUES, "a c": VALUES, "a_b": VALUES})
+    with pytest.raises(FileError, match="with their surface"):
+        write_scalars(tmp_path / "a.vtk", {"a": VALUES})
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_freesurfer_files_are_named_by_their_ends(tmp_path):
@@ -56,5 +133,5 @@ def test_scalar_maps_in_other_programs(result, tmp_path):
         assert np.array_equal(archive["factor"], maps["factor"])
     with pytest.raises(FileError, match="hold one map"):
         write_scalars(tmp_path / "lh.both", maps)
-    with pytest.raises(FileError, match="scalar maps are written to"):
-        write_scalars(tmp_path / "a.txt", maps)
+    with pytest.raises(FileError, match="unknown format of data"):
+        write_scalars(tmp_path / "a.xlsx", maps)

@@ -123,7 +123,8 @@ COMMANDS = (
     )),
     Command("transfer", "transfer", (
         *shared.pair(),
-        *shared.target("the data at the vertices of --to: .gii, .npz, or lh.NAME"),
+        *shared.target("the data at the vertices of --to, in a format of --data; .ply, .vtk and .vtp hold the mesh, "
+                       "too"),
         argument("--data", "FILE", shared.DATA_HELP, required=True),
         shared.TO,
         switch("--labels", help="take the value of the vertex with the largest weight; default: weighted sums"),
@@ -136,8 +137,8 @@ COMMANDS = (
     )),
     Command("export", "transfer", (
         *shared.pair(),
-        *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), .gii, .npz, "
-                       "lh.NAME"),
+        *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), or a format of "
+                       "--data of `transfer`"),
         choice("--show", ("equirectangular", "octahedral", "factor", "angles", "checkerboard"), "a texture by "
                "one of two projections, a scalar map: factor (u of the conformal factor e^2u, on the scale of equal "
                "areas) or angles (mean angle difference at each vertex, degrees); or a checkerboard of the sphere as "
@@ -160,7 +161,7 @@ COMMANDS = (
     )),
     Command("grid", "transfer", (
         *shared.pair("SURFACE"),
-        *shared.target("a picture (.png), or the numbers (.npz, array `grid`)"),
+        *shared.target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
         shared.DATA,
         choice("--kind", ("equirectangular", "equiangular", "gauss"), "cell centres of a picture (default); equal "
                "steps from pole to pole (torch-harmonics: equiangular; s2fft: mwss, of L + 1 rows and 2 L columns); or "

@@ -80,7 +80,10 @@ def read_features(
             raise UsageError(f"--feature {word} is not of the form NAME=SOURCE,TARGET with two files")
         for file, mesh, column in zip(files, (source, target), columns, strict=True):
             column.append(read_data(file, mesh))
-        many = columns[0][-1].shape[1]
+        many, other = (column[-1].shape[1] for column in columns)
+        if many != other:
+            raise UsageError(f"--feature {word}: {many} maps in {files[0]} but {other} in {files[1]}; choose one "
+                             "of each by FILE:NAME")
         names += [name] if many == 1 else [f"{name} {k + 1}" for k in range(many)]
     return names, (np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1))
 

@@ -13,7 +13,7 @@ from ....io.coefficients import read_coefficients, write_coefficients
 from ....io.files import write_mesh
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
-from ....io.scalars import write_scalars
+from ....io.scalars import data_format, write_scalars
 from ....io.textured import read_picture, write_picture, write_textured
 from ....mesh.arrays import FloatArray
 from ....mesh.check import check_mesh
@@ -63,6 +63,7 @@ def run_transfer(args: Namespace) -> None:
     check_outputs(args)
     if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
         raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")
+    data_format(args.target, write=True)
     pair = load_pair(args, args.reflect)
     source = pair.source
     there = read_target_sphere(args.to, source)
@@ -75,7 +76,7 @@ def run_transfer(args: Namespace) -> None:
     weights = transfer_matrix(result, there, method=args.method)
     matrix, received, areas, own_areas = weights.matrix, weights.received, weights.areas, weights.source_areas
     carried = {key: apply_matrix(matrix, values, labels) for key, values in maps.items()}
-    write_scalars(args.target, carried, force=args.force, metadata=metadata)
+    write_scalars(args.target, carried, surface=there, force=args.force, metadata=metadata)
     if args.matrix is not None:
         with replacing(args.matrix, args.force) as partial:
             save_npz(partial, csr_array((largest(matrix) if labels else matrix).T))
@@ -105,8 +106,8 @@ def run_grid(args: Namespace) -> None:
     igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
     """
     target: str = args.target
-    if not target.lower().endswith((".png", ".npz")):
-        raise UsageError(f"OUT is a .png or .npz file, not {target}")
+    if not target.lower().endswith((".png", ".npz", ".npy")):
+        raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
     if args.kind == "equiangular" and args.rows < 2:
         raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
@@ -121,7 +122,11 @@ def run_grid(args: Namespace) -> None:
         write_picture(target, _picture(grid), force=args.force)
     else:
         with replacing(target, args.force) as partial:
-            write_arrays(partial, {"grid": grid, "kind": args.kind})
+            if target.lower().endswith(".npz"):
+                write_arrays(partial, {"grid": grid, "kind": args.kind})
+            else:
+                with partial.open("wb") as file:
+                    np.save(file, grid)
     found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
     found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
     found.report(args)
@@ -200,9 +205,8 @@ def run_export(args: Namespace) -> None:
     coloured = name.endswith((".ply", ".glb"))
     if args.show == "checkerboard" and not coloured:
         raise FileError(f"{target}: --show checkerboard writes vertex colours, to .ply and .glb files")
-    scalars = name.endswith((".gii", ".npz")) or name.startswith(("lh.", "rh."))
-    if args.show not in _TEXTURES and not (coloured or scalars):
-        raise FileError(f"{target}: --show {args.show} writes .ply, .glb, .gii and .npz files, and lh.NAME or rh.NAME")
+    if args.show not in _TEXTURES and not coloured:
+        data_format(target, write=True)
     if args.image is not None and args.show not in _TEXTURES:
         raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
     if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
@@ -234,7 +238,8 @@ def run_export(args: Namespace) -> None:
             metadata = {"vertex_properties": {**colours(values), "quality": values}}
             write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:
-            write_scalars(target, {args.show: values}, force=args.force, metadata=source.metadata)
+            write_scalars(target, {args.show: values}, surface=(source.v, source.f), force=args.force,
+                          metadata=source.metadata)
         found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
         outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
     found.add("written", f"{target}: {args.show}, {outcome}")

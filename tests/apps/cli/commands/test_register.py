@@ -76,6 +76,7 @@ def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
 @pytest.mark.parametrize(("options", "status", "sentence"), [
     (["--feature", "f=features.npz"], 64, "NAME=SOURCE,TARGET"),
     (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
+    (["--feature", "f=features.npz,features.npz:a"], 64, "2 maps in features.npz but 1 in features.npz:a"),
     (["--feature", "f=flat.npz,flat.npz"], 2, "features of the source are constant"),
     (["--feature", "f=features.npz:a,features.npz:a", "--json", "features.npz"], 64, "would be lost"),
     (["--stages", "rotation,warp"], 64, "'warp'"),

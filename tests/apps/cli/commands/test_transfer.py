@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from file_names import NAMED, PLACED
 from scipy.sparse import csr_array, load_npz
+from shell import one_line
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -35,6 +37,24 @@ def test_data_go_to_a_regular_sphere(desk, capsys):
     assert np.allclose(carried["height"], expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", [*NAMED, *PLACED])
+def test_plain_arrays_go_in_and_out_as_archives_do(desk, name):
+    height = desk.vertices[:, 2]
+    write_scalars(name, {"height": height, "more": -height}, surface=(desk.vertices, desk.faces))
+    column = "0" if name in PLACED else "height"
+    words = ["transfer", "pear.ply", "sphere.ply", "--to", "ico:1", "-q"]
+    assert main([*words, "expected.npz", "--data", "data.npz:height"]) == 0
+    assert main([*words, f"out.{name}", "--data", f"{name}:{column}"]) == 0
+    (carried,) = read_scalars(f"out.{name}").values()
+    assert np.array_equal(carried, read_scalars("expected.npz")["height"])
+
+
+def test_data_of_another_mesh_are_named_with_both_counts(desk, capsys):
+    np.savetxt("short.csv", [1, 2, 3])
+    assert main(["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "short.csv"]) == 2
+    assert f"short.csv: 0 has 3 values but pear.ply has {len(desk.vertices)} vertices" in one_line(capsys)
+
+
 def test_labels_stay_labels_on_another_map(desk):
     other = ism.spherical_conformal_map(*ism.samples.make("pear", n_vertices=400))
     write_mesh("other.ply", other.sphere, other.faces)
@@ -50,7 +70,7 @@ def test_labels_stay_labels_on_another_map(desk):
 @pytest.mark.parametrize(
     ("words", "status"),
     [
-        (["out.txt"], 74),
+        (["out.xlsx"], 74),
         (["out.npz", "--to", "ico:99"], 64),
         (["data.npz", "-f"], 64),
         (["sphere.ply", "-f"], 64),
