@@ -31,12 +31,13 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, wh
 def read(path: Path) -> RawMesh:
     """The mesh of an archive, or source and sphere of a map."""
     arrays = read_arrays(path)
-    v = arrays.get("vertices", arrays.get("sphere"))
-    if v is None or "faces" not in arrays:
+    v = next((arrays[name] for name in ("vertices", "sphere", "v") if name in arrays), None)
+    f = arrays.get("faces", arrays.get("f"))
+    if v is None or f is None:
         raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
-                        "save them under these names")
+                        "save them under these names, or as 'v' and 'f'")
     metadata = {"caps": arrays["caps"]} if "caps" in arrays else {}
-    return RawMesh(v, of_triangles(arrays["faces"]), metadata, arrays.get("sphere"))
+    return RawMesh(v, of_triangles(f), metadata, arrays.get("sphere"))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

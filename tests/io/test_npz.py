@@ -180,3 +180,11 @@ def test_a_record_of_an_earlier_version_is_named_and_its_surfaces_are_read(tmp_p
     with pytest.raises(MeshError, match=r"before 0\.3; read_mesh and read_sphere"):
         read_map(path)
     assert ism.sphere_map(*read_mesh(path), read_sphere(path).v).certificate.folding_free
+
+
+def test_archives_by_the_names_of_the_readme_are_meshes(ball, tmp_path):
+    v, f = ball
+    np.savez(tmp_path / "ball.npz", v=v, f=f.astype("u4"))
+    mesh = read_mesh(tmp_path / "ball.npz")
+    assert np.array_equal(mesh.v, v)
+    assert np.array_equal(mesh.f, f)
