@@ -101,7 +101,7 @@ def cortices(folder):
         if path.name.lower().startswith(("s1200.r", "conte69_32k_r", "rh")):
             v, f = v * [-1, 1, 1], f[:, ::-1]
         maps.append(ism.balanced_spherical_map(v, f, balance=0.85))
-    group = ism.template(maps, to="ico:5", modes=5, balance=0.85)
+    group = ism.template(maps, target="ico:5", modes=5, balance=0.85)
     radius = np.sqrt(group.areas.sum() / (4 * np.pi))
     print(f"{group}; area of the members {group.areas.sum():.0f} mm2, of the mean "
           f"{surface_area(group.vertices, group.faces):.0f}")
@@ -129,7 +129,7 @@ def main(words):
         turn = Rotation.random(random_state=rng).as_matrix()
         sources.append((planted.points(x, pair) @ turn + rng.normal(size=3), f))
     maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
-    group, seconds = timed(lambda: ism.template(maps, to=args.to))
+    group, seconds = timed(lambda: ism.template(maps, target=args.to))
     print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
           f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
           f"{seconds / args.members:.2f} for the rest")

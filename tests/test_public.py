@@ -73,7 +73,7 @@ def test_options_go_by_name_after_the_data(name, function):
 
 @pytest.mark.parametrize(("name", "function"), [*functions()])
 def test_roles_have_one_word_each(name, function):
-    assert not {"moving", "fixed", "a", "b"} & inspect.signature(function).parameters.keys()
+    assert not {"moving", "fixed", "a", "b", "to"} & inspect.signature(function).parameters.keys()
 
 
 def test_records_print_in_one_line(tmp_path):

@@ -77,7 +77,7 @@ def series(
     sources: Sequence[Source],
     *,
     features: Sequence[ArrayLike] | None = None,
-    to: str = "ico:4",
+    target: str = "ico:4",
     balance: float = 1.0,
 ) -> Series:
     """Follow points of one body through its frames.
@@ -90,7 +90,7 @@ def series(
         The frames in their order, two or more, whose meshes may differ.
     features : sequence of (n,) or (n, k) array_like, optional
         Data over the vertices of each frame.
-    to : str, default ``ico:4``
+    target : str, default ``ico:4``
         The mesh whose points are followed.
     balance : float, default 1
         Of the maps, as of `template`.
@@ -111,24 +111,24 @@ def series(
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=300)
-    >>> ism.series([(v * [1, 1, 1 + 0.05 * k], f) for k in range(3)], to="ico:2").vertices.shape
+    >>> ism.series([(v * [1, 1, 1 + 0.05 * k], f) for k in range(3)], target="ico:2").vertices.shape
     (3, 162, 3)
     """
     check_number(balance, "balance", most=1)
-    x, f = sphere_mesh(to)
+    x, f = sphere_mesh(target)
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} frames, sources are {len(sources)}; give one for each")
     maps: list[SphereMap] = []
-    target = first = None
+    before = first = None
     for source in counted("frames", list(sources)):
         result = mapped(source, balance)
         coarse = at_points(result, x, f)
-        onto = coarse if target is None else register(coarse, target).map
-        maps.append(result if target is None else carried(result, coarse, onto.sphere))
-        target = certified(check_mesh(resample(maps[-1], (x, f)).v, f), x)
-        first = first or target
+        onto = coarse if before is None else register(coarse, before).map
+        maps.append(result if before is None else carried(result, coarse, onto.sphere))
+        before = certified(check_mesh(resample(maps[-1], (x, f)).v, f), x)
+        first = first or before
     assert first is not None
     direct = carried(result, coarse, register(coarse, first).map.sphere)
     points = np.stack([resample(each, (x, f)).v for each in maps])

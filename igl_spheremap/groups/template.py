@@ -46,7 +46,7 @@ def template(
     *,
     features: Sequence[ArrayLike] | None = None,
     modes: int = 10,
-    to: str = "ico:4",
+    target: str = "ico:4",
     balance: float = 1.0,
     rigid: bool = False,
     farthest: float = FARTHEST,
@@ -66,7 +66,7 @@ def template(
         Data over the vertices of each source, whose mean and standard deviation are taken at corresponding points.
     modes : int, default 10
         How many principal modes to keep; members less 1 at most.
-    to : str, default ``ico:4``
+    target : str, default ``ico:4``
         The mesh of the mean surface, on which members are registered: ``ico:4`` has 2,562 vertices, ``ico:5``, which
         cortices need, 10,242.
     balance : float, default 1
@@ -98,14 +98,14 @@ def template(
     >>> import igl_spheremap as ism
     >>> pears = [ism.samples.make("pear", n_vertices=300) for _ in range(3)]
     >>> stretched = [(v * [1, 1, 1 + 0.1 * k], f) for k, (v, f) in enumerate(pears)]
-    >>> ism.template(stretched, to="ico:2", modes=2)
+    >>> ism.template(stretched, target="ico:2", modes=2)
     Group(3 members, 162 vertices, 2 modes with 100% of the variance)
     """
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
     check_number(farthest, "farthest", 1)
     check_whole(processes, "processes", 1)
-    x, f = sphere_mesh(to)
+    x, f = sphere_mesh(target)
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
     left_out: dict[str, str] = {}

@@ -13,4 +13,4 @@ def maps():
 @pytest.fixture(scope="session")
 def group(maps):
     """Their group."""
-    return ism.template(maps, to="ico:2", features=[each.vertices for each in maps])
+    return ism.template(maps, target="ico:2", features=[each.vertices for each in maps])

@@ -18,7 +18,7 @@ def frames(bends):
 def bending():
     """Four frames."""
     meshes, places = zip(*frames([0.0, 0.4, 0.8, 1.2]), strict=True)
-    return meshes, ism.series(meshes, features=places, to="ico:2")
+    return meshes, ism.series(meshes, features=places, target="ico:2")
 
 
 def test_points_keep_their_place_in_the_body(bending):

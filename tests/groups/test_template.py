@@ -40,28 +40,28 @@ def test_features_are_averaged_at_corresponding_points(group, maps):
 
 
 def test_any_order_of_the_members_gives_the_same_bits(maps):
-    three = ism.template(maps[:3], to="ico:1")
-    again = ism.template([maps[k] for k in (2, 0, 1)], to="ico:1")
+    three = ism.template(maps[:3], target="ico:1")
+    again = ism.template([maps[k] for k in (2, 0, 1)], target="ico:1")
     for name in ("vertices", "modes", "variances", "areas", "spread"):
         assert (getattr(again, name) == getattr(three, name)).all()
     assert (again.scores == three.scores[[2, 0, 1]]).all()
 
 
 def test_processes_give_the_same_bits(maps):
-    one, two = (ism.template(maps[:3], to="ico:1", processes=processes) for processes in (1, 2))
+    one, two = (ism.template(maps[:3], target="ico:1", processes=processes) for processes in (1, 2))
     assert (one.vertices == two.vertices).all()
     assert (one.scores == two.scores).all()
     assert all((a.map.sphere == b.map.sphere).all() for a, b in zip(one.members, two.members, strict=True))
 
 
 def test_mirrored_bodies_have_a_mirrored_template(group, maps):
-    mirrored = ism.template([reflected(each) for each in maps], to="ico:2")
+    mirrored = ism.template([reflected(each) for each in maps], target="ico:2")
     assert group.place(reflected(mirrored.map)).member.distance < 0.02 * radius(group)
     assert np.abs(mirrored.scores - group.scores)[:, :2].max() < 0.1 * group.scores[:, 0].std()
 
 
 def test_a_member_that_counts_twice_moves_the_mean_by_no_more_than_its_weight(group, maps):
-    twice = ism.template([*maps, maps[1]], to="ico:2")
+    twice = ism.template([*maps, maps[1]], target="ico:2")
     assert twice.place(group.map).member.distance < group.members[1].distance / 7 + 0.01 * radius(group)
     assert np.allclose(twice.scores[1], twice.scores[-1])
 
@@ -83,14 +83,14 @@ def test_a_shape_of_given_scores(group):
 def test_what_does_not_fit_is_left_out_with_its_reason(maps, tmp_path):
     v, f = ism.samples.make("spheroid", n_vertices=300)
     ism.write_mesh(tmp_path / "open.ply", v, f[1:])
-    found = ism.template([*maps[:3], tmp_path / "open.ply", tmp_path / "none.ply", (v * [1, 1, 40], f)], to="ico:1",
+    found = ism.template([*maps[:3], tmp_path / "open.ply", tmp_path / "none.ply", (v * [1, 1, 40], f)], target="ico:1",
                          farthest=2)
     assert len(found.members) == 3
     assert [*found.left_out] == [str(tmp_path / "open.ply"), str(tmp_path / "none.ply"), "5"]
     assert "open surface" in found.left_out[str(tmp_path / "open.ply")]
     assert "times as far" in found.left_out["5"]
     with pytest.raises(ism.MeshError, match="a group needs 3"):
-        ism.template([*maps[:2], tmp_path / "none.ply"], to="ico:1")
+        ism.template([*maps[:2], tmp_path / "none.ply"], target="ico:1")
 
 
 @pytest.mark.parametrize(("options", "error", "words"), [

@@ -52,7 +52,7 @@ def _make(args: Namespace) -> Exit:
     if (out / ARCHIVE).exists() and not args.force:
         raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
     prepared(out)
-    group = template([name for name in names if name not in args.exclude], modes=args.modes, to=args.to,
+    group = template([name for name in names if name not in args.exclude], modes=args.modes, target=args.to,
                      balance=args.balance, rigid=args.rigid, farthest=args.farthest,
                      processes=args.jobs or os.cpu_count() or 1)
     args.progress.stage("writing")
