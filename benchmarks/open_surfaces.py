@@ -129,9 +129,10 @@ def cut(v, f, **options):
     """The repaired mesh, the cut loops as positions, and CPU seconds."""
     loops, find = [], surface.cutting_loops
 
-    def watched(v, f):
-        found = find(v, f)
-        loops.extend(v[loop] for loop in found)
+    def watched(scaled, f):
+        found, low = find(scaled, f), scaled.min(axis=0)
+        unit = np.ptp(v, axis=0).max() / np.ptp(scaled, axis=0).max()  # loops are found in a unit of their own
+        loops.extend((scaled[loop] - low) * unit + v.min(axis=0) for loop in found)
         return found
 
     surface.cutting_loops = watched

@@ -43,7 +43,7 @@ TABLES = {
     "versions_matches": "versions BEFORE sample:spheroid:n_vertices=800 sample:pear:n_vertices=800 --of matches",
     "disks_programs": "disks --largest 2200 --corpus CORPUS",
     "open_holes": "open_surfaces --holes",
-    "open_handles": "open_surfaces --handles 1:100 5:120 5:160 20:120",
+    "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
 }
 
 
