@@ -130,19 +130,29 @@ def starts(a, b):
 
 def pairs(data):
     """Every pair: the best start, and the end."""
+    print("| A | B | vertices | best start | end | folds | s |\n|---|---|---|---|---|---|---|")
     for pair in PAIRS.replace("\n", "|").split("|"):
         if not (names := pair.split()):
             continue
         a, b = map(data.map, names)
         best = min(distance(a, b, x) for x in starts(a, b))
-        if hasattr(ism, "match"):
-            onto, seconds = timed(lambda: ism.match(a, b))  # noqa: B023
-            x, folded = onto.map.sphere, onto.map.certificate.foldings
-        else:
-            onto, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
-            x, folded = onto.map.sphere, onto.map.certificate.foldings
-        print(f"{names[0]} -> {names[1]}, {len(a.sphere)}, {len(b.sphere)} vertices: best start {best:.3f}, end "
-              f"{distance(a, b, x):.4f}, {folded} folded, {seconds:.1f} s", flush=True)
+        find = getattr(ism, "match", ism.register)  # an earlier version has none
+        onto, seconds = timed(lambda: find(a, b))  # noqa: B023
+        end = distance(a, b, onto.map.sphere)
+        print(f"| {title(names[0])} | {title(names[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {best:.3f} | "
+              f"{end:.4f} | {onto.map.certificate.foldings} | {seconds:.1f} |", flush=True)
+
+
+def title(name):
+    """A name of `PAIRS` as a reader of the table takes it."""
+    name, _, faces = name.partition("/")
+    if name.startswith("~"):
+        name = f"mirrored {name[1:]}"
+    if name.startswith("body:"):
+        name = f"body {name[5:].rstrip('+')}" + ", again" * name.endswith("+")
+    elif "fs:" not in name and ":" in name:
+        name = "sample " + name.partition(":")[0]
+    return name.replace("fs:", "fsaverage5 ") + (f", faces: {faces}" if faces else "")
 
 
 def nearest(a, b):
