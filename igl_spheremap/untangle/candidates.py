@@ -89,13 +89,11 @@ class Badness:
 
 
 def least_folded(x: FloatArray, badness: Badness) -> FloatArray:
-    """The least bad Moebius map of a map; itself if that does not fold fewer faces."""
+    """The least bad Moebius map of a map that folds; itself if that does not fold fewer faces."""
 
     def moved(b: FloatArray) -> FloatArray:
         return moebius(x, b / np.sqrt(1 + b @ b))
 
-    if not badness.folded(x):
-        return x
     simplex = np.vstack((np.zeros(3), _FIRST * np.eye(3)))
     options = {"maxfev": _GAUGES, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
     found = minimize(lambda b: badness(moved(b)), simplex[0], method="Nelder-Mead", options=options)

@@ -113,13 +113,12 @@ class _Repair:
 
     def starts(self) -> Iterator[Candidate]:
         """Candidates in the order in which they start, each made when it is asked for."""
-        x = self.x
-        first = self.record("map", x)
-        if self.plan.itself and (start := first or self.embedded(x)):
+        first = self.record("map", self.x)
+        if self.plan.itself and (start := first or self.embedded(self.x)):
             yield start
         if self.plan.layouts:
             with self.attempt("angles"):
-                placed = unroll(self.mesh, x, self._system)
+                placed = unroll(self.mesh, self.x, self._system)
                 if placed is not None and placed.depth.max() > floors(np.float64)[0]:
                     yield from self._shortened(placed)
                 else:
@@ -174,16 +173,12 @@ class _Repair:
         self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.DONE,
                                  now - self._began))
         self._began = now
-        self._notify(x, energy, certificate.foldings)
-        return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
-
-    def _notify(self, x: FloatArray, energy: float, foldings: int) -> None:
-        """Hand a map to the listener."""
         try:
             if self.listener is not None:
-                self.listener(Iterate("repair", max(0, len(self.rounds) - 1), 0, x, energy, float(foldings)))
+                self.listener(Iterate("repair", k, 0, x, energy, float(certificate.foldings)))
         except StopIteration:
             raise _Stopped from None
+        return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
 
     def result(self, field: list[Candidate]) -> tuple[FloatArray, Run]:
         """The best candidate that is left in the package's gauge, or the first map, with the record."""
