@@ -114,7 +114,7 @@ class Result:
         --------
         >>> import igl_spheremap as ism
         >>> print(ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500)).explain())
-        auto: no face folds, and steps are predicted to gain less than 3.9 percent; so no steps are taken
+        auto: no face folds, and steps are predicted to gain less than 3 percent; so no steps are taken
         """
         lines = [f"{self.method}: {self.run.plan or self.status.value}"]
         lines += [f"{each.start}: {each.foldings_after:,} folded faces, {each.mean_angle_difference:.3g} degrees off"

@@ -223,7 +223,7 @@ def test_view_without_a_display_is_one_line(monkeypatch, capsys):
     assert len(err.splitlines()) == 1
     assert "(--screenshot OUT.png, --video OUT.gif)" in err
     result = ism.spherical_conformal_map(*ism.samples.sphere(42))
-    with pytest.raises(DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, target='run.gif'\)\)"):
+    with pytest.raises(DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, out='run.gif'\)\)"):
         ism.show(result)
 
 

@@ -94,7 +94,7 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, tmp_path):
 
 
 @pytest.mark.parametrize(("options", "error", "words"), [
-    ({"modes": 0}, ValueError, "modes"), ({"to": "ico"}, ValueError, "regular sphere"),
+    ({"modes": 0}, ValueError, "modes"), ({"target": "ico"}, ValueError, "regular sphere"),
     ({"balance": 2}, ValueError, "balance"), ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
     ({"farthest": 0}, ValueError, "farthest"), ({"processes": 0}, ValueError, "processes"),
 ])

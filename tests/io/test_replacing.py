@@ -82,7 +82,7 @@ def test_no_folder_and_no_file(ball, tmp_path):
         write_mesh(tmp_path / "folder.obj", *ball, force=True)
     if Path("/dev/full").exists():
         (tmp_path / "full.obj").symlink_to("/dev/full")
-        with pytest.raises(FileError, match="no regular file"):
+        with pytest.raises(FileError, match="not a regular file"):
             write_mesh(tmp_path / "full.obj", *ball, force=True)
 
 

@@ -72,7 +72,7 @@ def test_pictures(sphere, tmp_path):
     (["harmonics", "a.npz", "--data", "short.npz"], 2, "give data of this mesh"),
     (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),
     (["harmonics", "a.npz", "--data", "missing.npz"], 74, "can't read"),
-    (["grid", "a.jpg"], 64, ".png or .npz"),
+    (["grid", "a.jpg"], 64, ".png, .npz or .npy"),
     (["grid", "a.npz", "--rows", "0"], 64, "--rows: 0 is out of range"),
 ])
 def test_failures_are_one_line(sphere, tmp_path, monkeypatch, capsys, words, status, sentence):
