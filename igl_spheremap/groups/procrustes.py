@@ -10,7 +10,7 @@ from ..mesh.arrays import FloatArray
 from ..sphere.moebius import best_rotation
 from ..sphere.rows import weighted_moment, weighted_sum
 
-_STEPS, _STILL = 100, 1e-12  # rotations to the mean of the last step; each lowers the squared distances
+_STEPS, _TOLERANCE = 100, 1e-12  # rotations to the mean of the last step; each lowers the squared distances
 
 
 class Alignment(NamedTuple):
@@ -57,7 +57,7 @@ def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool 
     for _ in range(_STEPS):
         rotations = np.stack([best_rotation(shape, mean, weights) for shape in centred])
         before, mean = mean, np.mean(centred @ rotations, axis=0)
-        if np.abs(mean - before).max() < _STILL * radii.max():
+        if np.abs(mean - before).max() < _TOLERANCE * radii.max():
             break
     pose = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3))
     rotations = rotations @ pose

@@ -33,8 +33,8 @@ from .modes import principal_modes
 from .placing import Source, areas_of, at_points, carried, mapped
 from .procrustes import generalised_procrustes, placed
 
-#: The mean is at rest if it moves by less of its root mean square radius: on 2,562 points its faces are as far from it.
-_STILL = 5e-3
+#: Of the mean's moves, over its root mean square radius: on 2,562 points its faces are as far from the body.
+_TOLERANCE = 5e-3
 _ROUNDS = 6  # at most: 3 to 5 are usual
 _FEWEST = 3  # members: two have one mode and no median
 _DEGREE = 8  # of the harmonics whose powers distinguish the members
@@ -56,7 +56,7 @@ def template(
 
     Each surface is mapped to the sphere and registered to a first template. The members' corresponding points are
     aligned by generalised Procrustes, and their mean is mapped to the sphere as each member is: that is the next
-    template. It ends where the mean is at rest. The same members give the same group bit for bit, in any order.
+    template. It ends where the mean stays. The same members give the same group bit for bit, in any order.
 
     Parameters
     ----------
@@ -121,15 +121,15 @@ def template(
             else:
                 found.append(surface)
         found.sort(key=lambda surface: surface.digest)
-        return _without_strangers(found, crew, x, f, balance, rigid, modes, farthest, left_out)
+        return _without_outliers(found, crew, x, f, balance, rigid, modes, farthest, left_out)
 
 
-def _without_strangers(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+def _without_outliers(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
                        modes: int, farthest: float, left_out: dict[str, str]) -> Group:
     """The group of those that lie near enough to each other's mean."""
     changes: list[float] = []
     while True:
-        fitted, turn = _at_rest(found, crew, x, f, balance, rigid, changes, left_out)
+        fitted, turn = _fixed_point(found, crew, x, f, balance, rigid, changes, left_out)
         group = _joined(fitted, turn, x, f, balance, rigid, modes, changes, left_out)
         distances = np.array([member.distance for member in group.members])
         usual = float(np.median(distances))
@@ -175,13 +175,13 @@ class _Fitted(NamedTuple):
     registration: Registration
 
 
-def _at_rest(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+def _fixed_point(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
              changes: list[float], left_out: dict[str, str]) -> tuple[list[_Fitted], FloatArray]:
     """Registrations to a template that is the mean of what is registered to it, and how its sphere is to be turned.
 
     All have turned with the start so far; at the end they turn to the Gauss map of the mean.
     """
-    target, stages = _most_usual(found).coarse, ["rotation", "elastic"]
+    target, stages = _medoid(found).coarse, ["rotation", "elastic"]
     before = target.vertices
     turns = {surface.number: np.eye(3) for surface in found}
     for step in range(_ROUNDS):
@@ -199,7 +199,7 @@ def _at_rest(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, bala
         moved = placed(before, mean, areas)[0] - mean
         offset = mean - weighted_sum(areas / areas.sum(), mean)
         changes.append(float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum())))
-        if changes[-1] < _STILL or step == _ROUNDS - 1:
+        if changes[-1] < _TOLERANCE or step == _ROUNDS - 1:
             break
         before, target = mean, balanced_spherical_map(mean, f, balance=balance)
         as_before = best_rotation(target.sphere, x, areas)
@@ -216,7 +216,7 @@ def _registered(coarse: SphereMap, turn: FloatArray, target: SphereMap, stages: 
     return register(turned, target, stages=stages)
 
 
-def _most_usual(found: list[_Surface]) -> _Surface:
+def _medoid(found: list[_Surface]) -> _Surface:
     """Whose harmonics' powers, which neither pose nor mirroring changes, are nearest to the mean of all: the start."""
     mean = np.mean([surface.powers for surface in found], axis=0)
     return found[int(np.argmin([np.linalg.norm(surface.powers - mean) for surface in found]))]
