@@ -49,8 +49,9 @@ def read_npy(path: Path) -> dict[str, NDArray[Any]]:
 
 def write_npy(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write one map as (n,), several as columns."""
+    columns = _columns(maps, metadata)
     with path.open("wb") as file:
-        np.save(file, _columns(maps, metadata)[:, 0] if len(maps) == 1 else _columns(maps, metadata))
+        np.save(file, columns[:, 0] if len(maps) == 1 else columns)
 
 
 def _columns(maps: dict[str, FloatArray], metadata: Metadata) -> NDArray[Any]:

@@ -12,6 +12,8 @@ from .formats import Custom, PathLike
 from .gifti import structure_of
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
+#: The structures by the letters that stand for them.
+SIDES = {"L": LEFT, "R": RIGHT}
 #: Words of names for kinds of surfaces.
 _KINDS = {"white": "white", "smoothwm": "white", "pial": "pial", "midthickness": "midthickness",
           "graymid": "midthickness", "central": "midthickness"}
@@ -47,7 +49,7 @@ class Hemisphere:
     @property
     def side(self) -> str:
         """L or R."""
-        return "L" if self.structure == LEFT else "R"
+        return _letter(self.structure)
 
     @property
     def hemi(self) -> str:
@@ -57,7 +59,20 @@ class Hemisphere:
     @property
     def other(self) -> str:
         """The structure of the other side."""
-        return RIGHT if self.structure == LEFT else LEFT
+        return other_side(self.structure)
+
+
+def other_side(structure: str) -> str:
+    """The structure of the other side; another structure is that of both.
+
+    >>> other_side("CortexLeft"), other_side("Cerebellum")
+    ('CortexRight', 'Cerebellum')
+    """
+    return {LEFT: RIGHT, RIGHT: LEFT}.get(structure, structure)
+
+
+def _letter(structure: str) -> str:
+    return "L" if structure == LEFT else "R"
 
 
 def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
@@ -150,7 +165,7 @@ class Names:
     def resampled(self, space: str, vertices: int, kind: str) -> str:
         """The surface with the vertices of the template."""
         thousands = f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices)
-        side = "L" if (self.hemisphere.side == "L") != self.mirrored else "R"
+        side = _letter(self.hemisphere.other if self.mirrored else self.hemisphere.structure)
         hcp = {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(space, space)
         desc = "_desc-mirrored" if self.mirrored else ""
         return self._name(bids=f"space-{_label(space)}_den-{thousands}{desc}_{kind}.surf.gii",
@@ -197,5 +212,5 @@ def fill_sides(pattern: str, structure: str) -> str:
     >>> fill_sides("atlas/{hemi}.aparc.annot", "CortexRight")
     'atlas/rh.aparc.annot'
     """
-    side = "L" if structure == LEFT else "R"
+    side = _letter(structure)
     return pattern.replace("{hemi}", f"{side.lower()}h").replace("{side}", side)

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import FileError, MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .files import read_mesh, read_sphere
+from .hemispheres import LEFT, RIGHT
 
 _FINEST = 7  # fsaverage7, which FreeSurfer calls fsaverage
 _BUNDLED = 5  # fsaverage5, which nilearn brings; older copies of its fsaverage3 and 4 have another order
@@ -24,7 +25,6 @@ _FETCH = {
     "fsaverage": "python -c \"from nilearn.datasets import fetch_surf_fsaverage as fetch; fetch('fsaverage')\"",
     "fsLR": "python -c \"from templateflow.api import get; get('fsLR', density='32k')\"",
 }
-_LEFT, _RIGHT = "CortexLeft", "CortexRight"
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def template_sphere(name: str, structure: str | None = None) -> tuple[FloatArray
     """
     _check_name(name)
     level = _level(name)
-    if level is None and structure not in (_LEFT, _RIGHT):
+    if level is None and structure not in (LEFT, RIGHT):
         raise FileError(f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
                         "rh.NAME or NAME_hemi-L, or give the file of the sphere")
     finer = range(max(level, _BUNDLED), _FINEST + 1) if level else ()
@@ -213,7 +213,7 @@ _KINDS = ("midthickness", "white", "pial")
 
 def _places(name: str, structure: str | None) -> Iterator[_Place]:
     """Where the template may be, in the order in which places are tried; a finer one follows where it is nested."""
-    left = structure != _RIGHT
+    left = structure != RIGHT
     level = _level(name)
     if level is None:
         yield from _fslr("L" if left else "R", "lh" if left else "rh")

@@ -148,9 +148,6 @@ class SphereMap(Result):
         """The figures as notebooks show them."""
         return table(result_rows(self))
 
-    def _size(self) -> str:
-        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OpenMap(Result):
@@ -210,9 +207,6 @@ class OpenMap(Result):
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> OpenMap:
         return self.whole.rebalance(balance, listener=listener).drop_caps()
-
-    def _size(self) -> str:
-        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
 
 
 def run_findings(result: SphereMap) -> list[Finding]:

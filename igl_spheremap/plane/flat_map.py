@@ -22,9 +22,8 @@ from ..newton.system import VertexSystem
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
-from ..verify.distortion import log_length_ratios
 from .disk_map import DiskMap, disk_conformal_map
-from .plane_map import PlaneMap, in_space, upright
+from .plane_map import PlaneMap, upright
 from .problem import RADIUS, FreeProblem
 from .tutte import by_lengths, tutte_map
 from .unrolling import FLAT, stretch, unrolled
@@ -146,7 +145,7 @@ def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | No
         run = replace(run, notes=(*run.notes, "the surface can be unrolled, but overlaps itself then: lengths are "
                                               "distorted instead"))
     if balance > 0 and run.status is not Status.STOPPED:
-        run = _judged(run, disk, q)
+        run = _judged(PlaneMap(disk, q, certificate, run))
     return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings), start)
 
 
@@ -183,13 +182,13 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
     return q, certificate
 
 
-def _judged(run: Run, disk: Disk, p: FloatArray) -> Run:
-    """The record of a run, which says so where lengths are far off."""
-    worst = float(np.exp(np.abs(log_length_ratios(disk.unit, disk.f, in_space(p / np.abs(p).max()))).max()))
+def _judged(found: PlaneMap) -> Run:
+    """The record of a layout's run, which says so where lengths are far off."""
+    worst = float(np.exp(np.abs(found.log_length_ratios()).max()))
     if worst < _FAR:
-        return run
-    note = f"lengths are off by a factor of up to {worst:.3g}; {run.status.value}"
-    return replace(run, status=Status.SHORT, notes=(*run.notes, note))
+        return found.run
+    note = f"lengths are off by a factor of up to {worst:.3g}; {found.status.value}"
+    return replace(found.run, status=Status.SHORT, notes=(*found.notes, note))
 
 
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:

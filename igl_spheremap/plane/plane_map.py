@@ -130,7 +130,7 @@ class PlaneMap(Result):
         return table(plane_rows(self))
 
     def _size(self) -> str:
-        return f"{len(self.vertices)} vertices, {len(self.faces)} faces, {len(self.rim)} on the rim"
+        return f"{super()._size()}, {len(self.rim)} on the rim"
 
 
 def given_map(mesh: Disk, p: FloatArray) -> PlaneMap:

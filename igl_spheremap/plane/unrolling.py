@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from ..mesh.arrays import HALF_DIGITS, FloatArray, own_unit
 from ..mesh.disk import Disk
 from ..mesh.edges import marked, shared_edges
+from ..mesh.measure import angle_defects
 from ..sphere.rows import row_crosses, row_dots, row_lengths
 from ..verify.certificate import Certificate
 
@@ -67,7 +68,7 @@ def _closes(disk: Disk) -> bool:
     after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     after, before = after.reshape(-1, 3), before.reshape(-1, 3)
     angles = np.arctan2(row_lengths(row_crosses(after, before)), row_dots(after, before))
-    defects = 2 * np.pi - np.bincount(disk.f.ravel(), angles, len(disk.v))
+    defects = angle_defects(angles, disk.f, len(disk.v))
     return bool((np.abs(defects)[~marked(disk.rim, len(disk.v))] < ISOMETRIC).all())
 
 

@@ -25,6 +25,7 @@ from ..draw.plot import pose, raster, shading
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
 from ..io.gifti import structure_of
+from ..io.hemispheres import LEFT, RIGHT
 from ..io.replacing import replacing
 from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray
@@ -39,8 +40,8 @@ SIZE = 180  # pixels of each of the four views
 _AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
 _BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
-LATERAL = {"CortexLeft": np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
-            "CortexRight": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
+LATERAL = {LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
+           RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
 MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 30
 #: What the axes of figures measure, by the ends of their names.

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
@@ -23,7 +23,7 @@ from ..errors import FileError, FoldingsRemain, MeshError, own_errstate
 from ..io.files import read_mesh, read_sphere, write_mesh
 from ..io.formats import CUSTOMS, Custom
 from ..io.gifti import structure_of
-from ..io.hemispheres import Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
+from ..io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
 from ..io.records import Label, LoadedMesh
 from ..io.replacing import replacing
 from ..io.scalars import read_labels, read_scalars, write_scalars
@@ -44,7 +44,7 @@ from .page import LATERAL, Sheet, certified, check_page, is_newer, write_page
 from .run_many import run_many
 from .table import MAPPED, RegistrationRow
 
-#: Of the subjects' own maps: what comes nearest to FreeSurfer's spheres (docs/guide/freesurfer.md).
+#: Balance of the subjects' own maps: it comes nearest to FreeSurfer's spheres (docs/guide/freesurfer.md).
 _BALANCE = 0.85
 #: Widths of the depth potentials that are like FreeSurfer's sulc and curv, see `depth_potential`.
 _SULC, _CURV = 0.12, 0.05
@@ -369,13 +369,12 @@ def registration_manifest(out: str) -> str:
     >>> registration_manifest("./{subject}/surf").replace(os.sep, "/")
     './sphere-reg.manifest.jsonl'
     """
-    folder = out.partition("{")[0]
-    place = Path(folder if folder == out else os.path.dirname(folder))
+    folder = out if "{" not in out else os.path.dirname(out.partition("{")[0])
     try:
-        place.mkdir(parents=True, exist_ok=True)
+        Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"can't make the folder {place}: {error.strerror}") from None
-    return os.path.join(folder if folder == out else os.path.dirname(folder), "sphere-reg.manifest.jsonl")
+        raise FileError(f"can't make the folder {Path(folder)}: {error.strerror}") from None
+    return os.path.join(folder, "sphere-reg.manifest.jsonl")
 
 
 def hemisphere_jobs(
@@ -393,7 +392,8 @@ def hemisphere_jobs(
         raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CUSTOMS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
         raise ValueError(f"out {out}: known are {{folder}} and {{subject}}")
-    asked = {"L": "CortexLeft", "R": "CortexRight"}.get(hemisphere or "")
+    asked = SIDES.get(hemisphere or "")
+    template, fit = cache(_template), cache(_fit)  # of many subjects each file is looked for and read once
     places: dict[str, str] = {}
     jobs = []
     for source in [os.fspath(each) for each in sources]:
@@ -402,8 +402,8 @@ def hemisphere_jobs(
         pial = partner_of(source)
         there = which.other if reflect else which.structure
         kind = "midthickness" if pial else which.kind
-        templates = tuple(_template(name, there, kind) for name in to)
-        atlases = tuple(_fit(fill_sides(path, there), templates) for path in labels
+        templates = tuple(template(name, there, kind) for name in to)
+        atlases = tuple(fit(fill_sides(path, there), templates) for path in labels
                         if structure_of(fill_sides(path, there)).get("structure", there) == there)
         folder = out.replace("{folder}", os.path.dirname(source) or ".").replace("{subject}", which.subject)
         if os.path.exists(folder) and not os.path.isdir(folder):
@@ -442,7 +442,7 @@ def _template(name: str, structure: str, kind: str) -> TemplateFiles:
     return TemplateFiles(own, own, kind, sphere, (surface,), len(read_sphere(sphere).v))
 
 
-def _fit(path: str, templates: Sequence[TemplateFiles]) -> Atlas:
+def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> Atlas:
     """The template whose labels a file holds, by their number; a MeshError if there is none."""
     maps = read_scalars(path)
     if len(maps) > 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import check_number, own_errstate
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.timings import timed
 from ..verify.certificate import Certificate
 from .run import Listener, Round, Run, Status, Step
@@ -30,6 +31,10 @@ class Result:
         def certificate(self) -> Certificate: ...
         @property
         def run(self) -> Run: ...
+        @property
+        def vertices(self) -> FloatArray: ...
+        @property
+        def faces(self) -> IntArray: ...
 
     @property
     def energy(self) -> float:
@@ -164,8 +169,8 @@ class Result:
                         f"{balance:g} or by a function that takes balance={balance:g}")
 
     def _size(self) -> str:
-        """How large it is, in words."""
-        raise NotImplementedError
+        """How large the source is, in words."""
+        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
 
     def __repr__(self) -> str:
         outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"

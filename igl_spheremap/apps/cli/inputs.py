@@ -15,6 +15,7 @@ import numpy as np
 
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import SAMPLE, read_mesh, read_sphere
+from ...io.hemispheres import other_side
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
@@ -55,9 +56,8 @@ class InputMesh:
 
     def mirrored(self) -> "InputMesh":
         """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""
-        sides = {"CortexLeft": "CortexRight", "CortexRight": "CortexLeft"}
         structure = self.metadata.get("structure")
-        metadata = {"structure": sides.get(structure, structure)} if structure else {}
+        metadata = {"structure": other_side(structure)} if structure else {}
         return replace(self, v=self.v * MIRROR, f=np.ascontiguousarray(self.f[:, ::-1]), metadata=metadata)
 
 

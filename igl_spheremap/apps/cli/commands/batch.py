@@ -17,6 +17,7 @@ from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.mapping import Options
 from ....populations.page import Sheet, check_page, map_sheet, write_page
 from ....populations.table import (
+    MAPPED,
     OUTLIER,
     Outcome,
     Row,
@@ -35,7 +36,6 @@ from ..output import LISTED, aligned, check_report, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
-_MAPPED = ("certified", "folded")  # the others have no figures, and what they cost is not that of a map
 _COSTS = {"seconds": "seconds", "memory": "memory in MB"}
 _QUANTILES = (0, 25, 50, 75, 99, 100)
 
@@ -174,7 +174,7 @@ def _quantiles(rows: Sequence[Outcome]) -> list[str]:
     """A table of the figures of all maps."""
     cells = [("", *(f"{q}%" for q in _QUANTILES))]
     for name, label in (dict(figures_of(rows)) | _COSTS).items():
-        values = np.array([getattr(row, name) for row in rows if row.status in _MAPPED], dtype=np.float64)
+        values = np.array([getattr(row, name) for row in rows if row.status in MAPPED], dtype=np.float64)
         values = values[np.isfinite(values)]
         if len(values):
             cells.append((label, *(f"{value:.4g}" for value in np.percentile(values, _QUANTILES))))
