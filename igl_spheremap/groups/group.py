@@ -160,7 +160,7 @@ class Group:
         return self.vertices + np.tensordot(given, self.modes[: len(given)], 1)
 
     @own_errstate
-    def place(self, source: SphereMap) -> Placed:
+    def place(self, source: SphereMap) -> PlacedMember:
         """Where a new surface lies in the group, which stays as it is.
 
         Parameters
@@ -170,7 +170,7 @@ class Group:
 
         Returns
         -------
-        Placed
+        PlacedMember
             The member that it would be, its corresponding points, and its scores.
 
         Raises
@@ -187,11 +187,11 @@ class Group:
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
         correlation = float(registered.stages[-1].correlation.mean())
-        return Placed(Member("", onto, correlation, size, distance), shape, scores)
+        return PlacedMember(Member("", onto, correlation, size, distance), shape, scores)
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedMember:
     """A new surface in a group that it did not take part in.
 
     Attributes
@@ -209,5 +209,5 @@ class Placed:
     scores: FloatArray
 
     def __repr__(self) -> str:
-        return f"Placed({self.member.distance:.3g} from the mean, {len(self.scores)} scores)"
+        return f"PlacedMember({self.member.distance:.3g} from the mean, {len(self.scores)} scores)"
 

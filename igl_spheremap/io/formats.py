@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from .records import Metadata, RawMesh
 
 PathLike = str | os.PathLike[str]
-#: By whose custom the files of a hemisphere are named. FreeSurfer's are written in its formats, the others as GIFTI.
-Custom = Literal["bids", "freesurfer", "hcp"]
-CUSTOMS = get_args(Custom)
+#: By whose convention a hemisphere's files are named. FreeSurfer's are written in its formats, the others as GIFTI.
+Convention = Literal["bids", "freesurfer", "hcp"]
+CONVENTIONS = get_args(Convention)
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Format:
     module: str  # of this room, with the functions `read` and `write`
     suffixes: tuple[str, ...]  # ends of file names, lower case; the first is the usual one
     magic: tuple[bytes, ...] = ()  # how files begin, for those whose name does not decide
-    radius: float = 1.0  # of spheres, by the custom of the format's users
+    radius: float = 1.0  # of spheres, by the convention of the format's users
     single: bool = False  # positions are held in float32
     ordered: bool = True  # vertices keep their order
     both: bool = False  # a file can hold the sphere of its surface, too

@@ -27,7 +27,7 @@ _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an 
 
 
 def structure_of(path: PathLike) -> dict[str, str]:
-    """The hemisphere that a file's name has by the custom of FreeSurfer, BIDS or HCP, as metadata.
+    """The hemisphere that a file's name has by the convention of FreeSurfer, BIDS or HCP, as metadata.
 
     >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
     ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})

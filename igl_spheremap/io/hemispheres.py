@@ -1,4 +1,4 @@
-"""Names of a hemisphere's files, by the customs of BIDS, FreeSurfer and HCP: what they tell, and what is written."""
+"""File names of a hemisphere by the conventions of BIDS, FreeSurfer and HCP: what they tell, and what is written."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..errors import FileError
-from .formats import Custom, PathLike
+from .formats import Convention, PathLike
 from .gifti import structure_of
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
@@ -130,19 +130,19 @@ def atlas_of(path: PathLike) -> str:
 
 @dataclass(frozen=True)
 class Names:
-    """The names of all files of a hemisphere, by one custom.
+    """The names of all files of a hemisphere, by one convention.
 
     Those of a registration take the frame, and `mirrored` if the hemisphere's mirror image was registered; resampled
     surfaces their number of vertices, too.
     """
 
-    custom: Custom
+    convention: Convention
     hemisphere: Hemisphere
     mirrored: bool = False
 
     def scalars(self, quantity: Literal["sulc", "curv", "area"]) -> str:
         """Data at the vertices of the surface."""
-        words = {"curv": "curvature"} if self.custom == "hcp" else {}
+        words = {"curv": "curvature"} if self.convention == "hcp" else {}
         return self._name(bids=f"{quantity}.shape.gii", freesurfer=quantity,
                           hcp=f"{words.get(quantity, quantity)}.native.shape.gii")
 
@@ -186,7 +186,7 @@ class Names:
     def _name(self, *, bids: str, freesurfer: str, hcp: str) -> str:
         h = self.hemisphere
         return {"bids": f"{h.entities}_hemi-{h.side}_{bids}", "freesurfer": f"{h.hemi}.{freesurfer}",
-                "hcp": f"{h.subject}.{h.side}.{hcp}"}[self.custom]
+                "hcp": f"{h.subject}.{h.side}.{hcp}"}[self.convention]
 
     @property
     def _dotted(self) -> str:

@@ -18,7 +18,7 @@ from .._version import __version__
 from ..errors import WorkersUnavailable, import_optional, one_line
 from .child import ProcessPool, WorkerDied, check_memory_limit
 from .job import Job, JobT, Task, failed, run_in_child, run_job
-from .manifest import Result
+from .manifest import JobResult
 
 _AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
 _INTERVAL = 1.0  # seconds between two calls of `idle`
@@ -29,18 +29,18 @@ class Workers:
     """An executor, what it runs for a job, how many jobs it runs at a time, and how it reports a worker's death."""
 
     executor: Executor
-    call: Callable[[Job, Task[Any]], Result]
+    call: Callable[[Job, Task[Any]], JobResult]
     count: Callable[[], int]
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor, WorkerDied)
 
     def results(
         self, todo: deque[JobT], task: Task[JobT], retries: int, idle: Callable[[], None]
-    ) -> Iterator[tuple[JobT, Result]]:
+    ) -> Iterator[tuple[JobT, JobResult]]:
         """Results as they come, until `todo` is empty and nothing is in flight; `idle` is called once a second.
 
         A job whose worker died is run again, up to `retries` times.
         """
-        running: dict[Future[Result], JobT] = {}
+        running: dict[Future[JobResult], JobT] = {}
         deaths: Counter[JobT] = Counter()
         while todo or running:
             while todo and len(running) < _AHEAD * max(1, self.count()):
@@ -63,11 +63,11 @@ class Workers:
                     yield job, failed(job, task, f"its worker died{times}: {error}")
             idle()
 
-    def _submit(self, job: Job, task: Task[Any]) -> Future[Result]:
+    def _submit(self, job: Job, task: Task[Any]) -> Future[JobResult]:
         try:
             return self.executor.submit(self.call, job, task)
         except self.deaths as error:  # a pool that broke takes no more jobs
-            future: Future[Result] = Future()
+            future: Future[JobResult] = Future()
             future.set_exception(error)
             return future
 

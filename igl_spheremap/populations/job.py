@@ -15,8 +15,8 @@ from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
 from ..io.replacing import remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
-from .manifest import Fingerprints, Result, are_still, fingerprints
-from .table import Outcome
+from .manifest import Fingerprints, JobResult, are_still, fingerprints
+from .table import JobRow
 
 _STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
 
@@ -56,11 +56,11 @@ class Task(ABC, Generic[JobT]):
         """All that changes a result."""
 
     @abstractmethod
-    def empty(self, job: JobT) -> Outcome:
+    def empty(self, job: JobT) -> JobRow:
         """The row of a job of which nothing else is known."""
 
     @abstractmethod
-    def run(self, job: JobT, check: Callable[[], None]) -> Outcome:
+    def run(self, job: JobT, check: Callable[[], None]) -> JobRow:
         """Do the work from files to files.
 
         `check` is to be called once all is read: it raises a FileError if a file changed meanwhile.
@@ -81,7 +81,7 @@ def key_of(job: JobT, task: Task[JobT], folder: str) -> str:
     return sha256(" ".join([task.text(), *places]).encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
-def run_job(job: JobT, task: Task[JobT]) -> Result:
+def run_job(job: JobT, task: Task[JobT]) -> JobResult:
     """Run a job; whatever is wrong with its files is in its row."""
     if task.version != __version__:
         raise WorkersUnavailable(f"{host_and_process()} has igl_spheremap {__version__} where {task.version} is "
@@ -103,10 +103,10 @@ def run_job(job: JobT, task: Task[JobT]) -> Result:
         if status == "file" or not are_still(sources, read):
             kept = None
     row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process())
-    return Result(row, kept, fingerprints(task.places(job.targets)))
+    return JobResult(row, kept, fingerprints(task.places(job.targets)))
 
 
-def run_in_child(job: JobT, task: Task[JobT], timeout: float | None, memory: float | None) -> Result:
+def run_in_child(job: JobT, task: Task[JobT], timeout: float | None, memory: float | None) -> JobResult:
     """`run_job` in the process of this thread; a job that passes a limit gets a row with the reason."""
     try:
         return own_child().call(run_job, job, task, timeout=timeout, memory=memory)
@@ -118,10 +118,10 @@ def run_in_child(job: JobT, task: Task[JobT], timeout: float | None, memory: flo
         return failed(job, task, died.reason)
 
 
-def failed(job: JobT, task: Task[JobT], reason: str) -> Result:
+def failed(job: JobT, task: Task[JobT], reason: str) -> JobResult:
     """The result of a job whose process ended before it did."""
     row = replace(task.empty(job), status="failed", notes=reason)
-    return Result(row, fingerprints(task.places(job.sources)), fingerprints(task.places(job.targets)))
+    return JobResult(row, fingerprints(task.places(job.sources)), fingerprints(task.places(job.targets)))
 
 
 def host_and_process() -> str:

@@ -20,7 +20,7 @@ from typing import IO, Any
 
 from ..errors import FileError
 from ..io.replacing import check_writable
-from .table import MAPPED, ROW_ERRORS, Outcome, from_plain, json_lines, plain
+from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
 _INTERVAL = 1.0  # seconds between two flushes to the disk
 _BEGIN = b'{"igl_spheremap run": '
@@ -72,13 +72,13 @@ def are_still(paths: Sequence[str], known: Fingerprints) -> bool:
 
 
 @dataclass(frozen=True)
-class Result:
+class JobResult:
     """A row, the files that were read for it, and those that are at its targets now.
 
     ``read`` is None where another run of the same input may end in another way: such a result is not taken again.
     """
 
-    row: Outcome
+    row: JobRow
     read: Fingerprints | None
     written: Fingerprints
 
@@ -92,7 +92,7 @@ class Manifest:
     def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
-        self._results: dict[str, Result] = {}
+        self._results: dict[str, JobResult] = {}
         self._made: dict[str, list[Fingerprints]] = {}
         with self._writing():
             self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
@@ -131,19 +131,19 @@ class Manifest:
         runs = [entry["igl_spheremap run"] for entry in self._entries() if "igl_spheremap run" in entry]
         return str(runs[-1].get("by")) if runs and isinstance(runs[-1], dict) else "just begun"
 
-    def _earlier(self) -> Iterator[tuple[str, Result]]:
+    def _earlier(self) -> Iterator[tuple[str, JobResult]]:
         """Keys and results of earlier runs; other lines are ignored."""
         for entry in self._entries():
             with contextlib.suppress(*ROW_ERRORS):
                 read, written = (entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
                                  for name in ("read", "written"))
-                yield str(entry["key"]), Result(from_plain(entry["row"]), read, written)
+                yield str(entry["key"]), JobResult(from_plain(entry["row"]), read, written)
 
     def _ends_with_a_line(self) -> bool:
         self._file.seek(-1, os.SEEK_END)
         return self._file.read(1) == b"\n"
 
-    def result(self, key: str, sources: Sequence[str], targets: Sequence[str]) -> Outcome | None:
+    def result(self, key: str, sources: Sequence[str], targets: Sequence[str]) -> JobRow | None:
         """The row of that key, if the sources are the files that were read, and the targets those that were written."""
         found = self._results.get(key)
         same = found and found.read and are_still(sources, found.read) and are_still(targets, found.written)
@@ -153,7 +153,7 @@ class Manifest:
         """Whether an earlier run wrote what is at the targets now."""
         return any(are_still(targets, written) for written in self._made.get(key, ()))
 
-    def add(self, key: str, result: Result) -> None:
+    def add(self, key: str, result: JobResult) -> None:
         """Append a result."""
         read, written = (files and [file and asdict(file) for file in files] for files in (result.read, result.written))
         self._append({"key": key, "row": plain(result.row), "read": read, "written": written})

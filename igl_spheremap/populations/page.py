@@ -34,7 +34,7 @@ from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
 from .mapping import Options
-from .table import MAPPED, OUTLIER, Outcome, Row, fences, figures_of, outlying, plain, worst_first
+from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, plain, worst_first
 
 SIZE = 180  # pixels of each of the four views
 _AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
@@ -102,7 +102,7 @@ def check_page(place: str | os.PathLike[str]) -> Path:
 
 
 def write_page(
-    place: str | os.PathLike[str], rows: Sequence[Outcome], sheet: Sheet, processes: int | None = None, *,
+    place: str | os.PathLike[str], rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
     began: str, command: str = "",
 ) -> Path:  # fmt: skip
     """Write a page with the worst rows and a picture of each, and return its path.
@@ -160,7 +160,7 @@ def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
     )  # fmt: skip
 
 
-def certified(rows: Sequence[Outcome]) -> str:
+def certified(rows: Sequence[JobRow]) -> str:
     """How many of the rows are certified, as "3 of 4"."""
     return f"{sum(row.status == 'certified' for row in rows):,} of {len(rows):,}"
 
@@ -189,7 +189,7 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
     return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
 
 
-def _toolbar(rows: Sequence[Outcome]) -> str:
+def _toolbar(rows: Sequence[JobRow]) -> str:
     """What sorts, filters and exports; population.js makes it work."""
     keys = {"rank": "worst first", "source": "name", **figures_of(rows), "seconds": "seconds"}
     sorts = "".join(f'<option value="{key}">{escape(label)}</option>' for key, label in keys.items())
@@ -202,7 +202,7 @@ def _toolbar(rows: Sequence[Outcome]) -> str:
             '<button type="button" name="export">Save ratings as TSV</button> <output></output></form>')
 
 
-def _draw(rows: Sequence[Outcome], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
+def _draw(rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
     """Which rows have a picture."""
     pool = ProcessPool(processes or os.cpu_count() or 1)
     try:
@@ -241,7 +241,7 @@ def is_newer(path: str, other: str) -> bool:
 
 
 def _card(
-    rank: int, row: Outcome, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
+    rank: int, row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
 ) -> str:
     """A row in the sheet; population.js makes its page of what is in the attribute."""
     text = row.notes if row.status not in MAPPED else sheet.text(row)
@@ -256,7 +256,7 @@ def _card(
             f"<small>{escape(row.status)}: {escape(text)}</small></a><div>{badges}</div></div>\n")
 
 
-def _histograms(rows: Sequence[Outcome], limits: Mapping[str, float]) -> list[str]:
+def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float]) -> list[str]:
     plots = []
     for name, label in figures_of(rows).items():
         values = np.array([getattr(row, name) for row in rows], dtype=np.float64)

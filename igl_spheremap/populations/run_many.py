@@ -13,7 +13,7 @@ from typing import Any
 from .executors import workers_of
 from .job import JobT, Task, host_and_process, key_of
 from .manifest import Manifest
-from .table import MAPPED, Outcome
+from .table import MAPPED, JobRow
 
 
 def run_many(
@@ -34,10 +34,10 @@ def run_many(
 
     Targets are what jobs are told apart by. The rows are of the kind that the task makes.
     """
-    rows: dict[str, Outcome] = {}
+    rows: dict[str, JobRow] = {}
     todo: deque[JobT] = deque()
 
-    def take(row: Outcome) -> None:
+    def take(row: JobRow) -> None:
         rows[row.target] = row
         try:
             if listener is not None:
@@ -59,7 +59,7 @@ def run_many(
     return [rows[job.target] for job in jobs if job.target in rows]
 
 
-def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> dict[str, Outcome]:
+def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> dict[str, JobRow]:
     """Rows of earlier runs for these jobs by target, in their order."""
     with ThreadPoolExecutor() as readers:  # of files whose times have changed
         known = list(readers.map(lambda job: log.result(keys[job], job.sources, job.targets), keys))

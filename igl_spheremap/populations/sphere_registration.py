@@ -21,7 +21,7 @@ from ..correspondence.registration import Registration, reflected, register
 from ..draw.plot import raster, shading
 from ..errors import FileError, FoldingsRemain, MeshError, own_errstate
 from ..io.files import read_mesh, read_sphere, write_mesh
-from ..io.formats import CUSTOMS, Custom
+from ..io.formats import CONVENTIONS, Convention
 from ..io.gifti import structure_of
 from ..io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
 from ..io.records import Label, LoadedMesh
@@ -59,7 +59,7 @@ _BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 
 
 @dataclass(frozen=True)
-class Atlas:
+class LabelFile:
     """A file of labels on a template of a job, by its place there."""
 
     path: str
@@ -73,7 +73,7 @@ class HemisphereJob(Job):
     hemisphere: Hemisphere
     pial: str | None
     templates: tuple[TemplateFiles, ...]
-    atlases: tuple[Atlas, ...]
+    atlases: tuple[LabelFile, ...]
     folder: str
     names: tuple[Names, ...]
 
@@ -93,7 +93,7 @@ class HemisphereJob(Job):
         return "midthickness" if self.pial else self.hemisphere.kind
 
     def files(self, names: Names) -> list[str]:
-        """The files of one custom, registered spheres first."""
+        """The files of one convention, registered spheres first."""
         return [os.path.join(self.folder, name) for name in self._files(names)]
 
     def _files(self, names: Names) -> Iterator[str]:
@@ -179,7 +179,7 @@ class SphereRegistration(Task[HemisphereJob]):
                        status="folded" if foldings else "certified", foldings=foldings,
                        notes="; ".join(_notes(job, found, moved)))
 
-    def _atlas(self, atlas: Atlas) -> tuple[IntArray, tuple[Label, ...] | None]:
+    def _atlas(self, atlas: LabelFile) -> tuple[IntArray, tuple[Label, ...] | None]:
         path = self.place(atlas.path)
         (values,) = read_scalars(path).values()
         return values.astype(np.int64), read_labels(path)
@@ -212,13 +212,13 @@ def _notes(job: HemisphereJob, found: Sequence[Registration], moved: int) -> Ite
 
 
 class _Writer:
-    """Writes the files of one custom, with what the source says of itself, and counts what folds in them."""
+    """Writes the files of one convention, with what the source says of itself, and counts what folds in them."""
 
     def __init__(self, folder: str, names: Names, given: LoadedMesh, mark: str) -> None:
         self._folder, self._names, self._area = folder, names, surface_area(given.v, given.f)
         self._f, self._given = given.f, given.metadata
         self._metadata = {"structure": names.hemisphere.structure, "mark": mark}
-        self._turn = -1.0 if names.custom == "hcp" else 1.0  # HCP's sulc and curvature are high on gyri
+        self._turn = -1.0 if names.convention == "hcp" else 1.0  # HCP's sulc and curvature are high on gyri
         self.foldings = self.moved = 0
 
     def sphere(self, name: str, x: FloatArray) -> None:
@@ -269,7 +269,7 @@ def register_hemispheres(
     out: str,
     *,
     to: Sequence[str] = ("fsaverage",),
-    names: Sequence[Custom] = ("bids",),
+    names: Sequence[Convention] = ("bids",),
     labels: Sequence[str] = (),
     reflect: bool = False,
     hemisphere: Literal["L", "R"] | None = None,
@@ -302,8 +302,8 @@ def register_hemispheres(
         Templates: fsaverage (the default), fsaverage3 to 7, fsLR, from the folders that `template_files` lists, or
         ``NAME=SURFACE,SPHERE``, files of which ``{hemi}`` is lh or rh and ``{side}`` L or R.
     names : sequence of {"bids", "freesurfer", "hcp"}
-        By whose customs files are named. FreeSurfer's are written in its formats, the others as GIFTI. HCP's sulc and
-        curvature have the other sign.
+        By whose conventions files are named. FreeSurfer's are written in its formats, the others as GIFTI. HCP's sulc
+        and curvature have the other sign.
     labels : sequence of str
         Files of labels at the vertices of a template, which are carried to the surfaces, each with its margin, see
         `label_margin`. ``{hemi}`` and ``{side}`` are as above; files whose names tell another side are left out.
@@ -382,14 +382,14 @@ def hemisphere_jobs(
     out: str,
     *,
     to: Sequence[str],
-    names: Sequence[Custom],
+    names: Sequence[Convention],
     labels: Sequence[str],
     reflect: bool,
     hemisphere: str | None,
 ) -> list[HemisphereJob]:
     """The jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
-    if unknown := [custom for custom in names if custom not in CUSTOMS]:
-        raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CUSTOMS)}")
+    if unknown := [convention for convention in names if convention not in CONVENTIONS]:
+        raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
         raise ValueError(f"out {out}: known are {{folder}} and {{subject}}")
     asked = SIDES.get(hemisphere or "")
@@ -409,7 +409,7 @@ def hemisphere_jobs(
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise FileError(f"{folder} is a file; give a folder for the results")
         job = HemisphereJob(source, "", which, pial, templates, atlases, folder,
-                            tuple(Names(custom, which, reflect) for custom in dict.fromkeys(names)))
+                            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)))
         jobs.append(replace(job, target=job.targets[0]))
         for read in job.sources:
             places.setdefault(os.path.realpath(read), "an input")
@@ -442,7 +442,7 @@ def _template(name: str, structure: str, kind: str) -> TemplateFiles:
     return TemplateFiles(own, own, kind, sphere, (surface,), len(read_sphere(sphere).v))
 
 
-def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> Atlas:
+def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
     """The template whose labels a file holds, by their number; a MeshError if there is none."""
     maps = read_scalars(path)
     if len(maps) > 1:
@@ -453,12 +453,12 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> Atlas:
         there = ", ".join(f"{template.name} has {template.size}" for template in templates)
         raise MeshError(f"{path} has {len(values)} labels, but {there} vertices; give labels at the vertices of a "
                         "template that is asked for")
-    return Atlas(path, fitting[0])
+    return LabelFile(path, fitting[0])
 
 
 def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:
     """Say of the results' datasets of BIDS that they are derivatives: its readers see no files without that."""
-    roots = {Path(job.folder).resolve() for job in jobs if any(names.custom == "bids" for names in job.names)}
+    roots = {Path(job.folder).resolve() for job in jobs if any(names.convention == "bids" for names in job.names)}
     for root in roots:
         while re.fullmatch(r"anat|(ses|sub)-[A-Za-z0-9]+", root.name):
             root = root.parent

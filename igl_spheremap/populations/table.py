@@ -39,7 +39,7 @@ OUTLIER = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class JobRow:
     """What is known of one input and of what was made of it.
 
     Attributes
@@ -79,7 +79,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Row(Outcome):
+class Row(JobRow):
     """What is known of one input and its map; figures are NaN where there is no map.
 
     Attributes
@@ -136,7 +136,7 @@ class Row(Outcome):
 
 
 @dataclass(frozen=True, slots=True)
-class RegistrationRow(Outcome):
+class RegistrationRow(JobRow):
     """What is known of one hemisphere and its registration; of several targets each figure is that of the worst.
 
     Attributes
@@ -159,10 +159,10 @@ class RegistrationRow(Outcome):
 
 
 #: All kinds of rows; a table holds one kind, which its columns tell.
-_KINDS: tuple[type[Outcome], ...] = (RegistrationRow, Row)
+_KINDS: tuple[type[JobRow], ...] = (RegistrationRow, Row)
 
 
-def plain(row: Outcome) -> dict[str, Any]:
+def plain(row: JobRow) -> dict[str, Any]:
     """A row for JSON: what is not finite is None.
 
     >>> plain(Row("a.ply", "b.ply", status="no mesh"))["energy"] is None
@@ -172,7 +172,7 @@ def plain(row: Outcome) -> dict[str, Any]:
             for key, value in asdict(row).items()}
 
 
-def from_plain(entry: Mapping[str, Any]) -> Outcome:
+def from_plain(entry: Mapping[str, Any]) -> JobRow:
     """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it describes none."""
     values = {}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
@@ -190,13 +190,13 @@ def check_table(path: str | os.PathLike[str]) -> None:
         raise ValueError(f"{path}: give a {', '.join(TABLES[:-1])} or {TABLES[-1]} file")
 
 
-def write_table(path: str | os.PathLike[str], rows: Sequence[Outcome]) -> None:
+def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
     """Write a table; what is not finite is left empty, or null."""
     with replacing(path, force=True) as partial:
         partial.write_text(_text(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace")
 
 
-def _text(rows: Sequence[Outcome], suffix: str) -> str:
+def _text(rows: Sequence[JobRow], suffix: str) -> str:
     entries = [plain(row) for row in rows]
     if suffix not in _SEPARATORS:
         return "".join(json.dumps(entry) + "\n" for entry in entries)
@@ -213,7 +213,7 @@ def _cell(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(_QUOTED) else value
 
 
-def read_table(path: str | os.PathLike[str]) -> list[Outcome]:
+def read_table(path: str | os.PathLike[str]) -> list[JobRow]:
     """The rows of a table, or those that a manifest holds so far: the last one of each target."""
     path = Path(path)
     with reading(path):
@@ -223,7 +223,7 @@ def read_table(path: str | os.PathLike[str]) -> list[Outcome]:
     return list(rows.values())
 
 
-def _rows(path: Path) -> Iterator[Outcome]:
+def _rows(path: Path) -> Iterator[JobRow]:
     suffix = path.suffix.lower()
     with path.open(encoding="utf-8", newline="") as file:
         if suffix in _SEPARATORS:
@@ -255,12 +255,12 @@ def _refuse(constant: str) -> None:
     raise ValueError(constant)
 
 
-def figures_of(rows: Sequence[Outcome]) -> Mapping[str, str]:
+def figures_of(rows: Sequence[JobRow]) -> Mapping[str, str]:
     """Names and labels of the figures of a table's rows."""
     return rows[0].FIGURES if rows else Row.FIGURES
 
 
-def excess(rows: Sequence[Outcome]) -> FloatArray:
+def excess(rows: Sequence[JobRow]) -> FloatArray:
     """How far the figures (rows, figures) lie above the third quartile, in interquartile ranges.
 
     NaN counts as 0, and where the range is 0, all that is above it is infinitely far.
@@ -275,19 +275,19 @@ def excess(rows: Sequence[Outcome]) -> FloatArray:
     return beyond
 
 
-def fences(rows: Sequence[Outcome]) -> dict[str, float]:
+def fences(rows: Sequence[JobRow]) -> dict[str, float]:
     """The value of each figure above which it is an outlier."""
     return {name: high + OUTLIER * (high - low)
             for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)}
 
 
-def outlying(row: Outcome, limits: Mapping[str, float]) -> list[str]:
+def outlying(row: JobRow, limits: Mapping[str, float]) -> list[str]:
     """Names of the figures of a row that are outliers, the farthest above its limit first."""
     found = [name for name in row.FIGURES if getattr(row, name) > limits[name]]
     return sorted(found, key=lambda name: -getattr(row, name) / max(limits[name], sys.float_info.min))
 
 
-def _quartiles(rows: Sequence[Outcome]) -> Iterator[tuple[FloatArray, float, float]]:
+def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, float]]:
     """The values of each figure, and the first and third quartile of what is finite."""
     for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
@@ -296,7 +296,7 @@ def _quartiles(rows: Sequence[Outcome]) -> Iterator[tuple[FloatArray, float, flo
         yield column, low, high
 
 
-def worst_first(rows: Sequence[Outcome]) -> list[int]:
+def worst_first(rows: Sequence[JobRow]) -> list[int]:
     """Indices of rows: those without a map, those with foldings, then by the largest excess of a figure."""
     beyond = excess(rows).max(axis=1, initial=-np.inf)
     mapless = [row.status not in MAPPED for row in rows]

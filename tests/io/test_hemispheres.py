@@ -1,4 +1,4 @@
-"""Names of hemispheres' files, by the customs of BIDS, FreeSurfer and HCP."""
+"""Names of hemispheres' files, by the conventions of BIDS, FreeSurfer and HCP."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def test_the_side_may_come_from_the_file():
 
 
 @pytest.mark.parametrize(
-    ("custom", "expected"),
+    ("convention", "expected"),
     [
         ("bids", ["sub-1_hemi-L_sphere.surf.gii", "sub-1_hemi-L_space-fsaverage_desc-reg_sphere.surf.gii",
                   "sub-1_hemi-L_space-fsLR_desc-reg_sphere.surf.gii", "sub-1_hemi-L_curv.shape.gii",
@@ -44,22 +44,22 @@ def test_the_side_may_come_from_the_file():
                  "sub-1.L.midthickness.32k_fs_LR.surf.gii", "sub-1.L.aparc.native.label.gii"]),
     ],
 )
-def test_files_have_the_names_that_pipelines_expect(custom, expected):
-    names = Names(custom, hemisphere_of("sub-1_hemi-L_white.surf.gii"))
+def test_files_have_the_names_that_pipelines_expect(convention, expected):
+    names = Names(convention, hemisphere_of("sub-1_hemi-L_white.surf.gii"))
     assert [names.surface("sphere"), names.registered("fsaverage"), names.registered("fsLR"), names.scalars("curv"),
             names.resampled("fsLR", 32_492, "midthickness"), names.labels("aparc")] == expected
 
 
-@pytest.mark.parametrize("custom", ["bids", "freesurfer", "hcp"])
-def test_no_two_files_have_one_name(custom):
+@pytest.mark.parametrize("convention", ["bids", "freesurfer", "hcp"])
+def test_no_two_files_have_one_name(convention):
     """Neither of two frames, nor of a surface and its mirror image; what belongs to the surface alone has one name."""
     half = hemisphere_of("rh.white")
-    found = [name for mirrored in (False, True) for names in [Names(custom, half, mirrored)] for name in (
+    found = [name for mirrored in (False, True) for names in [Names(convention, half, mirrored)] for name in (
         *(of(space) for space in ("fsaverage", "fsLR", "mine") for of in (names.registered, names.distortion)),
         *(names.resampled(space, 642, "white") for space in ("fsaverage", "fsLR")), names.labels("a"),
         names.margin("a"))]
     assert len(set(found)) == len(found)
-    assert Names(custom, half, True).scalars("sulc") == Names(custom, half).scalars("sulc")
+    assert Names(convention, half, True).scalars("sulc") == Names(convention, half).scalars("sulc")
 
 
 def test_the_pial_surface_beside_a_white_one_is_found(tmp_path):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from igl_spheremap.errors import FileError
-from igl_spheremap.populations.manifest import Manifest, Result, fingerprint, fingerprints
+from igl_spheremap.populations.manifest import JobResult, Manifest, fingerprint, fingerprints
 from igl_spheremap.populations.table import Row, plain, read_table
 
 RUN = {"options": "-", "by": "host:1"}
@@ -23,7 +23,7 @@ def written(tmp_path):
     with Manifest(tmp_path / "all.jsonl", RUN) as log:
         for key, row in ROWS.items():
             (tmp_path / row.source).write_text(key)
-            result = Result(row, *(fingerprints([str(tmp_path / name)]) for name in (row.source, row.target)))
+            result = JobResult(row, *(fingerprints([str(tmp_path / name)]) for name in (row.source, row.target)))
             log.add(key, result)
     return tmp_path / "all.jsonl", output
 
@@ -50,7 +50,7 @@ def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
         complete = sum(end <= cut for end in ends[1:])
         assert [row is not None for row in found(path)] == [k < complete for k in range(3)]
         with Manifest(path, RUN) as log:
-            log.add("key2", Result(ROWS["key2"], fingerprints([str(path.parent / "2.ply")]), (None,)))
+            log.add("key2", JobResult(ROWS["key2"], fingerprints([str(path.parent / "2.ply")]), (None,)))
         assert found(path)[2] == PLAIN[2]
 
 
@@ -70,14 +70,14 @@ def test_the_last_result_of_a_key_counts(written):
     path, _ = written
     with Manifest(path, RUN) as log:
         row = replace(ROWS["key1"], status="failed")
-        log.add("key1", Result(row, fingerprints([str(path.parent / "1.ply")]), (None,)))
+        log.add("key1", JobResult(row, fingerprints([str(path.parent / "1.ply")]), (None,)))
     assert found(path)[1]["status"] == "failed"
 
 
 def test_a_result_whose_input_is_not_known_does_not_count(written):
     path, _ = written
     with Manifest(path, RUN) as log:
-        log.add("key1", Result(ROWS["key1"], None, (None,)))
+        log.add("key1", JobResult(ROWS["key1"], None, (None,)))
     assert found(path)[1] is None
 
 

@@ -30,7 +30,7 @@ THICK = 1.1  # the pial surface over the white one
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A left hemisphere with white and pial surface, registered under the names of all customs, and its page."""
+    """A left hemisphere with white and pial surface, registered under the names of all conventions, and its page."""
     desk = tmp_path_factory.mktemp("cortex")
     to = write_template(desk)
     x, _ = sphere(642)
@@ -94,8 +94,8 @@ def test_data_are_those_of_the_surfaces(made):
     assert np.allclose(data["mine.distortion"], np.log2(registered / own), atol=1e-3)
     height = np.linalg.norm(white, axis=1)
     assert np.corrcoef(data["curv"], height)[0, 1] < -0.5  # FreeSurfer's are high in valleys, HCP's on ridges
-    for custom, freesurfer in (("sulc", "sulc"), ("curvature", "curv")):
-        theirs = next(iter(read_scalars(folder / f"sub-07.L.{custom}.native.shape.gii").values()))
+    for convention, freesurfer in (("sulc", "sulc"), ("curvature", "curv")):
+        theirs = next(iter(read_scalars(folder / f"sub-07.L.{convention}.native.shape.gii").values()))
         assert np.allclose(theirs, -data[freesurfer], rtol=1e-5, atol=1e-7)
 
 

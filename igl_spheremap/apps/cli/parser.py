@@ -19,7 +19,7 @@ from ... import samples
 from ..._version import __version__
 from ...correspondence import USUAL
 from ...groups import FARTHEST
-from ...io.formats import CUSTOMS, FORMATS
+from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
@@ -254,8 +254,8 @@ COMMANDS = (
                  "NAME=SURFACE,SPHERE; may be given again", action="append", default=[], dest="templates"),
         argument("--out", "DIR", "the folder for the files; {folder} is that of IN, {subject} its subject",
                  required=True),
-        choice("--names", CUSTOMS, "by whose customs files are named: bids (the default) and hcp are written as GIFTI, "
-               "freesurfer in its formats; may be given again", action="append", default=[]),
+        choice("--names", CONVENTIONS, "by whose conventions files are named: bids (the default) and hcp are written "
+               "as GIFTI, freesurfer in its formats; may be given again", action="append", default=[]),
         argument("--labels", "FILE", "labels on a template, .annot or .label.gii, to be carried to the surfaces, each "
                  "with its margin over the next one; {hemi} is lh or rh, {side} L or R; may be given again",
                  action="append", default=[]),

@@ -66,7 +66,7 @@ class Pictures:
 def guess_up(name: str, structure: str | None = None) -> str:
     """How a surface stands: seen from its side where its name, or the structure that its file names, says which it is.
 
-    Else the direction that is up by the custom of the file's format; "auto", the shape's, where there is none.
+    Else the direction that is up by the convention of the file's format; "auto", the shape's, where there is none.
 
     >>> guess_up("subjects/lh.pial"), guess_up("sub-01_hemi-R_pial.surf.gii"), guess_up("a.gii", "CortexLeft")
     ('left', 'right', 'left')

@@ -19,7 +19,7 @@ from ....populations.page import Sheet, check_page, map_sheet, write_page
 from ....populations.table import (
     MAPPED,
     OUTLIER,
-    Outcome,
+    JobRow,
     Row,
     check_table,
     excess,
@@ -80,7 +80,7 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
     count = args.progress.count(name, total)
     with Interrupt(announce) as interrupt:
 
-        def listen(row: Outcome) -> None:
+        def listen(row: JobRow) -> None:
             count(row.status == "certified", row.resumed)
             interrupt(row)
 
@@ -154,7 +154,7 @@ def run_summarise(args: Namespace) -> None:
     print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
 
 
-def counts(rows: Sequence[Outcome], total: int) -> str:
+def counts(rows: Sequence[JobRow], total: int) -> str:
     """Counts over the files that were given, and the first ones without a certified sphere."""
     bad = [row for row in rows if row.status != "certified"]
     resumed = sum(row.resumed for row in rows)
@@ -170,7 +170,7 @@ def counts(rows: Sequence[Outcome], total: int) -> str:
     return "\n".join(lines)
 
 
-def _quantiles(rows: Sequence[Outcome]) -> list[str]:
+def _quantiles(rows: Sequence[JobRow]) -> list[str]:
     """A table of the figures of all maps."""
     cells = [("", *(f"{q}%" for q in _QUANTILES))]
     for name, label in (dict(figures_of(rows)) | _COSTS).items():
@@ -181,7 +181,7 @@ def _quantiles(rows: Sequence[Outcome]) -> list[str]:
     return ["", *aligned(cells, left=1)]
 
 
-def _outliers(rows: Sequence[Outcome]) -> list[str]:
+def _outliers(rows: Sequence[JobRow]) -> list[str]:
     """Maps of which a figure is far above those of the others."""
     beyond = excess(rows)
     found = [k for k in worst_first(rows) if beyond[k].max() > OUTLIER]
