@@ -30,6 +30,7 @@ class Remedy:
     ("repair_mesh(v, f, holes='fill')", {'holes': 'fill'})
     """
 
+    weld: float = 0.0
     keep_largest: bool = False
     holes: bool = False
     handles: bool = False
@@ -37,13 +38,19 @@ class Remedy:
     @property
     def options(self) -> dict[str, Any]:
         """Those that are not the defaults."""
-        words: tuple[tuple[str, Any], ...] = (("keep_largest", True), ("holes", "fill"), ("handles", "cut"))
+        words: tuple[tuple[str, Any], ...] = (("weld", self.weld), ("keep_largest", True), ("holes", "fill"),
+                                              ("handles", "cut"))
         return {name: value for (name, value), on in zip(words, astuple(self), strict=True) if on}
 
     @property
     def call(self) -> str:
         """The call with these options."""
-        return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in self.options.items())))})"
+        return repair_call(self.options)
+
+
+def repair_call(options: Mapping[str, Any]) -> str:
+    """The call of `repair_mesh` with these options."""
+    return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in options.items())))})"
 
 
 class MeshError(ValueError):

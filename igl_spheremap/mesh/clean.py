@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, Remedy, own_errstate
+from ..errors import MeshError, Remedy, check_number, own_errstate
+from . import LARGEST_WELD
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .check import check_mesh, check_positions, checked
 from .objects import takes_mesh
@@ -61,13 +62,14 @@ def repair_mesh(
     v: ArrayLike,
     f: ArrayLike,
     *,
+    weld: float = 0.0,
     keep_largest: bool = False,
     holes: Literal["refuse", "fill"] = "refuse",
     handles: Literal["refuse", "cut"] = "refuse",
 ) -> RepairedMesh:
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
 
-    Welds coincident vertices along open edges, drops faces with a repeated index, surplus copies of faces and
+    Welds vertices along open edges that coincide, drops faces with a repeated index, surplus copies of faces and
     unreferenced vertices, makes the orientation consistent and outward, and separates sheets that touch at a
     vertex or meet in edges of an even number of faces. At such an edge each sheet keeps its own two faces; one that
     touches itself is separated by the angles of its faces. Coincident vertices elsewhere are left alone: thin sheets
@@ -79,6 +81,9 @@ def repair_mesh(
         Vertex positions.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
+    weld : float
+        Vertices along open edges are welded up to this distance, a share of the diagonal of the bounding box, at most
+        .01; the first of each group gives its place. By default only those at the same place are.
     keep_largest : bool
         Keep the component with the most faces and drop the others; by default several are refused.
     holes : {"refuse", "fill"}
@@ -98,7 +103,7 @@ def repair_mesh(
     MeshError
         If that is not enough: holes and handles that are refused, surplus sheets, several components, NaN.
     ValueError
-        If `holes` or `handles` is another word.
+        If `holes` or `handles` is another word, or `weld` is out of range.
 
     Examples
     --------
@@ -112,13 +117,14 @@ def repair_mesh(
     for name, value, choices in (("holes", holes, ("refuse", "fill")), ("handles", handles, ("refuse", "cut"))):
         if value not in choices:
             raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
+    check_number(weld, "weld", most=LARGEST_WELD)
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         check_mesh(vertices, faces)  # raises
     work = Surface(vertices, faces)
-    parts = work.clean(keep_largest)
-    asked = Remedy(keep_largest, holes == "fill", handles == "cut")
+    parts = work.clean(keep_largest, weld)
+    asked = Remedy(weld, keep_largest, holes == "fill", handles == "cut")
     try:
         if not work.sound or not len(work.f) or (work.rims and not asked.holes):
             checked(work.v, work.f, None, asked)  # raises

@@ -13,6 +13,10 @@ from .arrays import FloatArray, IntArray, count, examples, listed, own_unit, pla
 from .edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
 from .surface import Surface, holes_text
+from .welding import weld_tolerance
+
+#: Least share of the faces that the largest component has where the others may be dropped: smaller ones are pieces.
+_LEAST_PART = 0.1
 
 
 class Refusal:
@@ -85,8 +89,11 @@ class Refusal:
 
     def _open(self, edges: IntArray) -> NoReturn:
         """Edges with one face: holes, or seams whose two sides have vertices at the same places."""
-        work, _ = self._cleaned
-        if not work.sound:
+        work, _, near = self._cleaned
+        if near:
+            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "
+                         f"coincide: within {near:g} of the diagonal of the bounding box", "weld them")
+        if not work.sound or len(work.f) < _LEAST_PART * len(self.f):
             self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
         if not work.rims:
             self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
@@ -95,20 +102,35 @@ class Refusal:
                      "close the holes")
 
     @cached_property
-    def _cleaned(self) -> tuple[Surface, int]:
-        """The mesh, as far as it is repaired without new geometry, and how many components it had."""
+    def _cleaned(self) -> tuple[Surface, int, float]:
+        """The mesh, as far as it is repaired without new geometry, how many components it had, and how it was welded.
+
+        Vertices that nearly coincide are welded where that leaves fewer components and holes.
+        """
+        work, parts = self._clean(0.0)
+        near = weld_tolerance(self.v, self.f) if self.v is not None and self.asked is not None else None
+        if near is not None:
+            joined, fewer = self._clean(near)
+            if joined.sound and fewer + len(joined.rims) < parts + len(work.rims):
+                return joined, fewer, near
+        return work, parts, 0.0
+
+    def _clean(self, near: float) -> tuple[Surface, int]:
         apart = np.arange(self.n)[:, None] * np.ones(3)
         work = Surface(apart if self.v is None else self.v, self.f)
-        return work, work.clean(keep_largest=True)
+        return work, work.clean(keep_largest=True, weld=near)
 
     def _refuse(self, what: str, hint: str) -> NoReturn:
         """Raise the error with the hint, and the call of `repair_mesh` that follows it, if there is one."""
         asked, options = self.asked, None
         if asked is not None and self._cleaned[0].sound:
-            work, parts = self._cleaned
+            work, parts, near = self._cleaned
+            if len(work.f) < _LEAST_PART * len(self.f):
+                raise MeshError(f"{what}; join the {parts} components, the largest has {count(work.f, 'face')}")
             holes = bool(work.rims)
             work.fill_holes()
-            remedy = Remedy(asked.keep_largest or parts > 1, asked.holes or holes, asked.handles or work.genus > 0)
+            remedy = Remedy(max(asked.weld, near), asked.keep_largest or parts > 1, asked.holes or holes,
+                            asked.handles or work.genus > 0)
             hint += f" ({remedy.call} does)"
             options = remedy.options
         raise MeshError(f"{what}; {hint}", options)

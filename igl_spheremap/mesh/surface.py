@@ -5,12 +5,13 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from .arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place, weld
+from .arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place
 from .edges import components, direction_components, edge_keys, next_corners, shared_edges
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
 from .sheets import part_sheets
+from .welding import welded
 
 
 class Surface:
@@ -28,9 +29,9 @@ class Surface:
         self.sound = False
         self.rims: list[IntArray] = []
 
-    def clean(self, keep_largest: bool) -> int:
+    def clean(self, keep_largest: bool, weld: float = 0.0) -> int:
         """Repair what needs no new geometry; how many components there were."""
-        self._weld_open_edges()
+        self._weld_open_edges(weld)
         self._drop_repeated_indices()
         self._drop_copies()
         self._part_sheets()
@@ -45,18 +46,14 @@ class Surface:
         """Number of handles, once the holes are filled."""
         return (2 - len(self.v) + len(self.f) // 2) // 2
 
-    def _weld_open_edges(self) -> None:
-        start, stop = self.f.ravel(), self.f[:, [1, 2, 0]].ravel()
-        _, index, count = np.unique(edge_keys(start, stop, len(self.v)), return_inverse=True, return_counts=True)
-        open_edges = count[index] == 1
-        rim = np.unique(np.concatenate([start[open_edges], stop[open_edges]]))
-        v, index = weld(self.v[rim])
-        if len(v) == len(rim):
-            return
+    def _weld_open_edges(self, tolerance: float) -> None:
+        rim, first = welded(self.v, self.f, tolerance)
         target = np.arange(len(self.v))
-        target[rim] = rim[np.unique(index, return_index=True)[1]][index]
+        target[rim] = first
         self.f, self.image = target[self.f], target[self.image]
-        self._note("welded", len(rim) - len(v), "coincident vertex", "coincident vertices", "along open edges")
+        near = f", within {tolerance:g} of the diagonal" if tolerance else ""
+        self._note("welded", int((rim != first).sum()), "coincident vertex", "coincident vertices",
+                   f"along open edges{near}")
 
     def _drop_repeated_indices(self) -> None:
         a, b, c = self.f.T

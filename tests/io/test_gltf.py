@@ -9,7 +9,7 @@ import os
 import numpy as np
 import pytest
 
-from igl_spheremap import FileError, MeshError, samples, spherical_conformal_map
+from igl_spheremap import FileError, MeshError, check_mesh, repair_mesh, samples, spherical_conformal_map
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import write_textured
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
@@ -95,3 +95,22 @@ def test_textured_scenes_are_read_without_their_pictures(tmp_path):
     atlas = texture_atlas(spherical_conformal_map(v, f).sphere, f)
     write_textured(tmp_path / "a.glb", v, f, atlas, checker_image(16))
     assert np.array_equal(read_mesh(tmp_path / "a.glb").f, atlas.f)
+
+
+def test_a_seam_that_a_turned_node_opens_is_welded(ball, tmp_path):
+    """trimesh writes half of a ball under a node that turns it by a right angle, whose cosine is 6e-17."""
+    import trimesh
+
+    v, f = ball
+    v = v.astype(np.float32).astype(float)
+    turn = trimesh.transformations.rotation_matrix(np.pi / 2, [0, 0, 1])
+    lower = v[f][..., 2].mean(axis=1) < 0
+    scene = trimesh.Scene([trimesh.Trimesh(v, f[lower], process=False)])
+    scene.add_geometry(trimesh.Trimesh(v @ np.rint(turn[:3, :3]), f[~lower], process=False), transform=turn)
+    scene.export(tmp_path / "halves.glb")
+    mesh = read_mesh(tmp_path / "halves.glb")
+    with pytest.raises(MeshError, match="nearly coincide") as caught:
+        check_mesh(mesh)
+    repaired = repair_mesh(mesh, **caught.value.remedy)
+    assert repaired.caps is None
+    assert repaired.v.shape == v.shape

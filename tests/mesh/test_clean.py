@@ -99,6 +99,48 @@ def test_planted_faults_are_repaired(plant, words, ball):
     } >= corners
 
 
+@pytest.mark.parametrize("jitter", [0, 2e-16, 1e-9, 1e-4])
+def test_a_soup_is_welded_by_the_tolerance_that_its_error_names(jitter, ball):
+    v, f = plant_soup(*ball)
+    v = v + jitter * np.random.default_rng(0).uniform(-1, 1, v.shape)
+    with pytest.raises(MeshError, match="weld") as caught:
+        check_mesh(v, f)
+    near = caught.value.remedy.get("weld", 0.0)
+    assert (near > 0) == (jitter > 0)
+    assert f"(repair_mesh(v, f{f', weld={near}' if near else ''}) does)" in str(caught.value)
+    repaired = repair_mesh(v, f, weld=near)
+    assert len(repaired.v) == len(ball[0])
+    assert np.array_equal(repaired.vertex_image[f], repaired.f)
+    if near:  # what one tolerance joins, a smaller one than the jitter does not
+        with pytest.raises(MeshError, match=r"open surface.*weld them"):
+            repair_mesh(v, f, weld=jitter / 1e3)
+
+
+def test_pieces_that_no_tolerance_joins_are_not_dropped(ball):
+    v, f = plant_soup(*ball)
+    with pytest.raises(MeshError, match=r"join the 320 components, the largest has 1 face$") as caught:
+        check_mesh(v + 0.05 * np.random.default_rng(0).uniform(-1, 1, v.shape), f)
+    assert caught.value.remedy is None
+    with pytest.raises(ValueError, match=r"weld is 0\.1; give a number from 0 to 0\.01"):
+        repair_mesh(v, f, weld=0.1)
+
+
+def test_a_hole_is_filled_and_a_seam_beside_it_welded(ball):
+    """A slit whose sides lie 1e-13 apart, and a hole of one face: each has its own remedy."""
+    v, f = ball
+    a = int(f[5, 0])
+    fan = np.flatnonzero((f == a).any(axis=1))
+    slit = f.copy()
+    slit[fan[0], f[fan[0]] == a] = len(v)
+    w = np.vstack((v, v[a] * (1 - 1e-13)))
+    far = int(np.argmin(v[f].mean(axis=1) @ v[a]))
+    with pytest.raises(MeshError) as caught:
+        check_mesh(w, np.delete(slit, far, axis=0))
+    assert caught.value.remedy == {"weld": caught.value.remedy["weld"], "holes": "fill"}
+    repaired = repair_mesh(w, np.delete(slit, far, axis=0), **caught.value.remedy)
+    assert (len(repaired.v), int(repaired.caps.sum())) == (len(v), 1)
+
+
 def test_all_faults_at_once(ball):
     v, f = ball
     for plant in (plant_unreferenced, plant_flips, plant_repeated_index, plant_copy):

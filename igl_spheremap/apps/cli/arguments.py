@@ -9,6 +9,7 @@ from typing import Any, get_args
 from ...descent.line_search import Stop
 from ...io.formats import FORMATS
 from ...maps.options import METHODS, EdgeWeights, Gauge, Lai2014, Method, PaperGauge, PaperMetric, Polish
+from ...mesh import LARGEST_WELD
 from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
@@ -116,11 +117,14 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     )
 
 
+_WELD = number(f"from 0 to {LARGEST_WELD:g}", lambda t: 0 <= t <= LARGEST_WELD)
 FORMAT = argument("--format", "FMT", "the format of '-' (stdin for a mesh, stdout for OUT): %(choices)s; of OUT "
                   f"{' or '.join(WRITTEN)}; default: %(default)s", choices=_FORMATS, default="obj")
 REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
            "surplus faces"),
+    argument("--weld", "T", "with --repair: weld vertices along open edges up to this distance, a share of the "
+             f"bounding box's diagonal, at most {LARGEST_WELD:g}; default: those at the same place", type=_WELD),
     switch("--keep-largest", help="with --repair: keep only the largest component"),
     switch("--fill-holes", help="with --repair: close holes by caps"),
     switch("--cut-handles", help="with --repair: cut handles along short loops, and close the cuts by caps"),
@@ -239,12 +243,12 @@ def given(args: Namespace, *names: str) -> dict[str, Any]:
 def repair_options(args: Namespace) -> dict[str, Any] | None:
     """The options of `repair_mesh` that flags stand for; None without --repair."""
     if not args.repair:
-        for name in ("keep_largest", "fill_holes", "cut_handles"):
-            if getattr(args, name):
+        for name in ("weld", "keep_largest", "fill_holes", "cut_handles"):
+            if getattr(args, name, None):
                 raise UsageError(f"--{name.replace('_', '-')} goes with --repair")
         return None
-    return {"keep_largest": args.keep_largest, "holes": "fill" if args.fill_holes else "refuse",
-            "handles": "cut" if args.cut_handles else "refuse"}
+    return {"weld": args.weld or 0.0, "keep_largest": args.keep_largest,
+            "holes": "fill" if args.fill_holes else "refuse", "handles": "cut" if args.cut_handles else "refuse"}
 
 
 def chosen_method(args: Namespace) -> Method:

@@ -1,10 +1,10 @@
 """How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
+import re
 import signal
 import threading
 from collections.abc import Callable
 from enum import IntEnum
-from itertools import product
 from types import FrameType
 from typing import Any
 
@@ -65,11 +65,10 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
 )
 
 #: The flags for each option of `repair_mesh`.
-_REPAIR = {"keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles"}
-_REMEDIES = [errors.Remedy(*options) for options in product((False, True), repeat=3)]
+_REPAIR = {"weld": "--weld {}", "keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles"}
+_CALL = re.compile(r"repair_mesh\(v, f((?:, \w+=[^,()]+)*)\)")
 #: Calls and arguments that messages name, and what the shell has in their place.
 _FLAGS = {
-    **{remedy.call: " ".join(("--repair", *(_REPAIR[option] for option in remedy.options))) for remedy in _REMEDIES},
     "option of repair_mesh": "flag of --repair",
     "(spherical_conformal_map)": "(the command map)",
     "with repair_foldings": "by the command repair",
@@ -100,7 +99,12 @@ def with_flags(line: str) -> str:
     """A line of the library with flags in the place of its calls."""
     for call, flag in _FLAGS.items():
         line = line.replace(call, flag)
-    return line
+    return _CALL.sub(_repair_flags, line)
+
+
+def _repair_flags(call: re.Match[str]) -> str:
+    options = (option.split("=") for option in call[1].split(", ")[1:])
+    return " ".join(("--repair", *(_REPAIR[name].format(value) for name, value in options)))
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.

@@ -42,6 +42,8 @@ def torus(n, k):
     (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
      "repair_mesh(v, f, keep_largest=True, holes='fill')", ["--repair", "--keep-largest", "--fill-holes"]),
     (mesh(*torus(12, 6)), "repair_mesh(v, f, handles='cut')", ["--repair", "--cut-handles"]),
+    (mesh(V[F].reshape(-1, 3) * (1 + 1e-12 * np.arange(3 * len(F))[:, None]), np.arange(3 * len(F)).reshape(-1, 3)),
+     "repair_mesh(v, f, weld=1e-06)", ["--repair", "--weld", "1e-06"]),
     (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
 ])
 def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):

@@ -1,0 +1,64 @@
+"""Vertices along open edges that coincide or nearly do, and the tolerance that joins them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from . import LARGEST_WELD
+from .arrays import FloatArray, IntArray, own_unit, weld
+from .edges import components, shared_edges
+
+#: Least ratio between distances that a tolerance parts: from here on a power of ten lies between them.
+_GAP = 10.0
+
+
+def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntArray]:
+    """The vertices on open edges, and for each the first of those that it is joined with.
+
+    Two are joined whose distance is at most `tolerance` diagonals of the bounding box, and so all that such pairs link.
+    """
+    rows, edges, own = _open_edges(v, f)
+    rim = np.unique(edges)
+    places, index = weld(own[rim])
+    first = np.arange(len(places))
+    if tolerance > 0:
+        finite = np.flatnonzero(np.isfinite(places).all(axis=1))
+        pairs = cKDTree(places[finite]).query_pairs(tolerance * _diagonal(own), output_type="ndarray")
+        label = components(finite[pairs[:, 0]], finite[pairs[:, 1]], len(places))[1]
+        first = np.unique(label, return_index=True)[1][label]
+    return rows[rim], rows[rim[np.unique(index, return_index=True)[1]]][first][index]
+
+
+def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
+    """The tolerance for `welded` that the distances of a mesh suggest, a power of ten; None where there is none.
+
+    Distances from vertices on open edges to their nearest ones, and lengths of these edges: where vertices nearly
+    coincide, a wide gap lies between both. The tolerance lies in the middle of the widest.
+    """
+    _, edges, own = _open_edges(v, f)
+    places = weld(own[np.unique(edges)])[0]
+    if len(places) < 2 or not np.isfinite(own).all():
+        return None
+    nearest = cKDTree(places).query(places, k=2)[0][:, 1]
+    length = np.linalg.norm(own[edges[0]] - own[edges[1]], axis=1)
+    steps = np.log10(np.sort(np.concatenate((nearest, length[length > 0]))) / _diagonal(own))
+    widest = int(np.argmax(np.diff(steps)))
+    low, high = steps[widest], steps[widest + 1]
+    tolerance = 10.0 ** round((low + high) / 2)
+    return tolerance if high - low >= np.log10(_GAP) and tolerance <= LARGEST_WELD else None
+
+
+def _open_edges(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """The vertices of faces, the ends (2, k) of open edges as places among them, and their positions in own units."""
+    rows, corners = np.unique(f, return_inverse=True)
+    corners = corners.reshape(-1, 3)
+    edge = shared_edges(corners, len(rows))[1]
+    alone = np.bincount(edge)[edge] == 1
+    ends = np.stack((corners.ravel(), corners[:, [1, 2, 0]].ravel()))
+    return rows, ends[:, alone], own_unit(v[rows])[0]
+
+
+def _diagonal(own: FloatArray) -> float:
+    finite = own[np.isfinite(own).all(axis=1)]
+    return float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
