@@ -116,7 +116,9 @@ form.onsubmit = event => event.preventDefault();
 form.oninput = show;
 form.sort.onchange = sort;
 form.querySelector("[name=export]").onclick = () => {
-  const cell = text => String(text).replace(/[\t\r\n]+/g, " ").replace(/^(?=[=+\-@'])/, "'");
+  // No spreadsheet takes a cell for a formula, and quotes are doubled, as in all tables of the package.
+  const safe = text => String(text).replace(/[\t\r\n]+/g, " ").replace(/^(?=[=+\-@'])/, "'");
+  const cell = text => /"/.test(text) ? `"${safe(text).replaceAll('"', '""')}"` : safe(text);
   const lines = cards.map(({row}) => [row.source, row.status, rated(row).rating, rated(row).comment].map(cell).join("\t"));
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([["source\tstatus\trating\tcomment", ...lines, ""].join("\n")]));

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from ..io import npz
 from ..io.files import write_mesh
 from ..io.reading import reading
 from ..io.replacing import replacing
+from ..io.tables import SEPARATORS, read_cells
 from ..io.textured import write_picture
 from .group import Group
 from .permutation import LEVEL, PointTest
@@ -28,13 +28,14 @@ _BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 
 
 def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[str, NDArray[np.generic]]:
-    """The columns of a .tsv table by name, numbers or names, rows in the order of the members.
+    """The columns of a .tsv or .csv table by name, numbers or names, rows in the order of the members.
 
     Its first column names the members: their files, or these without folder and suffix.
     """
     with reading(Path(path)):
-        with open(path, encoding="utf-8", newline="") as file:
-            header, *rows = [row for row in csv.reader(file, delimiter="\t") if row]
+        if Path(path).suffix.lower() not in SEPARATORS:
+            raise MeshError("a table of variables is a .tsv or .csv file")
+        header, *rows = read_cells(Path(path))
         known = {row[0]: row for row in rows}
         lines = [known.get(name) or known.get(Path(name).stem) for name in members]
         missing = [name for name, line in zip(members, lines, strict=True) if line is None or len(line) != len(header)]
@@ -42,7 +43,7 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[st
             raise MeshError(f"the table has no whole row for {len(missing)} members, e.g. {missing[0]}; its first "
                             "column names them")
         if len(header) < 2:
-            raise MeshError("the table has one column; give a variable beside the members' names, separated by tabs")
+            raise MeshError("the table has one column; give a variable beside the members' names")
         columns = list(zip(*[line for line in lines if line], strict=True))[1:]
         return {name: _values(cells) for name, cells in zip(header[1:], columns, strict=True)}
 

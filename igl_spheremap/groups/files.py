@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from collections import Counter
@@ -18,6 +17,7 @@ from ..io import npz
 from ..io.files import write_mesh
 from ..io.reading import reading
 from ..io.replacing import replacing
+from ..io.tables import write_cells
 from ..io.written_map import write_map
 from ..mesh.arrays import FloatArray
 from .group import Group, Member
@@ -35,8 +35,8 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
 
     ``group.npz`` holds all arrays and what is known of the members, which `read_group` reads; ``mean.ply``,
     ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface, the first two with areas, spread and features at
-    the vertices, the second with the modes; ``members.tsv`` the members' figures and scores, and what was left out; the
-    folder ``members`` each member's map in the template's frame, for `read_map`.
+    the vertices, the second with the modes, too; ``members.tsv`` the members' figures and scores, and what was left
+    out; the folder ``members`` each member's map in the template's frame, for `read_map`.
 
     Parameters
     ----------
@@ -68,20 +68,21 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     arrays = {name: getattr(group, name) for name in _ARRAYS}
     arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in _FIGURES}
     known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
-             "changes": group.changes, "rigid": group.rigid, "balance": group.balance}
+             "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
+             "feature_names": group.feature_names}
     with replacing(place / ARCHIVE, force) as partial:
         npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
     over = {"area": group.areas, "spread": group.spread}
-    over |= {f"feature_{k + 1}": column for k, column in enumerate(group.feature_mean.T)}
-    over |= {f"feature_{k + 1}_sd": column for k, column in enumerate(group.feature_sd.T)}
+    names = group.feature_names or [f"feature_{k + 1}" for k in range(group.feature_mean.shape[1])]
+    over |= dict(zip(names, group.feature_mean.T, strict=True))
+    over |= dict(zip([f"{name}_sd" for name in names], group.feature_sd.T, strict=True))
     moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
              for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
     for ending in _FORMATS:
         if ending != ".surf.gii" or find_spec("nibabel"):
             write_mesh(place / f"mean{ending}", group.vertices, group.faces, force=force,
                        metadata={"vertex_properties": over, "point_data": over | moves})
-    with replacing(place / "members.tsv", force) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, delimiter="\t", lineterminator="\n").writerows(_rows(group))
+    write_cells(place / "members.tsv", _rows(group), force=force)
     for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
         if member.map is not None:
             write_map(place / "members" / f"{name}.npz", member.map, force=force)
@@ -127,7 +128,8 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
         figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in _FIGURES), strict=True)
         members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
         return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
-                     changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"])
+                     changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"],
+                     feature_names=tuple(known["feature_names"]))
 
 
 def _rows(group: Group) -> Iterator[Sequence[object]]:

@@ -85,6 +85,8 @@ class Group:
         Whether members kept their sizes.
     balance : float
         Of the members' maps, where they were made for the group.
+    feature_names : tuple of str
+        Of the features; empty if they have none.
     """
 
     vertices: FloatArray
@@ -103,6 +105,7 @@ class Group:
     changes: tuple[float, ...]
     rigid: bool = False
     balance: float = 1.0
+    feature_names: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         out = f", {len(self.left_out)} left out" if self.left_out else ""

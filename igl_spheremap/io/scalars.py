@@ -109,6 +109,17 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
         return maps
 
 
+def read_named(path: str) -> dict[str, FloatArray]:
+    """The maps of a file as `read_scalars` gives them, or the one of FILE:NAME."""
+    file, colon, name = path.rpartition(":")
+    if not colon or Path(path).exists():
+        return read_scalars(path)
+    maps = read_scalars(file)
+    if name not in maps:
+        raise MeshError(f"{file} holds no map {name!r}; it has {', '.join(maps)}")
+    return {name: maps[name]}
+
+
 def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     """Read the table of labels of a file whose maps are labels.
 

@@ -142,16 +142,14 @@ def map_many(
 
 
 def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
-    """The pattern with the parts of each source's path; it is not a format string, whose fields can do anything.
+    """The pattern with the parts of each source's path.
 
     Raises a ValueError unless each source has a target of its own, in a format that keeps the order of vertices.
 
     >>> targets_of("spheres/{stem}.ply", ["a/one.obj", "b/two.obj"])
     ['spheres/one.ply', 'spheres/two.ply']
     """
-    if set("{}") & set(_FIELD.sub("", pattern)):
-        raise ValueError(f"out {pattern}: known are {{folder}}, {{name}} and {{stem}}")
-    targets = [_target(pattern, source) for source in sources]
+    targets = [filled(pattern, source, "out ") for source in sources]
     owner = {os.path.realpath(source): f"{source}, which is an input" for source in sources}
     for source, target in zip(sources, targets, strict=True):
         if not format_of(target).ordered:
@@ -175,7 +173,16 @@ def manifest_of(pattern: str) -> str:
     return str(Path(folder or ("/" if pattern.startswith("/") else ""), f"{name}.manifest.jsonl"))
 
 
-def _target(pattern: str, source: str) -> str:
+def filled(pattern: str, source: str, option: str = "") -> str:
+    """The pattern with the parts of a source's path; it is not a format string, whose fields can do anything.
+
+    A ValueError, which names the option that the pattern comes from, says if it has other fields.
+
+    >>> filled("{folder}/{stem}.thickness", "a/lh.white.ply")
+    'a/lh.white.thickness'
+    """
+    if set("{}") & set(_FIELD.sub("", pattern)):
+        raise ValueError(f"{option}{pattern}: known are {{folder}}, {{name}} and {{stem}}")
     path = Path(source)
     parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
     return _FIELD.sub(lambda field: parts[field[1]], pattern)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import io
 import json
 import math
@@ -19,19 +18,17 @@ import numpy as np
 from ..errors import FileError
 from ..io.reading import reading
 from ..io.replacing import replacing
+from ..io.tables import SEPARATORS, read_cells, text_of
 from ..mesh.arrays import FloatArray
 
-_SEPARATORS = {".tsv": "\t", ".csv": ","}
 #: Suffixes of tables.
-TABLES = (*_SEPARATORS, ".jsonl")
+TABLES = (*SEPARATORS, ".jsonl")
 _CONVERT: dict[str, Callable[[Any], Any]] = {
     "bool": lambda value: str(value).lower() == "true", "int": int, "str": str,
     "float": lambda value: math.nan if value in (None, "") else float(value),
 }  # fmt: skip
 #: What `from_plain` raises.
 ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
-#: First characters that make a spreadsheet take a cell for a formula, and the quote that is put before them.
-_QUOTED = ("=", "+", "-", "@", "\t", "\r", "'")
 #: Statuses of rows whose target holds a map.
 MAPPED = ("certified", "folded")
 #: Tukey's outer fence: interquartile ranges above the third quartile.
@@ -198,19 +195,10 @@ def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
 
 def _text(rows: Sequence[JobRow], suffix: str) -> str:
     entries = [plain(row) for row in rows]
-    if suffix not in _SEPARATORS:
+    if suffix not in SEPARATORS:
         return "".join(json.dumps(entry) + "\n" for entry in entries)
-    text = io.StringIO()
     names = [field.name for field in fields(rows[0] if rows else Row)]
-    writer = csv.DictWriter(text, names, lineterminator="\n", delimiter=_SEPARATORS[suffix])
-    writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in entry.items()} for entry in entries)
-    return text.getvalue()
-
-
-def _cell(value: object) -> object:
-    """A cell that no spreadsheet takes for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(_QUOTED) else value
+    return text_of([names, *([entry[name] for name in names] for entry in entries)], suffix)
 
 
 def read_table(path: str | os.PathLike[str]) -> list[JobRow]:
@@ -224,19 +212,14 @@ def read_table(path: str | os.PathLike[str]) -> list[JobRow]:
 
 
 def _rows(path: Path) -> Iterator[JobRow]:
-    suffix = path.suffix.lower()
+    if path.suffix.lower() in SEPARATORS:
+        header, *rows = read_cells(path)
+        yield from (from_plain(dict(zip(header, row, strict=False))) for row in rows)
+        return
     with path.open(encoding="utf-8", newline="") as file:
-        if suffix in _SEPARATORS:
-            for entry in csv.DictReader(file, delimiter=_SEPARATORS[suffix]):
-                yield from_plain({key: _unquoted(text) for key, text in entry.items()})
-            return
         for entry in json_lines(file):
             with contextlib.suppress(*ROW_ERRORS):  # a line that holds something else
                 yield from_plain(entry.get("row", entry))
-
-
-def _unquoted(text: str) -> str:
-    return text[1:] if text.startswith("'") and text[1:].startswith(_QUOTED) else text
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:

@@ -191,6 +191,7 @@ PLANE = (
     argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
     *OUTPUT,
 )
+RATINGS = argument("--ratings", "FILE", "leave out what is rated fail in this table, which a page saved")
 #: What all commands take that work on many files.
 SOURCES = (
     argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),

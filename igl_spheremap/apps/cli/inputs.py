@@ -18,7 +18,7 @@ from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.hemispheres import other_side
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
-from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_scalars
+from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_named
 from ...io.templates import TEMPLATES, template_sphere
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
@@ -213,14 +213,7 @@ def read_data(path: str, mesh: InputMesh) -> FloatArray:
 
 def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
     """The maps of a file, or the one of FILE:NAME, by name, (n,) each."""
-    file, colon, name = path.rpartition(":")
-    if colon and not Path(path).exists():
-        maps = read_scalars(file)
-        if name not in maps:
-            raise MeshError(f"{file} holds no map {name!r}; it has {', '.join(maps)}")
-        maps = {name: maps[name]}
-    else:
-        maps = read_scalars(path)
+    maps = read_named(path)
     for key, values in maps.items():
         if len(values) != len(mesh.v):
             raise MeshError(f"{path}: {key} has {len(values)} values but {mesh.name} has {len(mesh.v)} vertices; "

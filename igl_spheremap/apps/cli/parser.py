@@ -217,6 +217,9 @@ COMMANDS = (
         argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
         argument("--out", "DIR", "folder of the group: archive, mean surface, table, page, film and the members' maps",
                  required=True),
+        argument("--feature", "NAME=PATTERN", "data over the vertices of each IN, as {folder}/{stem}.thickness or "
+                 "{folder}/{stem}.npz:NAME: their mean and standard deviation on the mean; may be given again",
+                 action="append", default=[]),
         argument("--modes", "K", "how many principal modes (default: 10)", type=POSITIVE_COUNT, default=10),
         argument("--to", "ico:K", "the mean's mesh, of 10 * 4^K + 2 vertices (default: ico:4; cortices need ico:5)",
                  default="ico:4"),
@@ -225,13 +228,14 @@ COMMANDS = (
         switch("--rigid", help="keep the members' sizes; default: their shapes are compared"),
         argument("--exclude", "IN", "leave this one of the surfaces out; may be given again", action="append",
                  default=[]),
+        shared.RATINGS,
         argument("--farthest", "X", "leave out what lies so many times as far from the mean as half of the members "
                  f"(default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
         argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
         argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
                  default=[]),
         argument("--design", "TABLE", "test where the shapes of the group in DIR depend on each column of this .tsv "
-                 "table, the others being covariates; the first one names the members"),
+                 "or .csv table, the others being covariates; the first one names the members"),
         argument("--permutations", "N", "of a test (default: 1000)", type=POSITIVE_COUNT, default=1000),
         switch("-f", "--force", help="replace the group in DIR"),
         *shared.OUTPUT,
@@ -266,6 +270,7 @@ COMMANDS = (
     )),
     Command("summarise", "batch", (
         argument("table", "TABLE", "a table of `batch --summary`, or a manifest of `batch`"),
+        shared.RATINGS,
     )),
     Command("p-harmonic", "map", (
         *shared.MAPPING,

@@ -3,7 +3,7 @@
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.mapping import Options
 from ....populations.page import Sheet, check_page, map_sheet, write_page
+from ....populations.ratings import FAIL, PASS, Rating, read_ratings
 from ....populations.table import (
     MAPPED,
     OUTLIER,
@@ -149,9 +150,25 @@ def run_summarise(args: Namespace) -> None:
     """Print the quantiles and the outliers of many maps.
 
     igl-spheremap summarise white.tsv
+    igl-spheremap summarise white.tsv --ratings ratings.tsv
     """
     rows = read_table(args.table)
-    print(counts(rows, len(rows)), *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
+    lines = [counts(rows, len(rows))]
+    if args.ratings is not None:
+        ratings = read_ratings(args.ratings, [row.source for row in rows])
+        lines += _rated(ratings, len(rows))
+        rows = [row for row in rows if row.source not in ratings or ratings[row.source].rating != FAIL]
+    print(*lines, *_quantiles(rows), *_outliers(rows), sep="\n", flush=True)
+
+
+def _rated(ratings: Mapping[str, Rating], total: int) -> list[str]:
+    """How many passed and failed, and which failed, why."""
+    failed = {source: rating for source, rating in ratings.items() if rating.rating == FAIL}
+    lines = [paragraph("rated", f"{len(ratings) - len(failed)} {PASS}, {len(failed)} {FAIL}, which are left out below, "
+                                f"{total - len(ratings)} not rated")]
+    lines += [paragraph(FAIL, f"{source}: {rating.comment or 'no comment'}")
+              for source, rating in list(failed.items())[:LISTED]]
+    return lines + [paragraph("", f"and {len(failed) - LISTED} more")] * (len(failed) > LISTED)
 
 
 def counts(rows: Sequence[JobRow], total: int) -> str:

@@ -1,10 +1,11 @@
 """`template`: the mean of many surfaces, its modes, and new surfaces in a group that stays."""
 
-import csv
 import os
 import re
 import shlex
 from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +13,18 @@ from numpy.typing import NDArray
 
 from ....errors import FileError, MapError, MeshError, import_optional, one_line
 from ....groups.design import read_design, write_test
+from ....groups.features import FeatureFiles
 from ....groups.files import ARCHIVE, file_names, member_row, prepared, read_group, write_group
 from ....groups.group import Group
 from ....groups.page import write_film, write_group_page
 from ....groups.permutation import LEVEL, permutation_test
 from ....groups.template import template
 from ....io.files import read_mesh
-from ....io.replacing import replacing
+from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
+from ....populations.map_many import filled
+from ....populations.ratings import FAIL, read_ratings
 from ..exits import Exit, UsageError
 from ..inputs import expand
 from ..output import LISTED, Findings, paragraph
@@ -44,23 +48,56 @@ def _make(args: Namespace) -> Exit:
     """A new group, in files."""
     import_optional("PIL", "the page of a group", "io")
     names, out = expand(args.sources), Path(args.out)
-    unknown = [name for name in args.exclude if name not in names]
-    if unknown:
-        raise UsageError(f"--exclude {unknown[0]} is none of the surfaces that were given")
+    excluded = _excluded(args, names)
     if not re.fullmatch(r"ico:[0-9]", args.to):
         raise UsageError(f"--to {args.to} is not an icosphere: give ico:4, or ico:5 for cortices")
+    kept = [name for name in names if name not in excluded]
+    features = feature_files(args, kept)
     if (out / ARCHIVE).exists() and not args.force:
         raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
     prepared(out)
-    group = template([name for name in names if name not in args.exclude], modes=args.modes, target=args.to,
-                     balance=args.balance, rigid=args.rigid, farthest=args.farthest,
-                     processes=args.jobs or os.cpu_count() or 1)
+    group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
+                     farthest=args.farthest, processes=args.jobs or os.cpu_count() or 1)
+    failed = Exit.FAILED if group.left_out else Exit.OK
+    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=feature_names(args))
     args.progress.stage("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
     write_film(out / _FILM, group)
     _describe(args, group)
-    return Exit.FAILED if group.left_out else Exit.OK
+    return failed
+
+
+def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
+    """Which surfaces the user leaves out, and why."""
+    unknown = [name for name in args.exclude if name not in names]
+    if unknown:
+        raise UsageError(f"--exclude {unknown[0]} is none of the surfaces that were given")
+    ratings = {} if args.ratings is None else read_ratings(args.ratings, names)
+    failed = {name: str(rating) for name, rating in ratings.items() if rating.rating == FAIL}
+    return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
+
+
+def feature_names(args: Namespace) -> tuple[str, ...]:
+    """The names of --feature NAME=PATTERN, which are those of arrays in the files that are written."""
+    names = tuple(word.partition("=")[0] for word in args.feature)
+    wrong = [word for name, word in zip(names, args.feature, strict=True) if not re.fullmatch(r"[A-Za-z]\w*=.+", word)
+             or names.count(name) > 1]
+    if wrong:
+        raise UsageError(f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
+                         "each name once")
+    return names
+
+
+def feature_files(args: Namespace, sources: Sequence[str]) -> list[FeatureFiles] | None:
+    """Where the features of each source lie; None without --feature."""
+    feature_names(args)
+    patterns = [word.partition("=")[2] for word in args.feature]
+    try:
+        files = [[filled(pattern, source, "feature ") for pattern in patterns] for source in sources]
+    except ValueError as error:
+        raise UsageError(f"--{error}") from None
+    return [FeatureFiles(paths) for paths in files] if patterns else None
 
 
 def _describe(args: Namespace, group: Group) -> None:
@@ -72,6 +109,9 @@ def _describe(args: Namespace, group: Group) -> None:
         found.add("left out", f"{name}: {reason}")
     found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in the last of "
                       f"{len(group.changes)} rounds", changes=group.changes)
+    for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
+        found.add(name, f"{mean.min():.4g} to {mean.max():.4g}, standard deviation {np.median(sd):.3g} in the median",
+                  **{name: {"lowest": mean.min(), "highest": mean.max(), "median_sd": np.median(sd)}})
     shares = ", ".join(f"{100 * share:.3g}" for share in group.compactness)
     found.add("modes", f"hold {shares} percent of the variance", compactness=group.compactness,
               generalisation=model.generalisation, specificity=model.specificity, variances=group.variances)
@@ -110,8 +150,7 @@ def _add(args: Namespace) -> Exit:
         rows[name] = cells
     header = ("member", "status", "reason", "correlation", "size", "distance",
               *(f"mode_{k + 1}" for k in range(len(group.modes))))
-    with replacing(table, force=True) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, delimiter="\t", lineterminator="\n").writerows([header, *rows.values()])
+    write_cells(table, [header, *rows.values()], force=True)
     args.progress.close()
     if not args.quiet:
         print(*lines, sep="\n", flush=True)
@@ -141,10 +180,8 @@ def _test(args: Namespace) -> Exit:
         found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest it "
                         f"moves them by {figures['effect']:.3g} (standard error of a coordinate "
                         f"{figures['error']:.2g}) and explains {figures['explained']:.0%}", **{name: figures})
-    with replacing(Path(args.out) / "tests.tsv", force=True) as partial, partial.open(
-            "w", encoding="utf-8", newline="") as file:
-        header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained")
-        csv.writer(file, delimiter="\t", lineterminator="\n").writerows([header, *rows])
+    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained")
+    write_cells(Path(args.out) / "tests.tsv", [header, *rows], force=True)
     found.report(args)
     return Exit.OK
 
@@ -156,9 +193,12 @@ def _numbers(values: NDArray[np.generic]) -> list[NDArray[np.float64]]:
     return [(values == level).astype(np.float64) for level in np.unique(values)[1:]]
 
 
-def _earlier(table: str | os.PathLike[str]) -> dict[str, tuple[object, ...]]:
+def _earlier(table: Path) -> dict[str, tuple[object, ...]]:
     """Rows of surfaces that were added before, by name."""
-    if not Path(table).exists():
+    if not table.exists():
         return {}
-    with open(table, encoding="utf-8", newline="") as file:
-        return {row[0]: tuple(row) for row in list(csv.reader(file, delimiter="\t"))[1:] if row}
+    return {row[0]: (*row[:3], *map(_number, row[3:])) for row in read_cells(table)[1:]}
+
+
+def _number(cell: str) -> float | str:
+    return float(cell) if cell else cell

@@ -1,5 +1,7 @@
 """`igl-spheremap summarise`: quantiles and outliers of a table, or of a manifest."""
 
+from pathlib import Path
+
 import pytest
 
 import igl_spheremap as ism
@@ -22,6 +24,20 @@ def test_quantiles_and_outliers_are_those_of_the_table(suffix, tmp_path, capsys)
     assert lines["seconds"][-1] == "100"  # what failed is not among the maps
     assert lines["outliers"][1:4] == ["1", "of", "103"]
     assert lines["far.ply:"][1:] == ["mean", "angle", "50"]
+
+
+def test_what_is_rated_fail_is_named_and_left_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_table("all.tsv", ROWS)
+    Path("ratings.tsv").write_text("source\trating\tcomment\nfar.ply\tfail\ta hole\n0.ply\tpass\t\n1.ply\t\t\n")
+    assert main(["summarise", "all.tsv", "--ratings", "ratings.tsv"]) == Exit.OK
+    out = capsys.readouterr().out
+    assert "1 pass, 1 fail" in out
+    assert "far.ply: a hole" in out
+    assert "outliers     0 of 102" in out
+    Path("ratings.tsv").write_text("source\trating\n0.ply\tgood\n")
+    assert main(["summarise", "all.tsv", "--ratings", "ratings.tsv"]) == Exit.NO_MESH
+    assert "is rated 'good'" in capsys.readouterr().err
 
 
 def test_a_manifest_is_summarised_as_the_table_of_its_run(tmp_path, monkeypatch, capsys):

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from family import AMOUNTS, family
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.io.scalars import read_scalars
 
 
 @pytest.fixture(scope="module")
@@ -18,6 +21,7 @@ def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("bodies")
     for k, each in enumerate(family(AMOUNTS[:4], n=200)):
         ism.write_mesh(path / f"body{k}.ply", *each)
+        np.save(path / f"body{k}.npy", np.full(len(each[0]), float(k)))
     v, f = ism.samples.make("spheroid", n_vertices=200)
     ism.write_mesh(path / "open.ply", v, f[1:])
     return path
@@ -25,10 +29,15 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def group(folder):
-    """The folder of the group of three, one of four bodies being excluded."""
+    """The folder of the group of three: one of five bodies is excluded, and one rated fail."""
     out = folder / "group"
+    shutil.copy(folder / "body3.ply", folder / "bad.ply")
+    (folder / "ratings.tsv").write_text(f'source\tstatus\trating\tcomment\n{folder}/body0.ply\tcertified\tpass\t\n'
+                                        f'{folder}/bad.ply\tcertified\tfail\t"\'=a ""hole"""\n')
     words = ["template", f"{folder}/*.ply", "--out", str(out), "--to", "ico:1", "--modes", "2", "--balance", "0.9"]
-    assert main([*words, "--exclude", str(folder / "body3.ply"), "--json", str(folder / "g.json"), "-q"]) == Exit.FAILED
+    words += ["--exclude", str(folder / "body3.ply"), "--ratings", str(folder / "ratings.tsv")]
+    words += ["--feature", "height={folder}/{stem}.npy", "--json", str(folder / "g.json")]
+    assert main([*words, "-q"]) == Exit.FAILED
     return out
 
 
@@ -40,20 +49,25 @@ def rows(path):
 def test_the_folder_holds_the_group_in_several_formats(group, folder):
     found = ism.read_group(group)
     assert found.balance == 0.9
-    assert repr(found).startswith("Group(3 members, 1 left out, 42 vertices, 2 modes")
+    assert repr(found).startswith("Group(3 members, 3 left out, 42 vertices, 2 modes")
     assert np.allclose(ism.read_mesh(group / "mean.ply").v, found.vertices)
     assert np.allclose(ism.read_mesh(group / "mean.vtk").metadata["point_data"]["mode_1"],
                        found.modes[0] * np.sqrt(found.variances[0]))
     table = rows(group / "members.tsv")
-    assert [row["status"] for row in table] == ["member"] * 3 + ["left out"]
-    assert "open surface" in table[-1]["reason"]
+    assert [row["status"] for row in table] == ["member"] * 3 + ["left out"] * 3
+    reasons = {Path(row["member"]).stem: row["reason"] for row in table[3:]}
+    assert reasons["body3"] == "excluded by --exclude"
+    assert reasons["bad"] == 'rated fail: =a "hole"'
+    assert "open surface" in reasons["open"]
+    means = read_scalars(group / "mean.ply")
+    assert np.allclose((means["height"], means["height_sd"]), 1)
     assert [float(row["mode_1"]) for row in table[:3]] == found.scores[:, 0].tolist()
     assert ism.read_map(group / "members" / "body1.npz").certificate.folding_free
     assert (group / "mode_1.gif").read_bytes().startswith(b"GIF")
     page = (group / "index.html").read_text()
     assert page.count('class="card"') == 3
     assert "open.ply" in page
-    assert len(json.loads((folder / "g.json").read_text())["left_out"]) == 1
+    assert len(json.loads((folder / "g.json").read_text())["left_out"]) == 3
 
 
 def test_what_is_added_changes_no_other_file(group, folder, capsys):
@@ -89,6 +103,9 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     ([], Exit.USAGE, "--add NEW"),
     (["{folder}/body0.ply", "--exclude", "other.ply"], Exit.USAGE, "--exclude other.ply"),
     (["{folder}/body*.ply"], Exit.FILE, "--force"),
+    (["{folder}/body0.ply", "--feature", "{{stem}}.npy"], Exit.USAGE, "NAME=PATTERN"),
+    (["{folder}/body0.ply", "--feature", "a={{steam}}.npy"], Exit.USAGE, "{stem}"),
+    (["{folder}/open.ply", "--ratings", "{folder}/ratings.tsv"], Exit.NO_MESH, "none of the 1 here"),
     (["{folder}/body0.ply", "--to", "fsaverage5"], Exit.USAGE, "--to fsaverage5"),
     (["{folder}/body0.ply", "--out", "{folder}/body0.ply"], Exit.FILE, "can't make the folder"),
     (["--add", "a.ply", "--out", "{folder}"], Exit.FILE, "group.npz"),
