@@ -1,18 +1,15 @@
 """Certify balanced maps at every iterate, measure them, and compare them with what other programs make.
 
-    python -m benchmarks balanced_maps run RESULTS.jsonl [--meshes FOLDER] [--bodies 30]
-    python -m benchmarks balanced_maps field RESULTS.jsonl FILE ...
-    python -m benchmarks balanced_maps report RESULTS.jsonl docs/balance_figures.md
+    python -m benchmarks balanced_maps maps [FOLDER] [--bodies 32]
+    python -m benchmarks balanced_maps programs FILE ...
 
-`run` maps every sample, every mesh below FOLDER and random bodies with limbs at five balances, adds a line of JSON a
-mesh, and leaves out what RESULTS already has. `field` needs lapy, u-unwrap3d, and Octave with SDEM for their rows.
-Times are CPU seconds of one thread.
+`maps` takes every sample, every mesh below FOLDER and random bodies with limbs at two balances. `programs` needs lapy,
+u-unwrap3d, and Octave with SDEM for their rows. Times are CPU seconds of one thread.
 """
 
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
 import shutil
 import subprocess
@@ -30,43 +27,65 @@ import igl_spheremap as ism
 
 from .common import parser, timed
 
-BALANCES = (0.25, 0.5, 0.75, 1.0)
+BALANCES = (0.5, 1.0)
 #: What a program in a process of its own may take.
 SECONDS = 300
+#: Nepers of the random bodies' limbs.
+DEPTHS = (8, 15, 30, 60)
 COLUMNS = ("area", "area 99 %", "angles", "cost", "steps")
 
 
-def run(results, meshes, bodies):
-    """Measure what is not in the results yet."""
-    done = {row["name"] for row in rows_of(results)}
-    for name, make in sources(meshes, bodies):
-        if name in done:
-            continue
+def maps(folder, bodies):
+    """The table of all meshes at each balance, and of medians of random bodies."""
+    heads = [f"{str(balance).lstrip('0').removesuffix('.0')}: {column}" for balance in BALANCES for column in COLUMNS]
+    print("| mesh | vertices | map, CPU s | " + " | ".join(heads) + " | folded faces in all iterates |")
+    print("|---" * (4 + len(heads)) + "|")
+    ism.balanced_spherical_map(*ism.samples.make("octopus", n_vertices=1500))
+    costs = []
+    for name, path, make in sources(folder):
         try:
-            v, f = make()
-            row = {"name": name, **measured(v, f)}
+            row = measured(*make())
         except ism.MeshError:  # no closed surface of genus 0
             continue
-        print(row["name"], row["folded"], row["failure"], file=sys.stderr, flush=True)
-        with results.open("a") as file:
-            file.write(json.dumps(row) + "\n")
+        print(line(name, [row]), flush=True)
+        if path:
+            costs.append([row[balance]["cost"] for balance in BALANCES])
+    for depth in DEPTHS:
+        rows = [measured(*random_body(seed, depth, 2 + seed % 3, (6, 12)))
+                for seed in range(bodies) if DEPTHS[seed % len(DEPTHS)] == depth]
+        print(line(f"{len(rows)} bodies, {depth} nepers", rows), flush=True)
+    before, after = COLUMNS.index("cost") * " |", (len(COLUMNS) - COLUMNS.index("cost")) * " |"
+    cells = "".join(f"{before} {median(each):.1f}{after}" for each in zip(*costs, strict=True))
+    print(f"| median of {len(costs)} files | | |{cells} |")
 
 
-def sources(meshes, bodies):
-    """Names, and functions that make meshes."""
+def sources(folder):
+    """Names, files, and functions that make meshes."""
     for name in ism.samples.names():
-        yield f"sample:{name}", lambda name=name: ism.samples.make(name)
-    for path in sorted(meshes.glob("*/*.obj")) if meshes else ():
+        yield f"sample:{name}", None, lambda name=name: ism.samples.make(name)
+    for path in sorted(folder.glob("*/*.obj")) if folder else ():
         if path.parent.name != "invalid":
-            yield path.stem, lambda path=path: ism.read_mesh(path)
-    for seed in range(bodies):
-        depth = (8, 15, 30, 60)[seed % 4]
-        yield f"body {seed}", lambda seed=seed, depth=depth: random_body(seed, depth, 2 + seed % 3, (6, 12))
+            yield path.stem, path, lambda path=path: ism.read_mesh(path)
+
+
+def line(name, rows):
+    """A row of the table: medians, and sums of foldings."""
+    def middle(*keys):
+        return median(row[keys[0]] if len(keys) == 1 else row[keys[0]][keys[1]] for row in rows)
+
+    cells = [name, f"{middle('vertices'):.0f}", f"{middle('seconds'):.2f}"]
+    for balance in BALANCES:
+        short = sum(row[balance]["short"] for row in rows)
+        mark = " SHORT" if short and len(rows) == 1 else f" ({short} SHORT)" if short else ""
+        cells += [f"{middle(balance, 'area'):.3g}", f"{middle(balance, 'area 99 %'):.3g}",
+                  f"{middle(balance, 'angles'):.1f}", f"{middle(balance, 'cost'):.1f}",
+                  f"{middle(balance, 'steps'):.0f}{mark}"]
+    return "| " + " | ".join((*cells, str(sum(row["folded"] for row in rows)))) + " |"
 
 
 def measured(v, f):
-    """Figures of five balances, and of the folded faces of all iterates."""
-    folded, watched, row = 0, 0.0, {"vertices": len(v), "balances": {}, "failure": ""}
+    """Figures of each balance, and of the folded faces of all iterates and results."""
+    folded, watched, row = 0, 0.0, {"vertices": len(v)}
 
     def count(iterate):
         nonlocal folded, watched
@@ -75,21 +94,14 @@ def measured(v, f):
             folded += ism.certify(iterate.x, f).foldings
         watched += time.process_time() - began
 
-    try:
-        conformal, seconds = timed(lambda: ism.spherical_conformal_map(v, f))
-        f = conformal.faces
-        row["balances"]["0"] = figures(conformal, 1.0, 0)
-        for balance in BALANCES:
-            began, watched = time.process_time(), 0.0
-            result = conformal.rebalance(balance, listener=count)
-            cost = 1 + (time.process_time() - began - watched) / seconds
-            claimed = result.certificate.folding_free
-            if claimed != ism.certify(result.sphere, f).folding_free or not claimed:
-                row["failure"] += f"balance {balance}: claims {claimed}; "
-            row["balances"][f"{balance:g}"] = figures(result, cost, result.iterations - conformal.iterations)
-        row["seconds"] = seconds
-    except (RuntimeError, ArithmeticError, IndexError) as error:
-        row["failure"] += f"{type(error).__name__}: {error}"
+    conformal, row["seconds"] = timed(lambda: ism.spherical_conformal_map(v, f))
+    f = conformal.faces
+    for balance in BALANCES:
+        watched = 0.0
+        result, seconds = timed(lambda: conformal.rebalance(balance, listener=count))  # noqa: B023
+        folded += ism.certify(result.sphere, f).foldings
+        row[balance] = figures(result, 1 + (seconds - watched) / row["seconds"],
+                               result.iterations - conformal.iterations)
     return row | {"folded": folded}
 
 
@@ -98,11 +110,13 @@ def figures(result, cost, steps):
     area, angle = np.abs(result.log_area_ratios()), np.abs(result.angle_differences())
     area = area[np.isfinite(area)]
     return {"area": float(area.mean()), "area 99 %": float(np.quantile(area, 0.99)), "angles": float(angle.mean()),
-            "cost": cost, "steps": steps, "status": result.status.name}
+            "cost": cost, "steps": steps, "short": result.status.name == "SHORT"}
 
 
-def field(results, paths):
+def programs(paths):
     """Maps by other programs of some meshes; each starts from this package's conformal map where it takes one."""
+    print("| mesh | map by | mean abs log area ratio | angles, degrees | folded faces | CPU s |")
+    print("|---|---|---|---|---|---|")
     for path in paths:
         v, f = ism.read_mesh(path)
         conformal = ism.spherical_conformal_map(v, f)
@@ -114,15 +128,14 @@ def field(results, paths):
                 print(name, error, file=sys.stderr)
                 continue
             except (ValueError, RuntimeError, subprocess.SubprocessError) as error:
-                found = {"failure": str(error)[:80]}
+                cells = "", str(error)[:80], "", ""
             else:
                 seconds = seconds or time.process_time() - began
                 x = x / np.linalg.norm(x, axis=1, keepdims=True)
-                found = {"area": float(np.abs(ism.log_area_ratios(v, f, x)).mean()), "seconds": seconds,
-                         "angles": float(np.abs(ism.angle_differences(v, f, x)).mean()),
-                         "foldings": ism.certify(x, conformal.faces).foldings}
-            with results.open("a") as file:
-                file.write(json.dumps({"name": Path(path).stem, "peer": name} | found) + "\n")
+                cells = (f"{np.abs(ism.log_area_ratios(v, f, x)).mean():.3g}",
+                         f"{np.abs(ism.angle_differences(v, f, x)).mean():.1f}",
+                         str(ism.certify(x, conformal.faces).foldings), f"{seconds:.2f}")
+            print("| " + " | ".join((Path(path).stem, name, *cells)) + " |", flush=True)
 
 
 def by_balance(balance):
@@ -180,91 +193,12 @@ PEERS = {"balance 0.5": by_balance(0.5), "balance 1": by_balance(1.0), "LaPy, co
          "density-equalizing (SDEM)": density_equalizing}
 
 
-def report(results, target):
-    """Write the tables."""
-    rows = [row for row in rows_of(results) if "balances" in row]
-    peers = [row for row in rows_of(results) if "peer" in row]
-    target.write_text("\n".join((*summary(rows), *table(rows), *field_table(peers), "")))
-
-
-def summary(rows):
-    """What holds over all meshes."""
-    shared = [row for row in rows if not row["name"].startswith(("body", "sample")) and not row["failure"]]
-    order = [row["name"] for row in rows if not row["failure"] and not is_monotone(row)]
-    failed = [f"{row['name']} ({row['failure']})" for row in rows if row["failure"]]
-    yield "# Figures of balanced maps\n"
-    version = ism.__version__.removesuffix(".dev0")
-    yield (f"Written by `python -m benchmarks balanced_maps` at version {version}. The energy is in "
-           "[Between angles and areas](balance.md).\n")
-    yield (f"{len(rows)} meshes (samples, {len(shared)} meshes of the [corpus](corpus.md), random bodies with limbs) "
-           f"at balance .25, .5, .75 and 1: {sum(row['folded'] for row in rows)} folded faces in all iterates, "
-           f"{len(failed)} failures{': ' + '; '.join(failed) if failed else ''}.")
-    yield (f"Areas fall and angles rise over the balances that converged on all meshes "
-           f"whose conformal area distortion exceeds .05{', but for ' + ', '.join(order) if order else ''}.\n")
-    for balance in ("0.5", "1"):
-        cost = median(row["balances"][balance]["cost"] for row in shared)
-        yield f"Median cost at balance {balance} over the corpus: {cost:.1f} times the conformal map.\n"
-
-
-def is_monotone(row):
-    """True where areas fall and angles rise over the balances that converged."""
-    if row["balances"]["0"]["area"] <= 0.05:
-        return True
-    found = [found for found in row["balances"].values() if found["status"] == "CONVERGED"]
-    area, angle = ([one[key] for one in found] for key in ("area", "angles"))
-    return bool((np.diff(area) < 0).all() and (np.diff(angle) > 0).all())
-
-
-def table(rows):
-    """All meshes at balance .5 and 1; the area distortion of the worst five at 1 in bold."""
-    rows = [row for row in rows if not row["failure"]]
-    worst = sorted(row["balances"]["1"]["area"] for row in rows if not row["name"].startswith("body"))[-5:]
-    yield ("Mean and 99th percentile of the absolute log area ratio, mean angle difference in degrees, cost as a "
-           "multiple of the conformal map, Newton steps; SHORT where areas are off what was asked by more than 35 "
-           "percent. The five largest area distortions at balance 1 (random bodies aside) are bold.\n")
-    heads = [f"{balance}: {column}" for balance in (".5", "1") for column in COLUMNS]
-    yield "| " + " | ".join(("mesh", "vertices", "map, s", *heads)) + " |"
-    yield "|---" * (3 + len(heads)) + "|"
-    for row in rows:
-        cells = [row["name"], str(row["vertices"]), f"{row['seconds']:.2f}"]
-        for balance in ("0.5", "1"):
-            found = row["balances"][balance]
-            area = f"{found['area']:.3g}"
-            bold = balance == "1" and found["area"] in worst
-            cells += [f"**{area}**" if bold else area, f"{found['area 99 %']:.3g}", f"{found['angles']:.1f}",
-                      f"{found['cost']:.1f}", f"{found['steps']}{' SHORT' if found['status'] == 'SHORT' else ''}"]
-        yield "| " + " | ".join(cells) + " |"
-
-
-def field_table(peers):
-    """Other programs."""
-    if not peers:
-        return
-    yield "\n## Other programs\n"
-    yield ("u-unwrap3D and SDEM start from this package's conformal map, whose time is not counted; balances count it. "
-           "50 steps of u-unwrap3D's flow, and SDEM in Octave (Lyu, Lui, Choi 2024), at their defaults.\n")
-    yield "| mesh | map by | mean abs log area ratio | angles, degrees | folded faces | CPU s |"
-    yield "|---|---|---|---|---|---|"
-    for row in peers:
-        cells = (["", row["failure"], "", ""] if "failure" in row else
-                 [f"{row['area']:.3g}", f"{row['angles']:.1f}", str(row["foldings"]), f"{row['seconds']:.2f}"])
-        yield "| " + " | ".join((row["name"], row["peer"], *cells)) + " |"
-
-
-def rows_of(results):
-    """Lines of a file of JSON, if there is one."""
-    return [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
-
-
 def main(argv: list[str]) -> None:
-    """Parse the command line."""
+    """Print one of the tables."""
     arguments = parser(__doc__)
     commands = arguments.add_subparsers(dest="command", required=True)
-    for name in ("run", "field", "report"):
-        commands.add_parser(name).add_argument("results", type=Path)
-    commands.choices["run"].add_argument("--meshes", type=Path)
-    commands.choices["run"].add_argument("--bodies", type=int, default=30)
-    commands.choices["field"].add_argument("paths", nargs="+")
-    commands.choices["report"].add_argument("target", type=Path)
+    commands.add_parser("maps").add_argument("folder", type=Path, nargs="?")
+    commands.choices["maps"].add_argument("--bodies", type=int, default=32)
+    commands.add_parser("programs").add_argument("paths", nargs="+")
     options = vars(arguments.parse_args(argv))
     globals()[options.pop("command")](**options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import os
 import signal
@@ -35,6 +36,12 @@ def load(source: str, level: int = 0) -> tuple[np.ndarray, np.ndarray]:
     for _ in range(level):
         v, f = igl.loop(v, f)
     return v, f
+
+
+def fsaverage5() -> Path | None:
+    """The folder of fsaverage5 in nilearn, if that is installed."""
+    spec = importlib.util.find_spec("nilearn")
+    return Path(spec.submodule_search_locations[0], "datasets", "data", "fsaverage5") if spec else None  # type: ignore
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, float]:

@@ -1,12 +1,13 @@
 """Figures of docs/correspondence.md: maps between surfaces, against the best rotation or Moebius map, and known truth.
 
-    python -m benchmarks correspondences --meshes FOLDER... --fsaverage FOLDER
-                                         [--only pairs warps landmarks registration functional overlays sizes]
+    python -m benchmarks correspondences --meshes FOLDER... [--fsaverage FOLDER] [--pairs COUNT]
+                                         [--only pairs warps landmarks chance registration functional overlays sizes]
     python -m benchmarks --package CHECKOUT correspondences ... --only pairs   by the `register` of an earlier version
 
 FOLDER of the meshes holds the names of `PAIRS` as .obj or .npz files with `v` and `f`; that of fsaverage5 is
-nilearn/datasets/data/fsaverage5 of the package nilearn. Distances are root mean squares over A's area after a
-similarity, over A's rms radius. Seconds are of the CPU, one thread. "functional" needs pyfmaps.
+nilearn/datasets/data/fsaverage5 of the package nilearn, if none is named. Distances are root mean squares over A's
+area after a similarity, over A's rms radius. Seconds are of the CPU, one thread. "functional" needs pyfmaps; --pairs
+takes that many of the pairs, drawn with seed 0.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import unit_rows
 
-from .common import parser, peak_memory, timed
+from .common import fsaverage5, parser, peak_memory, timed
 
 #: A onto B: sides of a body, one shape meshed twice, unlike shapes. "/n" takes n faces, "~" mirrors, "name:n" is a
 #: sample, "fs:" a surface of fsaverage5, "body:s" a random body and "body:s+" the same one turned, on another grid,
@@ -128,12 +129,12 @@ def starts(a, b):
     return found
 
 
-def pairs(data):
-    """Every pair: the best start, and the end."""
-    print("| A | B | vertices | best start | end | folds | s |\n|---|---|---|---|---|---|---|")
-    for pair in PAIRS.replace("\n", "|").split("|"):
-        if not (names := pair.split()):
-            continue
+def pairs(data, count=None):
+    """The best start and the end of every pair, or of some."""
+    every = [pair.split() for pair in PAIRS.replace("\n", "|").split("|") if pair.strip()]
+    print("| A | B | vertices | best start | end | folds | CPU s |\n|---|---|---|---|---|---|---|")
+    for row in sorted(np.random.default_rng(0).permutation(len(every))[:count]):
+        names = every[row]
         a, b = map(data.map, names)
         best = min(distance(a, b, x) for x in starts(a, b))
         find = getattr(ism, "match", ism.register)  # an earlier version has none
@@ -174,6 +175,7 @@ def warps(data):
     """Copies of fewer faces, whose spheres are warped smoothly: back to the true points."""
     from .shapes import warped
 
+    print("| body | vertices | warp, degrees | Moebius | end |\n|---|---|---|---|---|")
     for name in ("choi_maxplanck/8000 choi_maxplanck", "spot_oded/6000 spot_oded/14000",
                  "fs:white_left/8000 fs:white_left", "koala/6000 koala/10000"):
         a, b = map(data.map, name.split())
@@ -182,16 +184,19 @@ def warps(data):
             x = ism.repair_foldings(a.vertices, a.faces, warped(a.sphere, size))
             start = ism.register(x, b, stages=["rotation", "moebius"]).map.sphere
             onto = ism.match(x, b)
-            line = ", ".join(f"{error(a, p, truth):.4f}"
-                             for p in (ism.transfer(b, b.vertices, start), onto.positions))
-            print(f"{name}, warp of {np.degrees(size):.0f} degrees: Moebius, end {line}", flush=True)
+            cells = " | ".join(f"{error(a, p, truth):.4f}"
+                               for p in (ism.transfer(b, b.vertices, start), onto.positions))
+            print(f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {np.degrees(size):.0f} | "
+                  f"{cells} |", flush=True)
 
 
 def landmarks(data):
-    """Landmarks of one shape meshed twice, and of unlike ones by chance: how many are met, and the rest's distance."""
+    """Landmarks of one shape meshed twice: how far the other points and landmarks that were left out are off."""
     from igl_spheremap.maps.variational import check_landmarks, match_landmarks
 
     rng = np.random.default_rng(1)
+    print("| body | vertices | landmarks | all met, no folds | Moebius: all, left out | end: all, left out | CPU s |")
+    print("|---|---|---|---|---|---|---|")
     for name in SAME:
         a, b = map(data.map, name.split())
         truth, vertices = nearest(a, b)
@@ -201,10 +206,16 @@ def landmarks(data):
             onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, vertices[chosen])))  # noqa: B023
             targets = check_landmarks(len(a.sphere), chosen, b.sphere[vertices[chosen]], 1.0)
             start = ism.transfer(b, b.vertices, match_landmarks(a.sphere, targets, 1e-2))
-            off = [f"{error(a, p, truth):.4f} and {error(a, p, truth, rest):.4f}" for p in (start, onto.positions)]
-            print(f"{name}, {k} landmarks: met {(onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all()}, "
-                  f"{onto.map.certificate.foldings} folded; all points and {len(rest)} landmarks that were left out: "
-                  f"Moebius {off[0]}, end {off[1]}, {seconds:.1f} s", flush=True)
+            cells = " | ".join(f"{error(a, p, truth):.4f}, {error(a, p, truth, rest):.4f}"
+                               for p in (start, onto.positions))
+            met = (onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all() and onto.map.certificate.folding_free
+            print(f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {k} | "
+                  f"{'yes' if met else 'no'} | {cells} | {seconds:.1f} |", flush=True)
+
+
+def chance(data):
+    """How often vertices by chance are met on unlike bodies."""
+    rng = np.random.default_rng(1)
     for name in ("cow_libigl spot_oded/6000", "choi_hippocampus hippocampus_aal_left"):
         a, b = map(data.map, name.split())
         for k in (3, 5, 10):
@@ -272,43 +283,43 @@ def overlays(data):
     """Time, memory and exactness of the common refinement, by size."""
     from igl_spheremap.correspondence.overlay import overlay
 
+    print("| vertices of A, B | of the overlay: vertices, faces | Euler characteristic | faces without area | "
+          "areas of A, B off by | CPU s | peak of the process, GB |\n|---|---|---|---|---|---|---|")
     for n in (10_000, 40_000):
         a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n)) for name in ("brain", "pear"))
         b = ism.sphere_map(b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix())
-        before = peak_memory()
         both, seconds = timed(lambda: overlay(a, b))  # noqa: B023
         areas = [igl.doublearea(p, both.faces) for p in (both.on_source, both.on_target)]
         whole = [abs(each.sum() / igl.doublearea(m.vertices, m.faces).sum() - 1)
                  for each, m in zip(areas, (a, b), strict=True)]
-        print(f"{len(a.sphere)} on {len(b.sphere)} vertices: {len(both.on_source)} vertices, {len(both.faces)} faces, "
-              f"{seconds:.2f} s, peak {peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
-              f"{sum(int((each <= 0).sum()) for each in areas)} faces without area, areas of A and B off by "
-              f"{whole[0]:.0e}, {whole[1]:.0e}, Euler characteristic {len(both.on_source) - len(both.faces) // 2}",
-              flush=True)
+        print(f"| {len(a.sphere):,}, {len(b.sphere):,} | {len(both.on_source):,}, {len(both.faces):,} | "
+              f"{len(both.on_source) - len(both.faces) // 2} | {sum(int((each <= 0).sum()) for each in areas)} | "
+              f"{whole[0]:.0e}, {whole[1]:.0e} | {seconds:.2f} | {peak_memory() / 1e3:.2f} |", flush=True)
 
 
 def sizes(data):
     """Time and memory by size."""
+    print("| vertices of A, B | landmarks | folds | CPU s | peak of the process, GB |\n|---|---|---|---|---|")
     for n, k in ((10_000, 0), (40_000, 20)):
         a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), balance=1.0)
                 for m in (n, n + n // 10))
-        before = peak_memory()
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
         onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, rows[chosen]) if k else None))  # noqa: B023
-        print(f"{len(a.sphere)} onto {len(b.sphere)} vertices, {k} landmarks: {seconds:.1f} s, peak "
-              f"{peak_memory() / 1e3:.2f} GB ({before / 1e3:.2f} before), "
-              f"{onto.map.certificate.foldings} folded", flush=True)
+        print(f"| {len(a.sphere):,}, {len(b.sphere):,} | {k} | {onto.map.certificate.foldings} | {seconds:.1f} | "
+              f"{peak_memory() / 1e3:.2f} |", flush=True)
 
 
 def main(argv: list[str]) -> None:
     """Print the figures."""
-    parts = {part.__name__: part for part in (pairs, warps, landmarks, registration, functional, overlays, sizes)}
+    parts = {part.__name__: part
+             for part in (pairs, warps, landmarks, chance, registration, functional, overlays, sizes)}
     arguments = parser(__doc__)
     arguments.add_argument("--meshes", type=Path, nargs="+", required=True)
-    arguments.add_argument("--fsaverage", type=Path, required=True)
+    arguments.add_argument("--fsaverage", type=Path)
     arguments.add_argument("--only", nargs="+", choices=parts, default=list(parts))
+    arguments.add_argument("--pairs", type=int, metavar="COUNT")
     args = arguments.parse_args(argv)
-    data = Data(args.meshes, args.fsaverage)
+    data = Data(args.meshes, args.fsaverage or fsaverage5())
     for name in args.only:
-        parts[name](data)
+        parts[name](data, *([args.pairs] if name == "pairs" else []))

@@ -7,14 +7,11 @@ The right hemisphere, mirrored, is mapped conformally; the left one is mapped so
 and others that are next to each other in space, come to lie on those of the right.
 """
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 
 import igl_spheremap as ism
 
-from .common import parser
+from .common import fsaverage5, parser
 
 #: Places on a left hemisphere, in millimetres of MNI space: right, front, up.
 PLACES = {
@@ -33,9 +30,7 @@ PLACES = {
 
 def hemispheres():
     """Vertices and faces of the left hemisphere, and of the right one mirrored."""
-    (root,) = importlib.util.find_spec("nilearn").submodule_search_locations
-    folder = Path(root) / "datasets" / "data" / "fsaverage5"
-    left, right = (ism.read_mesh(folder / f"pial_{side}.gii.gz") for side in ("left", "right"))
+    left, right = (ism.read_mesh(fsaverage5() / f"pial_{side}.gii.gz") for side in ("left", "right"))
     return (left.v, left.f), (right.v * [-1, 1, 1], right.f[:, ::-1])
 
 

@@ -3,11 +3,12 @@
 ``--holes`` cuts geodesic discs of 1, 10 and 30 percent of the area from samples and files, and compares the angle
 differences of what is left with those of these faces in the map of the closed surface. ``--handles`` plants arches on
 a ball. ``--voxels`` adds noise to a voxel body. ``--frames`` makes cubic frames of high genus. ``--folder`` repairs and
-maps every mesh file of a folder.
+maps every mesh file of a folder. What single surfaces have goes to stderr where the table sums it up.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import igl
@@ -62,8 +63,6 @@ def near_rim(f, rows, rings=3):
 
 def holes(sources, seeds):
     """The table of holes."""
-    print("| body | vertices | hole, % of the area | edges | excess of the mean angle, degrees: surface | at the rim |")
-    print("|---|---|---|---|---|---|")
     excess = {}
     for source in sources:
         v, f = load(source)
@@ -75,15 +74,15 @@ def holes(sources, seeds):
                 mesh = ism.repair_mesh(v[used], g.reshape(-1, 3), holes="fill")
                 result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0)
                 size = np.abs(result.angle_differences()).mean(axis=1) - closed[rows]
-                rim = near_rim(f, rows)
-                excess.setdefault(share, []).append((size.mean(), size[rim].mean()))
-                edges = len(np.intersect1d(f[rows], np.delete(f, rows, axis=0)))
-                print(f"| {source.rpartition('/')[2]} | {len(v)} | {100 * share:g} | {edges} | {size.mean():.3f} | "
-                      f"{size[rim].mean():.3f} |" + ("" if result.certificate.folding_free else " folded"), flush=True)
+                found = size.mean(), size[near_rim(f, rows)].mean(), bool(result.certificate)
+                excess.setdefault(share, []).append(found)
+                print(source, len(v), share, *found, file=sys.stderr, flush=True)
+    print("| hole, % of the area | discs | certified | surface: mean, worst | three rings at the rim: mean, worst |")
+    print("|---|---|---|---|---|")
     for share, found in excess.items():
         mean, worst = np.mean(found, axis=0), np.max(found, axis=0)
-        print(f"| all {len(found)} |  | {100 * share:g} |  | {mean[0]:.3f} (at most {worst[0]:.3f}) | {mean[1]:.3f} "
-              f"(at most {worst[1]:.3f}) |")
+        print(f"| {100 * share:g} | {len(found)} | {sum(one[2] for one in found)} | {mean[0]:.2f}, {worst[0]:.2f} | "
+              f"{mean[1]:.2f}, {worst[1]:.2f} |")
 
 
 def isosurface(field, points, resolution):
@@ -202,9 +201,8 @@ def frames(cases):
 
 
 def folder(path):
-    """The table of the files of a folder."""
-    print("| file | vertices | what was done | CPU s to repair | to map | certified |")
-    print("|---|---|---|---|---|---|")
+    """The table of the files of a folder, by what their largest components are."""
+    kinds = {}
     for file in sorted(Path(path).iterdir()):
         if file.suffix == ".npz":
             with np.load(file) as archive:
@@ -215,11 +213,21 @@ def folder(path):
         try:
             mesh, _, seconds = cut(v, f, keep_largest=True, holes="fill")
         except ism.MeshError as error:
-            print(f"| {file.name} | {len(v)} | refused: {error} | | | |", flush=True)
+            kinds.setdefault("refused", []).append((len(v), 0, 0, 0.0, 0.0, False))
+            print(file.name, error, file=sys.stderr, flush=True)
             continue
+        part = max(ism.info(v, f).topology.components, key=lambda one: one.faces)
         certified, more = mapped(mesh)
-        done = "; ".join(action.partition(",")[0].partition(" (")[0] for action in mesh.actions)
-        print(f"| {file.name} | {len(v)} | {done} | {seconds:.2f} | {more:.2f} | {certified} |", flush=True)
+        loops, genus = len(part.boundary_loops), part.handles
+        kind = "handles and holes" if loops and genus else "closed with handles" if genus else "genus 0 with holes"
+        kinds.setdefault(kind, []).append((len(v), genus, loops, seconds, more, certified == "yes"))
+        print(file.name, kind, kinds[kind][-1], file=sys.stderr, flush=True)
+    print("| surface | files | certified | vertices, handles, holes at most | CPU s to repair, to map at most |")
+    print("|---|---|---|---|---|")
+    for kind, found in kinds.items():
+        vertices, genus, loops, seconds, more, _ = np.max(found, axis=0)
+        print(f"| {kind} | {len(found)} | {sum(one[-1] for one in found)} | {vertices:,.0f}, {genus:.0f}, {loops:.0f} "
+              f"| {seconds:.2f}, {more:.2f} |")
 
 
 def main(argv: list[str]) -> None:

@@ -25,25 +25,38 @@ TABLES = {
                    "corpus:bunny_noise40 corpus:choi_moai corpus:comb corpus:octopus_low corpus:part_cgal "
                    "corpus:putamen_cit168_right corpus:sword_oded corpus:syn_tetrahedron corpus:syn_thin_plate "
                    "corpus:syn_dumbbell_neck corpus:syn_hairy_sphere corpus:syn_needle_1_1_100 corpus:vhacd_drum",
-    "repair_test": "versions BEFORE PARTS/test --csv RESULTS/repair_test.csv",
-    "repair_tune": "versions BEFORE PARTS/tune",
-    "repair_turns": "versions BEFORE PARTS/test --every 4 --turns 1",
     "repair_rings": "repairs rings",
     "repair_gauges": "repairs gauges sample:spring corpus:sword_oded corpus:syn_needle_1_1_100 "
-                     "corpus:syn_dumbbell_neck corpus:comb corpus:paper_dilo_9731 corpus:octopus_low",
-    "repair_bodies": "random_meshes bodies --count 120",
+                     "corpus:syn_dumbbell_neck corpus:comb corpus:paper_dilo_9731 corpus:octopus_low worm:40",
+    "repair_bodies": "random_meshes bodies --count 240",
     "repair_programs": "repairs foldings CORPUS/public CORPUS/hard",
     "repair_embedding": "repairs embedding",
     "repair_polish": "repairs polish corpus:choi_maxplanck corpus:paper_bimba_15002 corpus:choi_hippocampus "
                      "corpus:fsaverage5_pial_left corpus:paper_brain_15002 corpus:koala corpus:spot_oded "
                      "corpus:penguin corpus:armadillo_oded corpus:paper_dilo_9731 corpus:dino_isoblend_6013 "
                      "corpus:lucy_cr_50k corpus:bunny_noise40 corpus:choi_moai corpus:sword_oded",
+    "repair_test": "versions BEFORE PARTS/test --csv RESULTS/repair_test.csv",
     "versions": "versions BEFORE sample:spheroid sample:pear sample:dumbbell corpus:choi_hippocampus corpus:penguin "
                 "--of maps balance disks --turns 5",
-    "versions_matches": "versions BEFORE sample:spheroid:n_vertices=800 sample:pear:n_vertices=800 --of matches",
-    "disks_programs": "disks --largest 2200 --corpus CORPUS",
-    "open_holes": "open_surfaces --holes",
+    "disks_exact": "disks exact",
+    "disks_cortex": "disks programs --only cortex",
+    "disks_programs": "disks programs --largest 2200 --corpus CORPUS",
+    "disks_sliding": "disks sliding --largest 2200 --corpus CORPUS",
+    "disks_long": "disks long --sizes 1000 4000 16000",
+    "balance_maps": "balanced_maps maps CORPUS --bodies 32",
+    "balance_programs": "balanced_maps programs corpus:choi_maxplanck corpus:paper_brain_15002 "
+                        "corpus:choi_hippocampus corpus:armadillo_oded",
+    "match_pairs": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only pairs --pairs 12",
+    "match_warps": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only warps",
+    "match_landmarks": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only landmarks",
+    "match_overlays": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only overlays",
+    "match_sizes": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only sizes",
+    "open_holes": "open_surfaces --holes sample:dino sample:bunny sample:brain sample:spheroid sample:pear "
+                  "corpus:choi_hippocampus corpus:choi_maxplanck corpus:fsaverage5_pial_left "
+                  "corpus:paper_bimba_15002 corpus:paper_putamen_10002 corpus:penguin corpus:spot_oded "
+                  "corpus:armadillo_oded corpus:koala",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
+    "open_folder": "open_surfaces --folder CORPUS/open",
 }
 
 
