@@ -63,6 +63,7 @@ from .result.run import Status as Status
 from .shapes.grid import from_grid as from_grid
 from .shapes.grid import to_grid as to_grid
 from .shapes.harmonics import SphericalHarmonics as SphericalHarmonics
+from .shapes.harmonics import coefficients_from_mesh as coefficients_from_mesh
 from .shapes.harmonics import spherical_harmonics as spherical_harmonics
 from .shapes.locate import Location as Location
 from .shapes.locate import SphereLocator as SphereLocator

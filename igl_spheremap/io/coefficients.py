@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError
-from ..mesh.arrays import FloatArray, IntArray, check_values
+from ..mesh.arrays import FloatArray, check_values
+from ..shapes.bases import aics_columns, aics_values, in_basis, pdm_rows
 from ..shapes.harmonics import Expanded, SphericalHarmonics
 from . import npz
 from .formats import PathLike
@@ -59,13 +60,11 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
         raise MeshError(f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz")
     with replacing(path, force) as partial:
         if kind == ".coef":
-            order, factors = _pdm_rows(harmonics.degree)
-            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in (c[order] * factors[:, None]).tolist())
+            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in in_basis(c, "spharm-pdm").tolist())
             partial.write_text(f"{{ {len(c)},{rows}}}")
         elif kind == ".csv":
-            names, order, factors = _aics_columns(harmonics.degree)
-            values = np.vstack((c, np.zeros_like(c[:1])))[order].T * factors
-            lines = [names, *([repr(value) for value in row] for row in values.tolist())]
+            names, *_ = aics_columns(harmonics.degree)
+            lines = [names, *([repr(value) for value in row] for row in aics_values(c).tolist())]
             partial.write_text("".join(",".join(line) + "\n" for line in lines))
         else:
             source = {} if harmonics.source is None else vars(harmonics.source)
@@ -129,20 +128,10 @@ def _parse(text: str) -> FloatArray:
     rows = np.array(numbers, dtype=np.float64)
     if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
         raise ValueError(f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows")
-    order, factors = _pdm_rows(math.isqrt(n) - 1)
+    order, factors = pdm_rows(math.isqrt(n) - 1)
     c = np.empty((n, 3))
     c[order] = rows.reshape(n, 3) / factors[:, None]
     return c
-
-
-def _pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
-    """Which of our rows each row of SPHARM-PDM is, and its factor.
-
-    There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
-    """
-    ell, m = np.array([(ell, m) for ell in range(degree + 1)
-                       for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))]).T
-    return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))
 
 
 def _parse_table(text: str) -> FloatArray:
@@ -151,21 +140,9 @@ def _parse_table(text: str) -> FloatArray:
     degree = max((int(match[1]) for match in map(_AICS.fullmatch, head) if match), default=-1)
     if degree < 0 or len(head) < 2 * (degree + 1) ** 2 or not lines:
         raise ValueError("columns from shcoeffs_L0M0C on, all with M from 0 to the largest L, and a row are expected")
-    names, order, factors = _aics_columns(degree)
+    names, order, factors = aics_columns(degree)
     place = {name: k for k, name in enumerate(head)}
     values = np.array([[float(line[place[name]]) for name in names] for line in lines]).T
     c = np.empty(((degree + 1) ** 2 + 1, len(lines)))
     c[order] = values / factors[:, None]
     return check_values(c[:-1], len(c) - 1, "coefficients")
-
-
-def _aics_columns(degree: int) -> tuple[list[str], IntArray, FloatArray]:
-    """Names in aics-shparam's order, which of our rows each is (the one behind the last where m > l), and its factor.
-
-    There the mean square of a basis function is 1, and longitudes are counted from -x.
-    """
-    keys = [(part, ell, m) for part in "CS" for ell in range(degree + 1) for m in range(degree + 1)]
-    rows = [ell * ell + ell + (m if part == "C" else -m) if m <= ell and (part == "C" or m) else (degree + 1) ** 2
-            for part, ell, m in keys]
-    factors = np.array([(-1.0) ** m / math.sqrt(4 * math.pi) for _, _, m in keys])
-    return [f"shcoeffs_L{ell}M{m}{part}" for part, ell, m in keys], np.array(rows), factors

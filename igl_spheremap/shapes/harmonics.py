@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number, check_whole, own_errstate
+from ..maps.balanced import balanced_spherical_map
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values, own_unit
-from ..mesh.measure import vertex_areas
+from ..mesh.measure import face_areas, vertex_areas
+from ..mesh.objects import takes_mesh
 from ..sphere.rows import unit_rows
 from . import LARGEST_DEGREE
+from .bases import Basis, in_basis
 from .basis import blocks, degree_of, expand, power, synthesis, terms
 from .locate import locator_of
 from .rotation import first_order_frames, rotate, skewness
 from .transfer import check_map, sphere_mesh
+
+#: Mean of source over image area from which on a note names the map: less than half of the degrees remain.
+_CROWDED = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +63,14 @@ class SphericalHarmonics:
         the data, in their units.
     source : Expanded or None
         The data at the mesh's vertices; None if the coefficients come from a `.coef` file.
+    notes : tuple of str
+        Said if there are more coefficients than vertices, and if the map leaves parts of the surface so little room
+        that less than half of the degree would do on an area-preserving one.
     """
 
     coefficients: FloatArray
     source: Expanded | None = None
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         known = "" if self.source is None else f", of {len(self.source.x)} vertices"
@@ -68,6 +80,28 @@ class SphericalHarmonics:
     def degree(self) -> int:
         """The largest degree L."""
         return degree_of(self.coefficients)
+
+    def in_basis(self, basis: Basis) -> FloatArray:
+        """The coefficients in the order and norm of a program.
+
+        Parameters
+        ----------
+        basis : {"orthonormal", "spharm-pdm", "ktch", "aics-shparam"}
+            "orthonormal": `coefficients`. "spharm-pdm": rows of `.coef` files, of that shape. "ktch": flat, all of x,
+            then y, then z, as its `SphericalHarmonicAnalysis` gives them without registration. "aics-shparam": (k, 2,
+            L + 1, L + 1), for each column the matrices of cosines and sines.
+
+        Returns
+        -------
+        float64 array
+            The coefficients; a table in docs/shapes.md has the factors.
+
+        Raises
+        ------
+        ValueError
+            If there is no such basis.
+        """
+        return in_basis(self.coefficients, basis)
 
     @own_errstate
     def evaluate(self, points: ArrayLike) -> FloatArray:
@@ -172,7 +206,7 @@ class SphericalHarmonics:
         if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-8 and np.linalg.det(R) > 0):
             raise MeshError("the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix")
         source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
-        return SphericalHarmonics(rotate(self.coefficients, R), source)
+        return SphericalHarmonics(rotate(self.coefficients, R), source, self.notes)
 
     @own_errstate
     def align(self, template: SphericalHarmonics | None = None) -> AlignedHarmonics:
@@ -227,7 +261,7 @@ class SphericalHarmonics:
         coefficients = turned.coefficients @ surface.T
         coefficients[0] = 0
         source = turned.source and replace(turned.source, values=(turned.source.values - centre) @ surface.T)
-        return SphericalHarmonics(coefficients, source)
+        return SphericalHarmonics(coefficients, source, self.notes)
 
     def _require_positions(self) -> None:
         if self.coefficients.shape[1] != 3:
@@ -261,6 +295,12 @@ class AlignedHarmonics:
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis:.3g}" for axis in self.axes)
         return f"AlignedHarmonics(degree {self.harmonics.degree}, half axes {axes} along x, y, z)"
+
+
+def check_degree(degree: int) -> None:
+    """Raise a ValueError for a degree out of range."""
+    if check_whole(degree, "degree") > LARGEST_DEGREE:
+        raise ValueError(f"degree is {degree}; give a whole number from 0 to {LARGEST_DEGREE}")
 
 
 @own_errstate
@@ -313,11 +353,75 @@ def spherical_harmonics(
     >>> shape.coefficients.shape, shape.error()[[1, 2, 4, 8]].round(1).tolist()
     ((81, 3), [2.8, 2.6, 0.7, 0.1])
     """
-    if check_whole(degree, "degree") > LARGEST_DEGREE:
-        raise ValueError(f"degree is {degree}; give a whole number from 0 to {LARGEST_DEGREE}")
+    check_degree(degree)
     check_number(oversampling, "oversampling", 1)
     check_map(source)
     data = check_values(source.vertices if values is None else values, len(source.vertices))
     coefficients = expand(locator_of(source), data, int(degree), oversampling)
     areas = vertex_areas(source.mesh.unit, source.faces)
-    return SphericalHarmonics(coefficients, Expanded(source.sphere, data, areas))
+    return SphericalHarmonics(coefficients, Expanded(source.sphere, data, areas), _notes(source, int(degree)))
+
+
+def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
+    """What of the degrees is above the vertices, or lost on parts to which the map gives little room."""
+    n, notes = len(source.vertices), []
+    if (degree + 1) ** 2 > n:
+        notes.append(f"degree {degree} has {(degree + 1) ** 2} coefficients, but the mesh {n} vertices, which carry "
+                     f"degree {math.isqrt(n) - 1}: what is above describes flat faces")
+    areas = face_areas(source.mesh.unit, source.faces[source.mesh.surface])
+    with np.errstate(over="ignore", invalid="ignore"):  # a limb of image area 1e-400, a face of area 0
+        crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())
+    if degree and crowding > _CROWDED:
+        notes.append("the map leaves parts of the surface so little room that an area-preserving one needs less than "
+                     f"half of degree {degree}: expand balanced_spherical_map(v, f, balance=1)")
+    return tuple(notes)
+
+
+@takes_mesh
+def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
+                           balance: float = 1.0) -> FloatArray:
+    """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
+
+    Bodies need not be star-shaped. What `spherical_harmonics` says in its notes is said by Python warnings here.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions, any units.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    degree : int
+        The largest degree L, at most 1,000.
+    basis : {"orthonormal", "spharm-pdm", "ktch", "aics-shparam"}
+        Order, norm and shape of the coefficients, see `SphericalHarmonics.in_basis`; by default ((L + 1)^2, 3) in
+        this package's basis.
+    balance : float
+        Of the map, see `balanced_spherical_map`: 1, area-preserving, by default, which serves limbs; 0 is conformal.
+
+    Returns
+    -------
+    float64 array
+        Coefficients of the positions, in the units of `v`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is invalid.
+    ValueError
+        If `degree`, `basis` or `balance` is out of range.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> mesh = ism.samples.make("pear", n_vertices=500)
+    >>> ism.coefficients_from_mesh(*mesh, 8).shape
+    (81, 3)
+    >>> ism.coefficients_from_mesh(*mesh, 8, basis="aics-shparam").shape  # coordinate, cosines or sines, l, m
+    (3, 2, 9, 9)
+    """
+    in_basis(np.zeros((1, 3)), basis)  # a wrong name is refused before the work
+    check_degree(degree)
+    shape = spherical_harmonics(balanced_spherical_map(v, f, balance=balance), degree=degree)
+    for note in shape.notes:
+        warnings.warn(note, stacklevel=3)  # an array has no notes
+    return shape.in_basis(basis)

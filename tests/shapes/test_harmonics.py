@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.special
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
@@ -122,6 +123,74 @@ def test_a_template_decides_between_the_four_frames(shape):
     assert np.allclose(bare.align(aligned).harmonics.coefficients, aligned.coefficients, atol=1e-11)
 
 
+def test_degrees_that_a_mesh_or_a_map_does_not_carry_are_named():
+    """A limb on a conformal map, and more coefficients than vertices."""
+    v, f = ism.samples.make("dumbbell", n_vertices=500)
+    conformal = ism.spherical_conformal_map(v, f)
+    assert "balance=1" in ism.spherical_harmonics(conformal, degree=8).notes[0]
+    preserving = conformal.rebalance(1)
+    assert ism.spherical_harmonics(preserving, degree=8).notes == ()
+    carried = int(np.sqrt(len(v))) - 1
+    assert ism.spherical_harmonics(preserving, degree=carried).notes == ()
+    with pytest.warns(UserWarning, match=f"carry degree {carried}"):
+        ism.coefficients_from_mesh(v, f, carried + 1)
+
+
+def theirs(basis, ell, m, x):
+    """The basis functions (cosine, sine) of a program, from its source, by scipy's, which have the phase (-1)^m."""
+    theta, phi = np.arccos(x[:, 2]), np.arctan2(x[:, 1], x[:, 0])
+    if basis == "aics-shparam":  # pyshtools' SHExpandDH of a grid that begins at -x: mean square 1, no phase
+        Y = (-1) ** m * scipy.special.sph_harm_y(ell, m, theta, phi + np.pi) * np.sqrt(4 * np.pi)
+        return Y * np.sqrt(1 + (m > 0))
+    if basis == "ktch":  # _real_sph_harm_y
+        return (-1) ** m * scipy.special.sph_harm_y(ell, m, theta, phi) * np.sqrt(1 + (m > 0))
+    return scipy.special.sph_harm_y(ell, m, theta, phi)  # SphericalHarmonicPolynomial of SPHARM-PDM
+
+
+@pytest.mark.skipif(not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions")
+@pytest.mark.parametrize("basis", ["spharm-pdm", "ktch", "aics-shparam"])
+def test_coefficients_in_the_order_and_norm_of_programs_describe_the_same_surface(basis):
+    v, f = ism.samples.make("pear", n_vertices=400)
+    c = ism.coefficients_from_mesh(v, f, 4, basis=basis)
+    x = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 3, 3)))[0].reshape(-1, 3)
+    values = np.zeros((len(x), 3))
+    for ell in range(5):
+        for m in range(ell + 1):
+            Y = theirs(basis, ell, m, x)
+            if basis == "spharm-pdm":
+                cosine, sine = c[ell * ell + max(2 * m - 1, 0)], c[ell * ell + 2 * m] * (m > 0)
+            elif basis == "ktch":
+                rows = c.reshape(3, 25).T
+                cosine, sine = rows[ell * ell + ell + m], rows[ell * ell + ell - m] * (m > 0)
+            else:
+                cosine, sine = c[:, 0, ell, m], c[:, 1, ell, m]
+            values += np.outer(Y.real, cosine) + np.outer(Y.imag, sine)
+    shape = ism.spherical_harmonics(ism.balanced_spherical_map(v, f, balance=1), degree=4)
+    assert np.abs(values - shape.evaluate(x)).max() < 1e-12 * np.abs(v).max()
+
+
+def test_ktch_fits_the_same_coefficients():
+    """Its least squares over samples of the sphere, of a surface that has no higher degrees."""
+    ktch = pytest.importorskip("ktch.harmonic", reason="ktch is not installed")
+    x, f = ism.samples.sphere(642)
+    c = ism.spherical_harmonics(ism.sphere_map(lump(x), f, x), degree=4)
+    fit = ktch.SphericalHarmonicAnalysis(n_harmonics=4, registration=None)
+    angles = np.column_stack((np.arccos(x[:, 2]), np.arctan2(x[:, 1], x[:, 0])))
+    found = fit.fit_transform([c.evaluate(x)], theta_phi=[angles])[0]
+    assert np.abs(found - c.in_basis("ktch")).max() < 1e-10
+
+
+def test_pyshtools_expands_as_aics_shparam_does():
+    """The call that aics-shparam makes, of our surface on its grid, whose first column lies at -x."""
+    expand = pytest.importorskip("pyshtools.expand", reason="pyshtools is not installed")
+    x, f = ism.samples.sphere(642)
+    c = ism.spherical_harmonics(ism.sphere_map(lump(x), f, x), degree=4)
+    theta, phi = np.pi * np.arange(32)[:, None] / 32, 2 * np.pi * np.arange(64) / 64 - np.pi
+    grid = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)), -1)
+    z = c.evaluate(grid.reshape(-1, 3))[:, 2].reshape(32, 64)
+    assert np.abs(expand.SHExpandDH(z, sampling=2, lmax_calc=4) - c.in_basis("aics-shparam")[2]).max() < 1e-10
+
+
 def test_refusals(shape):
     result = on_sphere(lump, 2)
     with pytest.raises(ism.MeshError, match=r"not finite at 1 vertices, e\.g\. \[5\]"):
@@ -142,6 +211,8 @@ def test_refusals(shape):
         bare.align()
     with pytest.raises(ism.MeshError, match="degree 0"):
         ism.spherical_harmonics(result, degree=0).align()
+    with pytest.raises(ValueError, match="unknown basis 'pdm': choose orthonormal, spharm-pdm"):
+        shape.in_basis("pdm")
     with pytest.raises(ism.MeshError, match="not orthogonal"):
         shape.rotated(np.diag([1, 1, -1]))
 

@@ -73,6 +73,7 @@ _FLAGS = {
     "(spherical_conformal_map)": "(the command map)",
     "with repair_foldings": "by the command repair",
     "read_mesh(path, triangulate=True)": "--repair",
+    "balanced_spherical_map(v, f, balance=1)": "the map of `map --balance 1`",
     "force=True": "--force",
     "manifest=FILE": "--manifest FILE",
     'gauge="centred"': "--gauge centred",

@@ -24,7 +24,7 @@ from ....shapes.transfer import transfer, transfer_matrix
 from ....shapes.weights import apply_matrix, largest
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
-from ..exits import UsageError
+from ..exits import UsageError, with_flags
 from ..inputs import load_pair, read_data, read_maps, read_table, read_target_sphere
 from ..output import Findings, check_outputs, mirrored, target_format, write_target
 
@@ -167,6 +167,9 @@ def run_harmonics(args: Namespace) -> None:
         harmonics = aligned.harmonics
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
         found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+    for note in harmonics.notes:
+        found.add("note", with_flags(note))
+    found.figures["notes"] = harmonics.notes
     args.progress.stage("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
     found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
