@@ -190,10 +190,10 @@ class Descent:
             weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals
             terms.append(Misfit(weights, rows, _position))
         if self._position_weight:
-            on_b = Lift(b.locator, b.unit).values(y)
+            on_b = Lift(b.places, b.unit).values(y)
             scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
             aligned = similar(on_b, a.unit, a.mesh.A, b.unit)
-            terms.append(Misfit(self._position_weight * areas * scale, a.unit, Lift(b.locator, aligned)))
+            terms.append(Misfit(self._position_weight * areas * scale, a.unit, Lift(b.places, aligned)))
         return terms
 
 
@@ -204,7 +204,7 @@ def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _distance(a: Level, b: Level, y: FloatArray) -> float:
     """Root mean square of the distance between A's points and their places on B, after a similarity."""
-    on_b = Lift(b.locator, b.unit).values(y)
+    on_b = Lift(b.places, b.unit).values(y)
     off = similar(on_b, a.unit, a.mesh.A, on_b) - a.unit
     return float(np.sqrt(a.mesh.A @ row_dots(off, off)))
 

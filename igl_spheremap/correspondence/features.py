@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike
 from ..mesh.arrays import FloatArray, check_values
 from ..shapes.basis import expand
 from ..shapes.features import FeatureSurface, check_varies
-from ..shapes.locate import SphereLocator
 from ..shapes.rotation import RotationCandidate, best_rotations
 from ..sphere.rows import row_crosses, row_lengths, weighted_sum
-from .levels import Level
+from .levels import Level, Places
 from .strain import Lift
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
@@ -25,8 +24,8 @@ _OVERSAMPLING = 2.0  # finer grids change no registration
 class VertexFunction:
     """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
 
-    def __init__(self, locator: SphereLocator, values: FloatArray) -> None:
-        x, f = locator.x, locator.f
+    def __init__(self, places: Places, values: FloatArray) -> None:
+        x, f = places.x, places.f
         a, b, c = (x[f[:, k]] for k in range(3))
         normal = row_crosses(b - a, c - a)
         area = row_lengths(normal)  # twice the face's
@@ -41,7 +40,7 @@ class VertexFunction:
         mean = mean.reshape(len(x), -1, 3)
         mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
         self._columns = values.shape[1]
-        self._lift = Lift(locator, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+        self._lift = Lift(places, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
@@ -85,7 +84,7 @@ class FeaturePair:
     def target(self, widths: Sequence[float]) -> VertexFunction:
         """B's features."""
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
-        return VertexFunction(self._levels[1].locator, values)
+        return VertexFunction(self._levels[1].places, values)
 
     def rotations(self, width: float) -> list[RotationCandidate]:
         """Rotations of A's sphere for which the features of one width agree best, the best first."""

@@ -23,6 +23,20 @@ from ..verify.certificate import UNIT_TOLERANCE
 from ..verify.signs import folded_faces
 
 
+class Places:
+    """Where the points of the last map lie on a sphere: all terms of a problem ask for the same ones."""
+
+    def __init__(self, locator: SphereLocator) -> None:
+        self._locator, self.x, self.f = locator, locator.x, locator.f
+        self._last: tuple[FloatArray, Location] | None = None
+
+    def of(self, y: FloatArray) -> Location:
+        """Where points lie; they are not changed in place."""
+        if self._last is None or self._last[0] is not y:
+            self._last = y, self._locator.locate(y)
+        return self._last[1]
+
+
 @dataclass(frozen=True, eq=False)
 class Level:
     """A surface at a resolution.
@@ -90,6 +104,11 @@ class Level:
     def locator(self) -> SphereLocator:
         """Finds points of the sphere."""
         return locator_of(self.map)
+
+    @cached_property
+    def places(self) -> Places:
+        """The same, for the terms of one problem."""
+        return Places(self.locator)
 
     @cached_property
     def system(self) -> VertexSystem:

@@ -35,9 +35,9 @@ from .surface_map import SurfaceMap
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
 _GUIDE = 0.4
-#: Points of the coarse levels. The first is fast enough for every start; from there to 10,000 and more vertices at once
-#: faces in limbs are strained too much to come back. None are the surfaces' own meshes.
-_SIZES = (642, 2562, None)
+#: Points of the coarse levels, of which none is finer than the source. The first is fast enough for every start; from
+#: there to 10,000 and more vertices at once faces in limbs are strained too much to come back.
+_SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
 #: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end.
@@ -160,9 +160,10 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
         features = FeatureSurface(source.mesh).curvature_and_depth, FeatureSurface(target.mesh).curvature_and_depth
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
+    sizes = *(size for size in _SIZES if size <= len(source.x)), None
     plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
             else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
-            for size in _SIZES for share, width in _SHARES.items()]
+            for size in sizes for share, width in _SHARES.items()]
     return Descent(source, target, plan, pair, goals, position_weight=position_weight, soft=soft)
 
 

@@ -8,10 +8,9 @@ from ..balance.energy import BalancedEnergy
 from ..balance.flat_faces import FaceImages, FlatFaces
 from ..mesh.arrays import FloatArray, IntArray
 from ..newton.system import PAIRS
-from ..shapes.locate import Location, SphereLocator
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_crosses, row_dots
-from .levels import Level
+from .levels import Level, Places
 
 #: Angles and areas count alike, by MIPS and J + 1/J.
 _WEIGHT, _POWER = 0.5, 1
@@ -20,34 +19,27 @@ _WEIGHT, _POWER = 0.5, 1
 class Lift:
     """Values over a surface, linear in its faces, as functions on its sphere."""
 
-    def __init__(self, locator: SphereLocator, values: FloatArray) -> None:
-        self._locator, self._values = locator, values
-        self._last: tuple[FloatArray, Location] | None = None
+    def __init__(self, places: Places, values: FloatArray) -> None:
+        self._places, self._values = places, values
 
     def values(self, y: FloatArray) -> FloatArray:
         """Values (n, d) at points of the sphere."""
-        face, weights = self._locate(y)
-        return weighted(self._values, self._locator.f[face], weights, labels=False)
+        face, weights = self._places.of(y)
+        return weighted(self._values, self._places.f[face], weights, labels=False)
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
-        face, weights = self._locate(y)
-        corners = self._locator.f[face]
+        face, weights = self._places.of(y)
+        corners = self._places.f[face]
         values = weighted(self._values, corners, weights, labels=False)
         # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
         # from y keep digits in faces of any size.
-        a, b, c = (self._locator.x[corners[:, k]] - y for k in range(3))
+        a, b, c = (self._places.x[corners[:, k]] - y for k in range(3))
         normal = row_crosses(b - a, c - a)
         total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
         changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
         changes /= total[:, None, None]
         return values, np.einsum("nkd,nkj->ndj", self._values[corners] - values[:, None], changes)
-
-    def _locate(self, y: FloatArray) -> Location:
-        """Where points lie, kept for the next call."""
-        if self._last is None or self._last[0] is not y:
-            self._last = y, self._locator.locate(y)
-        return self._last[1]
 
 
 class SpaceStrain(BalancedEnergy):
@@ -98,7 +90,7 @@ class ComposedStrain:
         zero = np.zeros(len(a.f))
         self._strain = SpaceStrain(FlatFaces.of(_blended(a, share), a.f), _WEIGHT, _POWER, zero)
         self._sphere = BalancedEnergy(FlatFaces.of(a.x, a.f), _WEIGHT, _POWER, zero)
-        self._lift = Lift(b.locator, _scaled(_blended(b, share), b.f))
+        self._lift = Lift(b.places, _scaled(_blended(b, share), b.f))
 
     @property
     def area(self) -> FloatArray:
@@ -127,7 +119,7 @@ class ComposedStrain:
 def log_strain(a: Level, b: Level, y: FloatArray) -> float:
     """Sum of squared logarithms of stretches from A to B: what single faces of high strain leave comparable."""
     strain = SpaceStrain(FlatFaces.of(a.metric, a.f), _WEIGHT, 0, np.zeros(len(a.f)))
-    return float(strain.by_face(Lift(b.locator, _scaled(b.metric, b.f)).values(y)).sum())
+    return float(strain.by_face(Lift(b.places, _scaled(b.metric, b.f)).values(y)).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:
