@@ -252,9 +252,12 @@ def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
 
 
 def raster(
-    y: FloatArray, f: IntArray, colours: FloatArray, size: int, folded: IntArray | None = None
+    y: FloatArray, f: IntArray, colours: FloatArray, size: int, folded: IntArray | None = None,
+    shown: tuple[FloatArray, float] | None = None,
 ) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
+
+    Pictures of several surfaces have one scale if they share what is `shown`, the `frame` of all of them.
 
     Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide what
     lies before them in the nearer half, and are never drawn smaller than three pixels.
@@ -263,7 +266,7 @@ def raster(
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
     [255, 0, 0]
     """
-    middle, radius = frame(y)
+    middle, radius = shown or frame(y)
     pixels = (y - middle) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
     seen = np.full(size * size, len(f))  # white, where there is no face
     nearest = np.full(size * size, -np.inf)

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from html import escape
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draw.markup import View, data_address, made_by, page, scene, table, wrapping
+from ..draw.markup import View, data_address, legend, made_by, page, scene, table, wrapping
 from ..draw.palette import Ramp, round_up, sizes
 from ..draw.plot import pose, raster, shading
 from ..errors import import_optional
 from ..io.replacing import replacing
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import FloatArray, IntArray
+from .film import AMBIENT, REACH, movement, over_time
 from .group import Group
+from .series import Series
+from .series_files import frame_rows
 
 _SHOWN = 3  # modes with pictures
-_REACH = 2.0  # standard deviations to either side
 _SIZE = 160  # pixels of a member's picture
-_FRAMES, _FILM = 24, 320  # of a film, and its pixels
 _MOST = 2000  # members with pictures; the table of the group has all
-_AMBIENT = 0.6  # brightness of faces that the light grazes
 
 
 def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:
@@ -37,13 +37,13 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
     body = [f"<h1>{len(group.members)} surfaces and their mean</h1>", made_by(command, datetime.now(timezone.utc)),
             f"<p>{escape(repr(group))}</p>", "<h2>Mean and modes</h2>"]
     for k in range(min(_SHOWN, len(group.modes))):
-        scores = [np.append(np.zeros(k), side * np.sqrt(group.variances[k])) for side in (-_REACH, 0.0, _REACH)]
+        scores = [np.append(np.zeros(k), side * np.sqrt(group.variances[k])) for side in (-REACH, 0.0, REACH)]
         bodies = _together([group.shape(each) for each in scores], turn)
-        away = sizes(f"mode {k + 1}: movement in a standard deviation", round_up(float(_length(group, k).max())))
+        away = sizes(f"mode {k + 1}: movement in a standard deviation", round_up(float(movement(group, k).max())))
         captions = (f"Mode {k + 1}: -2 standard deviations", "Mean: standard deviation of position",
                     "+2 standard deviations")
         views = [View(caption, x, _by_face(spread if x is bodies[1] else away, group.spread if x is bodies[1]
-                 else _length(group, k), group), np.empty(0, dtype=np.int64), spread if x is bodies[1] else away)
+                 else movement(group, k), group.faces), np.empty(0, dtype=np.int64), spread if x is bodies[1] else away)
                  for caption, x in zip(captions, bodies, strict=True)]
         body.append(scene(group.faces, views))
     body += ["<p>Drag to turn, double-click to reset.</p>", "<h2>How good a model the modes are</h2>",
@@ -65,32 +65,38 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
         partial.write_text(page("A group of surfaces", "\n".join(body)), encoding="utf-8", errors="backslashreplace")
 
 
-def write_film(path: str | os.PathLike[str], group: Group, mode: int = 0) -> None:
-    """Write a mode from -2 to +2 standard deviations and back as an animated .gif; needs Pillow."""
-    images = import_optional("PIL.Image", "a film", "io")
-    turn, away = pose(group.vertices), _length(group, mode)
-    ramp = sizes("movement", round_up(float(away.max())))
-    frames = []
-    for angle in np.linspace(0, 2 * np.pi, _FRAMES, endpoint=False):
-        score = np.append(np.zeros(mode), _REACH * np.sin(angle) * np.sqrt(group.variances[mode]))
-        v = group.shape(score)
-        frames.append(images.fromarray(raster(v @ turn.T, group.faces, _lit(v, ramp, away, group, turn), _FILM)))
+def write_series_page(path: str | os.PathLike[str], found: Series, mean: FloatArray, film: str, names: Sequence[str],
+                      feature_names: Sequence[str], command: str = "") -> None:
+    """Write a page about a series, which needs no other file but its film."""
+    (values, ramp), radius = over_time(found, *feature_names[:1]), np.sqrt(found.areas.sum(axis=1).mean() / (4 * np.pi))
+    drift = sizes("drift of the last frame", round_up(float(np.percentile(found.drift, 99))))
+    bodies = _together([found.aligned[0], mean, found.aligned[-1]], pose(mean))
+    captions = f"First frame: {names[0]}", "Mean of the frames", f"Last frame: {names[-1]}"
+    views = [View(caption, x, _by_face(scale, colours, found.faces), np.empty(0, dtype=np.int64), scale)
+             for caption, x, scale, colours in zip(captions, bodies, (ramp, drift, ramp),
+                                                   (values[0], found.drift, values[-1]), strict=True)]
+    header, *rows = frame_rows(found, names, feature_names)
+    cells = [[cell if isinstance(cell, str) else f"{cell:.5g}" for cell in row] for row in rows]
+    off = float(np.sqrt((found.drift**2).mean()))
+    body = [f"<h1>{len(names)} frames of one body</h1>", made_by(command, datetime.now(timezone.utc)),
+            "<p>Each frame is registered to the one before. Points of the last frame lie "
+            f"{off:.3g} (root mean square), {off / radius:.1%} of the radius of a ball of its area, from where its map "
+            "puts them that is registered to the first frame directly: that is the drift.</p>",
+            scene(found.faces, views), "<p>Drag to turn, double-click to reset.</p>",
+            f'<h2>Film</h2><figure><img src="{film}" alt="all frames"><figcaption>The frames, and the same colours on '
+            "their mean.</figcaption></figure>", legend(ramp), "<h2>Frames</h2>",
+            table(cells, [str(cell) for cell in header])]
     with replacing(path, force=True) as partial:
-        frames[0].save(Path(partial), "GIF", save_all=True, append_images=frames[1:], duration=80, loop=0)
+        partial.write_text(page("A series of surfaces", "\n".join(body)), encoding="utf-8", errors="backslashreplace")
 
 
-def _length(group: Group, mode: int) -> FloatArray:
-    """How far a standard deviation of a mode moves each vertex."""
-    return np.asarray(np.linalg.norm(group.modes[mode], axis=1) * np.sqrt(group.variances[mode]))
-
-
-def _by_face(ramp: Ramp, values: FloatArray, group: Group) -> FloatArray:
-    return ramp.colours(values[group.faces].mean(axis=1))
+def _by_face(ramp: Ramp, values: FloatArray, f: IntArray) -> FloatArray:
+    return ramp.colours(values[f].mean(axis=1))
 
 
 def _lit(v: FloatArray, ramp: Ramp, values: FloatArray, group: Group, turn: FloatArray) -> FloatArray:
     """Face colours in the light of the pictures."""
-    return _by_face(ramp, values, group) * shading(v, group.faces, turn.T, _AMBIENT)[:, None]
+    return _by_face(ramp, values, group.faces) * shading(v, group.faces, turn.T, AMBIENT)[:, None]
 
 
 def _together(bodies: list[FloatArray], turn: FloatArray) -> list[FloatArray]:

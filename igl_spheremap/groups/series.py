@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from ..mesh.measure import enclosed_volume, surface_area
 from ..mesh.timings import counted
 from ..shapes.transfer import resample, sphere_mesh, transfer
 from .placing import Source, areas_of, at_points, carried, mapped
+from .procrustes import generalised_procrustes
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,11 @@ class Series:
         """Area and volume of the frames as notebooks show them."""
         return table([(str(k), f"{area:.5g}", f"{volume:.5g}") for k, (area, volume) in enumerate(
             zip(self.surface_areas, self.volumes, strict=True))], ("frame", "area", "volume"))
+
+    @property
+    def aligned(self) -> FloatArray:
+        """The points with the body's motion taken away, (frames, n, 3): moved and turned to agree best, not scaled."""
+        return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).aligned
 
     @property
     def surface_areas(self) -> FloatArray:
@@ -122,8 +129,12 @@ def series(
         raise ValueError(f"features are of {len(features)} frames, sources are {len(sources)}; give one for each")
     maps: list[SphereMap] = []
     before = first = None
-    for source in counted("frames", list(sources)):
-        result = mapped(source, balance)
+    for k, source in enumerate(counted("frames", list(sources))):
+        try:
+            result = mapped(source, balance)
+        except MeshError as error:
+            name = os.fspath(source) if isinstance(source, str | os.PathLike) else f"frame {k}"
+            raise MeshError(f"{name}: {error}", error.remedy) from error
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))

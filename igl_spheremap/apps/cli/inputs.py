@@ -2,6 +2,7 @@
 
 import glob
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -266,7 +267,8 @@ def read_points(
 
 
 def expand(words: Iterable[str]) -> list[str]:
-    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order."""
+    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by their value.
+    """
     names: list[str] = []
     for word in words:
         if word == STREAM:
@@ -274,13 +276,22 @@ def expand(words: Iterable[str]) -> list[str]:
         if word.startswith("@") and not os.path.exists(word):
             names += expand(_lines(word[1:]))
         elif glob.has_magic(word) and not os.path.exists(word):
-            found = sorted(glob.glob(word, recursive=True))
+            found = sorted(glob.glob(word, recursive=True), key=_by_number)
             if not found:
                 raise UsageError(f"no file is called {word}")
             names += found
         else:
             names.append(word)
     return names
+
+
+def _by_number(name: str) -> list[tuple[int, str]]:
+    """A key by which frame_2 comes before frame_10.
+
+    >>> sorted(["frame_10.ply", "frame_2.ply"], key=_by_number)
+    ['frame_2.ply', 'frame_10.ply']
+    """
+    return [(int(part) if part.isdecimal() else -1, part) for part in re.split("([0-9]+)", name)]
 
 
 def _lines(path: str) -> list[str]:

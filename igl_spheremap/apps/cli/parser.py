@@ -215,8 +215,10 @@ COMMANDS = (
     )),
     Command("template", "template", (
         argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
-        argument("--out", "DIR", "folder of the group: archive, mean surface, table, page, film and the members' maps",
-                 required=True),
+        argument("--out", "DIR", "folder of the group: archive, mean surface, table, page, film and the members' "
+                 "maps", required=True),
+        switch("--series", help="follow points of one body: IN are its frames in their order, each is registered to "
+               "the one before; DIR holds archive, table, frames, film and page"),
         argument("--feature", "NAME=PATTERN", "data over the vertices of each IN, as {folder}/{stem}.thickness or "
                  "{folder}/{stem}.npz:NAME: their mean and standard deviation on the mean; may be given again",
                  action="append", default=[]),

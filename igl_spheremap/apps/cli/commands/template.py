@@ -15,9 +15,13 @@ from ....errors import FileError, MapError, MeshError, import_optional, one_line
 from ....groups.design import read_design, write_test
 from ....groups.features import FeatureFiles
 from ....groups.files import ARCHIVE, file_names, member_row, prepared, read_group, write_group
+from ....groups.film import write_mode_film, write_series_film
 from ....groups.group import Group
-from ....groups.page import write_film, write_group_page
+from ....groups.page import write_group_page, write_series_page
 from ....groups.permutation import LEVEL, permutation_test
+from ....groups.series import series
+from ....groups.series_files import ARCHIVE as SERIES
+from ....groups.series_files import write_series
 from ....groups.template import template
 from ....io.files import read_mesh
 from ....io.tables import read_cells, write_cells
@@ -29,7 +33,7 @@ from ..exits import Exit, UsageError
 from ..inputs import expand
 from ..output import LISTED, Findings, paragraph
 
-_PAGE, _FILM = "index.html", "mode_1.gif"
+_PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
 
 
 def run_template(args: Namespace) -> Exit:
@@ -38,34 +42,63 @@ def run_template(args: Namespace) -> Exit:
     igl-spheremap template "subjects/*.ply" --out group
     igl-spheremap template --add new.ply --out group
     igl-spheremap template --design subjects.tsv --out group
+    igl-spheremap template --series "frames/*.ply" --out cell
     """
     if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
         raise UsageError("give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists")
-    return _add(args) if args.add else _make(args) if args.sources else _test(args)
+    if args.add or not args.sources:
+        return _add(args) if args.add else _test(args)
+    return _follow(args) if args.series else _make(args)
 
 
 def _make(args: Namespace) -> Exit:
     """A new group, in files."""
+    kept, excluded, features = _given(args, ARCHIVE)
+    out = prepared(args.out)
+    group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
+                     farthest=args.farthest, processes=args.jobs or os.cpu_count() or 1)
+    failed = Exit.FAILED if group.left_out else Exit.OK
+    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
+    args.progress.stage("writing")
+    write_group(out, group, force=True)
+    write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
+    write_mode_film(out / _FILM, group)
+    _describe(args, group)
+    return failed
+
+
+def _follow(args: Namespace) -> Exit:
+    """A series, in files."""
+    kept, _, features = _given(args, SERIES)
+    found = series(kept, features=features, target=args.to, balance=args.balance)
+    args.progress.stage("writing")
+    out, names = Path(args.out), _feature_names(args)
+    mean = write_series(out, found, kept, names)
+    write_series_film(out / _SERIES_FILM, found, mean)
+    write_series_page(out / _PAGE, found, mean, _SERIES_FILM, kept, names, shlex.join(("igl-spheremap", *args.words)))
+    told, off = Findings(), np.sqrt((found.drift**2).mean())
+    told.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
+    for label, values in (("area", found.surface_areas), ("volume", found.volumes)):
+        told.add(label, f"{values[0]:.5g} in the first frame, {values[-1]:.5g} in the last", **{label: values})
+    told.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of the "
+                      "first frame and the last", drift=off, largest_drift=found.drift.max())
+    told.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
+    told.report(args)
+    return Exit.OK
+
+
+def _given(args: Namespace, archive: str) -> tuple[list[str], dict[str, str], list[FeatureFiles] | None]:
+    """The surfaces that are taken, those that the user leaves out and why, and where the features lie of the former."""
     import_optional("PIL", "the page of a group", "io")
-    names, out = expand(args.sources), Path(args.out)
+    names = expand(args.sources)
     excluded = _excluded(args, names)
     if not re.fullmatch(r"ico:[0-9]", args.to):
         raise UsageError(f"--to {args.to} is not an icosphere: give ico:4, or ico:5 for cortices")
     kept = [name for name in names if name not in excluded]
-    features = feature_files(args, kept)
-    if (out / ARCHIVE).exists() and not args.force:
-        raise FileError(f"{out / ARCHIVE} exists already; force=True replaces it")
-    prepared(out)
-    group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     farthest=args.farthest, processes=args.jobs or os.cpu_count() or 1)
-    failed = Exit.FAILED if group.left_out else Exit.OK
-    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=feature_names(args))
-    args.progress.stage("writing")
-    write_group(out, group, force=True)
-    write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
-    write_film(out / _FILM, group)
-    _describe(args, group)
-    return failed
+    features = _feature_files(args, kept)
+    if (Path(args.out) / archive).exists() and not args.force:
+        raise FileError(f"{Path(args.out) / archive} exists already; force=True replaces it")
+    return kept, excluded, features
 
 
 def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
@@ -78,7 +111,7 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
 
 
-def feature_names(args: Namespace) -> tuple[str, ...]:
+def _feature_names(args: Namespace) -> tuple[str, ...]:
     """The names of --feature NAME=PATTERN, which are those of arrays in the files that are written."""
     names = tuple(word.partition("=")[0] for word in args.feature)
     wrong = [word for name, word in zip(names, args.feature, strict=True) if not re.fullmatch(r"[A-Za-z]\w*=.+", word)
@@ -89,9 +122,9 @@ def feature_names(args: Namespace) -> tuple[str, ...]:
     return names
 
 
-def feature_files(args: Namespace, sources: Sequence[str]) -> list[FeatureFiles] | None:
+def _feature_files(args: Namespace, sources: Sequence[str]) -> list[FeatureFiles] | None:
     """Where the features of each source lie; None without --feature."""
-    feature_names(args)
+    _feature_names(args)
     patterns = [word.partition("=")[2] for word in args.feature]
     try:
         files = [[filled(pattern, source, "feature ") for pattern in patterns] for source in sources]

@@ -13,6 +13,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.io.scalars import read_scalars
+from igl_spheremap.mesh.measure import surface_area
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +98,29 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     table.write_text("member\tage\nbody2\t3\n")
     assert main(["template", "--design", str(table), "--out", str(group)]) == Exit.NO_MESH
     assert "no whole row for 2 members" in capsys.readouterr().err
+
+
+def test_a_series_is_written_in_the_order_of_its_numbers(tmp_path, capsys):
+    for k, (v, f) in zip((2, 10, 9), family(AMOUNTS[:1].repeat(3, axis=0), n=150, moved=False), strict=True):
+        ism.write_mesh(tmp_path / f"cell_{k}.ply", v * (1 + k / 10), f)
+        np.save(tmp_path / f"cell_{k}.npy", np.full(len(v), float(k)))
+    words = ["template", "--series", f"{tmp_path}/cell_*.ply", "--out", str(tmp_path / "out"), "--to", "ico:1"]
+    assert main([*words, "--feature", "age={folder}/{stem}.npy"]) == 0
+    assert "drift" in capsys.readouterr().out
+    table = rows(tmp_path / "out" / "frames.tsv")
+    assert [Path(row["frame"]).stem for row in table] == ["cell_2", "cell_9", "cell_10"]
+    assert np.allclose([float(row["age"]) for row in table], [2, 9, 10])
+    bodies = [ism.read_mesh(row["frame"]) for row in table]
+    assert np.allclose([float(row["area"]) for row in table], [surface_area(each.v, each.f) for each in bodies])
+    with np.load(tmp_path / "out" / "series.npz") as arrays:
+        assert np.allclose(ism.read_mesh(tmp_path / "out" / "frames" / "frame_0001.vtk").v, arrays["vertices"][1])
+        assert np.allclose(read_scalars(tmp_path / "out" / "mean.ply")["age"], 7)
+        assert (read_scalars(tmp_path / "out" / "mean.vtk")["drift"] == arrays["drift"]).all()
+    assert ism.read_map(tmp_path / "out" / "maps" / "cell_9.npz").certificate.folding_free
+    with pytest.importorskip("PIL.Image").open(tmp_path / "out" / "frames.gif") as film:
+        assert film.n_frames == 3
+    assert "3 frames of one body" in (tmp_path / "out" / "index.html").read_text()
+    assert main(words) == Exit.FILE
 
 
 @pytest.mark.parametrize(("words", "status", "says"), [
