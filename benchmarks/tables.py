@@ -55,6 +55,9 @@ TABLES = {
                   "corpus:choi_hippocampus corpus:choi_maxplanck corpus:fsaverage5_pial_left "
                   "corpus:paper_bimba_15002 corpus:paper_putamen_10002 corpus:penguin corpus:spot_oded "
                   "corpus:armadillo_oded corpus:koala",
+    "judge_spheres": "judge --kind sphere",
+    "judge_disks": "judge --kind disk",
+    "judge_maps": "judge --kind map",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
 }

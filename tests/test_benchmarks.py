@@ -4,8 +4,13 @@ import csv
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from corpus import ROOT
+from disks import half
+
+import igl_spheremap as ism
+from igl_spheremap.plane.plane_map import in_space
 
 pytestmark = pytest.mark.skipif(not (ROOT / "benchmarks").exists(), reason="the benchmarks are not installed")
 
@@ -30,8 +35,8 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "groups", "mindboggle", "peers", "player",
-           "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
+OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "groups", "judge", "mindboggle", "peers",
+           "player", "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
@@ -57,9 +62,9 @@ def test_parts_are_listed_once_and_no_wheel_has_parts_of_both_sets():
     with (ROOT / "benchmarks" / "parts.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len({row["sha256"] for row in rows}) == len(rows)
-    tune, test = ({row["wheel"] for row in rows if row["set"] == name} for name in ("tune", "test"))
-    assert tune | test == {row["wheel"] for row in rows}
-    assert not tune & test
+    sets = {name: {row["wheel"] for row in rows if row["set"] == name} for name in ("tune", "test", "judge")}
+    assert set.union(*sets.values()) == {row["wheel"] for row in rows}
+    assert not sets["tune"] & (sets["test"] | sets["judge"])
 
 
 def test_a_part_that_a_manifest_lists_is_found_in_its_wheel(tmp_path):
@@ -105,3 +110,37 @@ for side in ("lh", "rh"):
     assert [row["source"] for row in rows] == ["one", "two"] * 2
     assert all((float(row["agree"]) > 0.98 and float(row["dice"]) > 0.98) == (row["side"] == "lh") for row in rows)
     assert {row["folded"] for row in rows} == {"0"}
+
+
+def test_the_judge_says_what_is_wrong_with_each_map(tmp_path):
+    """A ball's map to itself is an isometry; beside it all that may be wrong with a file."""
+    (x, f), other = ism.samples.sphere(162), ism.samples.sphere(42)
+    folded, bad, (flat, g, _) = x.copy(), x.copy(), half(x, f)
+    folded[[3, 90]] = x[[90, 3]]
+    bad[7] = np.nan
+    maps = {"right": (5 * x, f), "folded": (folded, f), "mirrored": (x * [-1, 1, 1], f), "empty": (bad, f),
+            "aside": (x + 3, f), "another": other, "onto": (x, f), "disk": (in_space(flat[:, :2]), g)}
+    meshes, theirs = tmp_path / "meshes", tmp_path / "theirs"
+    meshes.mkdir()
+    theirs.mkdir()
+    for name in (*maps, "missing"):
+        ism.write_mesh(meshes / f"{name}.obj", *(flat, g) if name == "disk" else (2 * x, f))
+    ism.write_mesh(meshes / "onto.target.obj", x, f)
+    for name, (positions, faces) in maps.items():
+        ism.write_mesh(theirs / f"{name}.sphere.off", positions, faces)
+    (theirs / "right.sphere.off").unlink()
+    np.save(theirs / "right.npy", 5 * x)
+    (theirs / "times.tsv").write_text("right\t0.5\nmissing\t\tit gave up\n")
+    words = "--meshes", meshes, "--table", tmp_path / "table.tsv", "--page", tmp_path / "page.html"
+    assert "| theirs | 1 of 7 |" in benchmark("judge", *map(str, (theirs, *words)))
+    assert "theirs" in (tmp_path / "page.html").read_text()
+    with (tmp_path / "table.tsv").open(newline="") as file:
+        rows = {row["mesh"]: row for row in csv.DictReader(file, delimiter="\t")}
+    assert {name: row["verdict"] for name, row in rows.items()} == {
+        "right": "certified", "folded": "folded", "mirrored": "mirrored", "empty": "not finite", "aside": "folded",
+        "another": "another mesh", "onto": "certified", "disk": "certified", "missing": "missing"}
+    assert int(rows["folded"]["folds"]) == ism.certify(folded, f).foldings
+    assert [rows[name]["degree"] for name in ("right", "mirrored", "aside")] == ["1", "-1", "0"]
+    assert all(float(rows["right"][measure]) < 1e-6 for measure in ("angle", "area", "edge"))
+    assert [rows["right"]["seconds"], rows["missing"]["note"]] == ["0.5", "it gave up"]
+    assert "42 vertices" in rows["another"]["note"]
