@@ -159,7 +159,7 @@ def slid_over_doubled(disk: ism.Disk) -> tuple[float, float] | None:
     """Mean angle differences of the map by doubling, and of that by sliding alone; None if doubling folds faces."""
     try:
         doubled, _ = double_map(disk, None)
-    except (FactorisationFailed, ism.FoldingsRemain):
+    except (FactorisationFailed, ism.FoldingsRemain, ism.MeshError):  # a triangle has no double
         return None
     if not ism.certify(doubled, disk.f).folding_free:
         return None

@@ -204,6 +204,8 @@ def folder(path):
     """The table of the files of a folder, by what their largest components are."""
     kinds = {}
     for file in sorted(Path(path).iterdir()):
+        if file.suffix in (".md", ".csv"):
+            continue
         if file.suffix == ".npz":
             with np.load(file) as archive:
                 names = ("vertices", "faces") if "vertices" in archive else ("v", "f")

@@ -118,6 +118,8 @@ def _css(colour: Iterable[float]) -> str:
 
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
+#: Pictures of a page at most: one of 1,000 opens in 3 s.
+MOST_PICTURES = 2000
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,6 +149,8 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 #: Points of faces that are drawn at once: some 20 MB.
 _SAMPLES = 2**19
+#: Factors of the axes of a view that turn it half around the vertical.
+BEHIND = np.array([-1.0, 1.0, -1.0])
 _MARGIN = 1.06  # side of a picture, in units of the body's longer side
 #: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
@@ -218,8 +220,8 @@ def fit(v: FloatArray, rotation: FloatArray) -> FloatArray:
     return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), np.finfo(float).tiny))
 
 
-def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float) -> FloatArray:
-    """Brightness (m,) of the faces between `ambient`, where the light grazes, and 1."""
+def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.6) -> FloatArray:
+    """Brightness (m,) of the faces between `ambient`, where the light grazes and colours must be read, and 1."""
     normals = igl.per_face_normals(v @ view, f, np.zeros(3))
     return np.asarray(ambient + (1 - ambient) * np.abs(normals @ LIGHT))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draw.palette import round_up, sizes
-from ..draw.plot import pose, raster, shading
+from ..draw.plot import BEHIND, pose, raster, shading
 from ..errors import MeshError
 from ..io import npz
 from ..io.files import write_mesh
@@ -22,9 +22,7 @@ from .group import Group
 from .permutation import LEVEL, PointTest
 
 _SIZE = 480  # pixels of a view
-_AMBIENT = 0.6  # brightness of faces that the light grazes
 _PALE = 0.25  # share of colour that is left where chance explains an effect
-_BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 
 
 def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[str, NDArray[np.generic]]:
@@ -68,6 +66,6 @@ def write_test(place: str, group: Group, found: PointTest) -> None:
     colours[~sure] = 1 - _PALE + _PALE * colours[~sure]
     view = pose(group.vertices).T
     tiles = [raster(group.vertices @ turn, group.faces,
-                    colours * shading(group.vertices, group.faces, turn, _AMBIENT)[:, None], _SIZE)
-             for turn in (view, view * _BEHIND)]
+                    colours * shading(group.vertices, group.faces, turn)[:, None], _SIZE)
+             for turn in (view, view * BEHIND)]
     write_picture(f"{place}.png", np.concatenate(tiles, axis=1), force=True)

@@ -20,8 +20,6 @@ from .series import Series
 
 #: Standard deviations that films and pictures of a mode go to either side.
 REACH = 2.0
-#: Brightness of faces that the light grazes: colours must stay readable there.
-AMBIENT = 0.6
 _SIZE = 320  # pixels
 _FRAMES = 24  # of a mode: to one end, to the other and back
 _MOST = 200  # frames of a series, evenly chosen
@@ -71,7 +69,7 @@ def movement(group: Group, mode: int) -> FloatArray:
 def _pictures(bodies: Sequence[FloatArray], f: IntArray, colours: Sequence[FloatArray]) -> list[NDArray[np.uint8]]:
     """Bodies as they are seen along -z, in face colours, in the light, all in one square."""
     shown = frame(np.concatenate(bodies))
-    light = [shading(v, f, np.eye(3), AMBIENT)[:, None] for v in bodies]
+    light = [shading(v, f, np.eye(3))[:, None] for v in bodies]
     return [raster(v, f, colour * each, _SIZE, shown=shown)
             for v, colour, each in zip(bodies, colours, light, strict=True)]
 

@@ -11,20 +11,19 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draw.markup import View, data_address, legend, made_by, page, scene, table, wrapping
+from ..draw.markup import MOST_PICTURES, View, data_address, legend, made_by, page, scene, table, wrapping
 from ..draw.palette import Ramp, round_up, sizes
 from ..draw.plot import pose, raster, shading
 from ..errors import import_optional
 from ..io.replacing import replacing
 from ..mesh.arrays import FloatArray, IntArray
-from .film import AMBIENT, REACH, movement, over_time
+from .film import REACH, movement, over_time
 from .group import Group
 from .series import Series
 from .series_files import frame_rows
 
 _SHOWN = 3  # modes with pictures
 _SIZE = 160  # pixels of a member's picture
-_MOST = 2000  # members with pictures; the table of the group has all
 
 
 def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:
@@ -54,7 +53,7 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
     off = np.linalg.norm(group.shapes - group.vertices, axis=2)
     ramp = sizes("distance from the mean", round_up(float(np.percentile(off, 99))))
     cards = []
-    for k in order[:_MOST]:
+    for k in order[:MOST_PICTURES]:
         member = group.members[k]
         image = raster(group.shapes[k] @ turn.T, group.faces, _lit(group.shapes[k], ramp, off[k], group, turn), _SIZE)
         cards.append(f'<div class="card"><img loading="lazy" alt="" src="{data_address(_png(image))}"><div>'
@@ -96,7 +95,7 @@ def _by_face(ramp: Ramp, values: FloatArray, f: IntArray) -> FloatArray:
 
 def _lit(v: FloatArray, ramp: Ramp, values: FloatArray, group: Group, turn: FloatArray) -> FloatArray:
     """Face colours in the light of the pictures."""
-    return _by_face(ramp, values, group.faces) * shading(v, group.faces, turn.T, AMBIENT)[:, None]
+    return _by_face(ramp, values, group.faces) * shading(v, group.faces, turn.T)[:, None]
 
 
 def _together(bodies: list[FloatArray], turn: FloatArray) -> list[FloatArray]:

@@ -23,8 +23,8 @@ DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
 #: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
-#: Added to a diagonal, or the share of it that is added: without it a vertex whose faces have no weight is singular.
-RIDGE = 1e-12
+#: Added to a diagonal: without it a vertex whose faces have no weight is singular.
+_RIDGE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ class Levenberg:
         while self.systems > 0:
             self.systems -= 1
             try:
-                factor = self.system.factorise(self.system.damped(values, self.damping, RIDGE), within_memory=True)
+                factor = self.system.factorise(self.system.damped(values, self.damping, _RIDGE), within_memory=True)
             except FactorisationFailed:
                 return None
             trial = problem.accept(x, problem.move(x, model, bordered_step(self.system, factor, model)))

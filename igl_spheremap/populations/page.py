@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from ..draw.markup import data_address, legend, made_by, page, page_file, small_png, wrapping
+from ..draw.markup import MOST_PICTURES, data_address, legend, made_by, page, page_file, small_png, wrapping
 from ..draw.palette import FOLDED, Colour, Ramp, areas
-from ..draw.plot import pose, raster, shading
+from ..draw.plot import BEHIND, pose, raster, shading
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
 from ..io.gifti import structure_of
@@ -37,12 +37,9 @@ from .mapping import Options
 from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, plain, worst_first
 
 SIZE = 180  # pixels of each of the four views
-_AMBIENT = 0.6  # brightness of faces that the light grazes: colours must stay readable there
-_BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
 LATERAL = {LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
            RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
-MOST = 2000  # pictures of one sheet: a page of 1,000 opens in 3 s
 _BINS = 30
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
@@ -112,7 +109,7 @@ def write_page(
     """
     path = check_page(place)
     path.parent.mkdir(parents=True, exist_ok=True)
-    shown = [rows[k] for k in worst_first(rows)[:MOST]]
+    shown = [rows[k] for k in worst_first(rows)[:MOST_PICTURES]]
     limits = fences(rows)
     names = [hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[:16]
              for row in shown]
@@ -127,7 +124,7 @@ def write_page(
     folder_of_all, ending, short = _short([row.source for row in rows])
     cards = [_card(rank, row, name, address, short[row.source], limits, sheet)
              for rank, (row, name, address) in enumerate(zip(shown, names, addresses, strict=True))]
-    left_out = f" The sheet shows the worst {MOST:,}." if len(rows) > MOST else ""
+    left_out = f" The sheet shows the worst {MOST_PICTURES:,}." if len(rows) > MOST_PICTURES else ""
     where = " ".join(filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}")))
     code = files("igl_spheremap.draw").joinpath("population.js").read_text(encoding="utf-8")
     body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
@@ -229,8 +226,8 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     view = (pose(v) if side is None else side).T
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
-    tiles = [raster(y @ turn, mesh.f, colours * shading(y, mesh.f, turn, _AMBIENT)[:, None], SIZE, folded)
-             for turn in (view, view * _BEHIND) for y in (v, x)]
+    tiles = [raster(y @ turn, mesh.f, colours * shading(y, mesh.f, turn)[:, None], SIZE, folded)
+             for turn in (view, view * BEHIND) for y in (v, x)]
     write_picture(path, np.concatenate(tiles, axis=1), force=True)
     return True
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .._version import __version__
 from ..correspondence.registration import Registration, reflected, register
-from ..draw.plot import raster, shading
+from ..draw.plot import BEHIND, raster, shading
 from ..errors import FileError, FoldingsRemain, MeshError, own_errstate
 from ..io.files import read_mesh, read_sphere, write_mesh
 from ..io.formats import CONVENTIONS, Convention
@@ -55,7 +55,6 @@ _BIDS_VERSION = "1.10.0"
 #: Pixels of each view; greys of the deepest and the highest folds; brightness of faces that the light grazes; colour.
 _SIZE, _DARK, _LIGHT, _AMBIENT = 260, 0.35, 0.95, 0.75
 _BORDER = (0.8, 0.15, 0.1)
-_BEHIND = np.array([-1.0, 1.0, -1.0])  # half a turn about the vertical
 
 
 @dataclass(frozen=True)
@@ -503,7 +502,7 @@ def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task:
         regions = (depth > 0).astype(np.int64) if atlas is None else next(iter(
             read_scalars(task.place(atlas.path)).values())).astype(np.int64)
         pairs = ((own, transfer(template, regions, own, labels=True)), (template, regions))
-        tiles = [_tile(surface, labels, view) for view in (side, side * _BEHIND) for surface, labels in pairs]
+        tiles = [_tile(surface, labels, view) for view in (side, side * BEHIND) for surface, labels in pairs]
         drawn.append(np.concatenate(tiles, axis=1))
     write_picture(path, np.concatenate(drawn), force=True)
     return True

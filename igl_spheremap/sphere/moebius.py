@@ -20,8 +20,10 @@ _EPS = np.finfo(float).eps
 _BOUNDARY = 1 - 512 * _EPS
 #: Length of the weighted mean below which weights are balanced; Newton steps at most (no map took more than 12).
 _BALANCED, _STEPS = 1e-12, 50
-#: Newton steps shorter than this are rounding. Added to the Hessian's diagonal it keeps that regular.
-_ROUNDING = 1e-14
+#: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
+_SHORTEST = 1e-14
+#: Added to the Hessian's diagonal, whose mean is 4/3: weights at one point, where it vanishes, leave it regular.
+_RIDGE = 1e-14
 #: Weight of the position from the barycentre, where the normal has weight 1. It decides where normals leave the
 #: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
 _TIE_BREAK = 1e-3
@@ -72,7 +74,7 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
         if size <= within:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _ROUNDING * np.eye(3)  # algorithm (19)
+        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _RIDGE * np.eye(3)  # algorithm (19)
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > 0.5:
@@ -83,11 +85,11 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
                 return centre, y
             moved = moebius(x, trial)
             moved_mean = weighted_sum(w, moved)
-            if float(np.linalg.norm(moved_mean)) < size or length < _ROUNDING:
+            if float(np.linalg.norm(moved_mean)) < size or length < _SHORTEST:
                 break
             step, length = step / 2, length / 2
         centre, y, mean = trial, moved, moved_mean
-        if length < _ROUNDING:
+        if length < _SHORTEST:
             break
     return centre, y
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
-from ..newton.loop import RIDGE
 from ..newton.system import VertexSystem, gram_blocks
 
 #: Radians: no angle to come near is smaller, so that those of slivers can shrink.
@@ -25,6 +24,8 @@ _LEAST_ANGLE = 1e-3
 _AIMING = 2
 #: Steps at most: twice what meshes take whose angles close at all.
 _STEPS = 16
+#: Share of the diagonal that is added, so that rounding leaves nearly singular matrices positive definite.
+_RIDGE = 1e-12
 #: An angle grows or shrinks by a factor of exp(this) at most in one step.
 _LONGEST = 1.2
 
@@ -91,6 +92,6 @@ class _Wheels:
         PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
         lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))
-        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), RIDGE, np.where(self.free, 0.0, 1.0))
+        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), _RIDGE, np.where(self.free, 0.0, 1.0))
         multipliers = self.system.solve(self.system.factorise(values, within_memory=True), lack)
         return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

@@ -24,7 +24,7 @@ _TINIEST = np.finfo(float).tiny
 _OUT = 1.012
 #: Edges of up to this many folded faces are drawn; those of more would be all that is seen.
 _EDGES = 10_000
-_EDGE_WIDTH = 0.5
+EDGE_WIDTH = 0.5
 #: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
 _UNLIT = "flat"
 #: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
@@ -206,7 +206,7 @@ class Body:
             self._folded.set_back_face_policy("identical")
             self._folded.set_color(palette.FOLDED)
             self._folded.set_edge_color(palette.FOLDED_EDGES)
-            self._folded.set_edge_width(_EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
+            self._folded.set_edge_width(EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
 
 
 def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:

@@ -21,7 +21,7 @@ from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import ColouredApp, SaveWidgets, cluster_widgets, panel, paragraph, subject_combo
 from .background_run import BackgroundRun, Source
-from .body import STRONGEST, Body, Lens, look_at
+from .body import EDGE_WIDTH, STRONGEST, Body, Lens, look_at
 from .choices import SUBJECTS
 from .colouring import SQUARES, checkerboard, colouring, deepest_tips
 from .grid import PANEL, Grid, Inset, packed
@@ -29,7 +29,6 @@ from .window import imgui, ps
 
 #: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
 _EDGES = 15_000
-_EDGE_WIDTH = 0.5
 #: Moebius maps of more than this strength leave nothing to see.
 _STRONGEST = 0.95
 #: Radius of the handle of the Moebius map in pixels; a click moves the mouse by less.
@@ -342,7 +341,7 @@ def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *
 
 def edge_width(mesh: Mesh, subject: str) -> float:
     """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
-    return _EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
+    return EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
 
 
 def count_foldings(count: int) -> str:
