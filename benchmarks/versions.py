@@ -1,14 +1,14 @@
 """Results beside those of another version: mean angle differences in degrees, and CPU seconds.
 
     python -m benchmarks versions CHECKOUT MESH|FOLDER ... [--of maps balance matches disks] [--every K] [--turns 2]
-        [--csv FILE] [--polish angles]
+        [--csv FILE] [--polish angles] [--set ROOM.FILE.NAME=NUMBER ...]
 
 CHECKOUT is a checkout of the other version; of a FOLDER, such as those of `gather`, all meshes are taken, or every
 K-th. Each version has a process of its own with one thread, after a warm-up; they take turns, mesh by mesh. A ratio of
 CPU seconds is that of one turn: the table has the median and the quartiles of all, and the ratio of the sums of the
 fastest turns, which FILE gets, a row a mesh. Disks are halves of the meshes, and a mesh is matched with itself,
 stretched by a fifth. The mean of a match is the median symmetric Dirichlet energy. A result is worse, or better, if its
-mean is off by more than 5 percent and .02.
+mean is off by more than 5 percent and .02. ``--set`` gives constants of CHECKOUT, which may be this one, other values.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -59,13 +60,16 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("--turns", type=int, default=2, help="of each version (2); 0: answer lines")
     arguments.add_argument("--csv", type=Path, help="write a row for each mesh")
     arguments.add_argument("--polish", choices=("auto", "angles"), default="auto")
+    arguments.add_argument("--set", nargs="+", default=[], metavar="ROOM.FILE.NAME=NUMBER")
     options = arguments.parse_args(argv)
     if not options.turns:
+        for assignment in options.set:
+            give(*assignment.rpartition("=")[::2])
         for line in sys.stdin:
             print(json.dumps(measured(*line.split(maxsplit=1), options.polish)), flush=True)
         return
     sources = [str(path) for source in options.sources for path in meshes(source)][::options.every]
-    workers = [worker(version, options) for version in (options.checkout, ROOT)]
+    workers = [worker(options.checkout, options, options.set), worker(ROOT, options, [])]
     found = [row(kind, source, [[answer(one, kind, source) for one in workers] for _ in range(options.turns)])
              for kind in options.of for source in sources]
     report(found, options.csv)
@@ -77,10 +81,20 @@ def meshes(source: str) -> list[str | Path]:
     return sorted(path for path in folder.rglob("*.*") if path.is_file()) if folder.is_dir() else [source]
 
 
-def worker(version: Path, options: Namespace) -> subprocess.Popen[str]:
+def give(constant: str, value: str) -> None:
+    """Give a constant another value, in its module and, if it is public, in those that have imported it."""
+    path, _, name = constant.rpartition(".")
+    home = import_module(f"{ism.__name__}.{path}")
+    number = type(vars(home)[name])(value)
+    others = [each for each in sys.modules.values() if each.__name__.startswith(ism.__name__) and name in vars(each)]
+    for module in [home] if name.startswith("_") else others:
+        setattr(module, name, number)
+
+
+def worker(version: Path, options: Namespace, constants: list[str]) -> subprocess.Popen[str]:
     """A process that answers lines by a version, warmed up."""
     command = [sys.executable, "-m", "benchmarks", "--package", str(version), "versions", str(version),
-               "--turns", "0", "--polish", options.polish]
+               "--turns", "0", "--polish", options.polish, *(["--set", *constants] if constants else [])]
     process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     for kind in options.of:
         answer(process, kind, "sample:octopus:n_vertices=1500" if kind == "maps" else "sample:pear:n_vertices=600")
