@@ -6,7 +6,6 @@ import base64
 import io
 import json
 import os
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -61,15 +60,6 @@ def small_png(path: Path) -> bytes:
     return stream.getvalue()
 
 
-def wrapping(name: str) -> str:
-    """A name, escaped, that may wrap after its separators.
-
-    >>> wrapping("sub-1/lh")
-    'sub-<wbr>1/<wbr>lh'
-    """
-    return "<wbr>".join(escape(part) for part in re.split(r"(?<=[/_.-])(?=[^/_.-])", name))
-
-
 def page(title: str, body: str) -> str:
     """A whole page around a body; it needs no other file and no network."""
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
@@ -118,8 +108,6 @@ def _css(colour: Iterable[float]) -> str:
 
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
-#: Pictures of a page at most: one of 1,000 opens in 3 s.
-MOST_PICTURES = 2000
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,9 @@
 // Surfaces side by side that turn together under the mouse. Spheres are drawn after a Moebius map that magnifies
 // what is in front: conformal, as the map itself. Folded faces that colour too few pixels have a dot, those that lie
 // behind a ring.
+{  // each scene of a page brings this script
 const MARK = 4;  // pixels, the radius of dots and rings
-for (const element of document.querySelectorAll("[data-scene]")) {
+for (const element of document.querySelectorAll("[data-scene]:empty")) {
   const scene = JSON.parse(element.dataset.scene);
   const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
   const faces = new Uint32Array(bytes(scene.faces));
@@ -125,4 +126,5 @@ for (const element of document.querySelectorAll("[data-scene]")) {
   };
   addEventListener("resize", draw);
   draw();
+}
 }

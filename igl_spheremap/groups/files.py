@@ -26,7 +26,8 @@ from .group import Group, Member
 ARCHIVE = "group.npz"
 _FORMATS = (".ply", ".vtk", ".surf.gii")
 _ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces")
-_FIGURES = ("correlation", "size", "distance")
+#: What is known of each member.
+FIGURES = ("correlation", "size", "distance")
 
 
 @own_errstate
@@ -66,7 +67,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     """
     place = prepared(folder)
     arrays = {name: getattr(group, name) for name in _ARRAYS}
-    arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in _FIGURES}
+    arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in FIGURES}
     known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
              "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
              "feature_names": group.feature_names}
@@ -122,10 +123,10 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
     path = Path(folder) / ARCHIVE if Path(folder).is_dir() else Path(folder)
     with reading(path):
         arrays = npz.read_arrays(path)
-        if not {*_ARRAYS, "json", *(f"member_{name}" for name in _FIGURES)} <= arrays.keys():
+        if not {*_ARRAYS, "json", *(f"member_{name}" for name in FIGURES)} <= arrays.keys():
             raise MeshError("the archive holds no group; give one that `igl-spheremap template` wrote")
         known = json.loads(str(arrays["json"]))
-        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in _FIGURES), strict=True)
+        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in FIGURES), strict=True)
         members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
         return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
                      changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"],
@@ -134,16 +135,16 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
 
 def _rows(group: Group) -> Iterator[Sequence[object]]:
     """The table of members."""
-    yield "member", "status", "reason", *_FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
+    yield "member", "status", "reason", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
     for member, scores in zip(group.members, group.scores, strict=True):
         yield member_row(member, scores)
     for name, reason in group.left_out.items():
-        yield name, "left out", reason, *[""] * (len(_FIGURES) + len(group.modes))
+        yield name, "left out", reason, *[""] * (len(FIGURES) + len(group.modes))
 
 
 def member_row(member: Member, scores: FloatArray) -> tuple[object, ...]:
     """A row of the table."""
-    return member.name, "member", "", *(getattr(member, name) for name in _FIGURES), *scores.tolist()
+    return member.name, "member", "", *(getattr(member, name) for name in FIGURES), *scores.tolist()
 
 
 def file_names(names: Sequence[str]) -> list[str]:

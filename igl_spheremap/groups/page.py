@@ -2,35 +2,40 @@
 
 from __future__ import annotations
 
-import io
 import os
+import shlex
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from html import escape
+from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..draw.markup import MOST_PICTURES, View, data_address, legend, made_by, page, scene, table, wrapping
+from ..draw.cards import Card, card_sheet, histogram
+from ..draw.markup import View, legend, made_by, page, scene, table
 from ..draw.palette import Ramp, round_up, sizes
-from ..draw.plot import pose, raster, shading
-from ..errors import import_optional
+from ..draw.plot import BEHIND, pose, raster, shading
 from ..io.replacing import replacing
+from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.timings import counted
+from ..populations.table import OUTLIER
+from .files import FIGURES, file_names
 from .film import REACH, movement, over_time
 from .group import Group
 from .series import Series
 from .series_files import frame_rows
 
 _SHOWN = 3  # modes with pictures
-_SIZE = 160  # pixels of a member's picture
+_SIZE = 200  # pixels of each of the two views of a member
+_FAR = 3.0  # colours end at so many times the usual distance of a member: in a normal one few points lie farther
 
 
 def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:
-    """Write a page, which needs no other file; needs Pillow."""
+    """Write a page, and the members' pictures into the folder `pictures` beside it; needs Pillow."""
     turn = pose(group.vertices)
     spread = sizes("standard deviation of position", round_up(float(np.percentile(group.spread, 95))))
-    order = np.argsort([-member.distance for member in group.members], kind="stable")
     model = group.figures()
     rows = [(str(k + 1), *(f"{value:.4g}" for value in values)) for k, values in enumerate(zip(*model, strict=True))]
     body = [f"<h1>{len(group.members)} surfaces and their mean</h1>", made_by(command, datetime.now(timezone.utc)),
@@ -38,30 +43,58 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
     for k in range(min(_SHOWN, len(group.modes))):
         scores = [np.append(np.zeros(k), side * np.sqrt(group.variances[k])) for side in (-REACH, 0.0, REACH)]
         bodies = _together([group.shape(each) for each in scores], turn)
-        away = sizes(f"mode {k + 1}: movement in a standard deviation", round_up(float(movement(group, k).max())))
-        captions = (f"Mode {k + 1}: -2 standard deviations", "Mean: standard deviation of position",
-                    "+2 standard deviations")
-        views = [View(caption, x, _by_face(spread if x is bodies[1] else away, group.spread if x is bodies[1]
-                 else movement(group, k), group.faces), np.empty(0, dtype=np.int64), spread if x is bodies[1] else away)
-                 for caption, x in zip(captions, bodies, strict=True)]
+        moved = movement(group, k)
+        away = sizes(f"mode {k + 1}: movement in a standard deviation", round_up(float(moved.max())))
+        shown = ((f"Mode {k + 1}: -2 standard deviations", away, moved),
+                 ("Mean: standard deviation of position", spread, group.spread),
+                 ("+2 standard deviations", away, moved))
+        views = [View(caption, x, _by_face(ramp, values, group.faces), np.empty(0, dtype=np.int64), ramp)
+                 for x, (caption, ramp, values) in zip(bodies, shown, strict=True)]
         body.append(scene(group.faces, views))
+    distances = np.array([member.distance for member in group.members])
+    low, high = np.percentile(distances, [25, 75]).tolist()
+    limit = high + OUTLIER * (high - low)
+    usual = float(np.sqrt((distances**2).mean()))
+    ramp = sizes("distance from the mean", round_up(_FAR * usual))
+    figures = {name: name for name in (*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes))))}
     body += ["<p>Drag to turn, double-click to reset.</p>", "<h2>How good a model the modes are</h2>",
              table(rows, ("modes", "compactness", "generalisation", "specificity")), "<h2>Members</h2>",
-             "<p>The farthest from the mean first; colours are the distance from it.</p>"]
-    if group.left_out:
-        body.append(table([(name, reason) for name, reason in group.left_out.items()], ("left out", "why")))
-    off = np.linalg.norm(group.shapes - group.vertices, axis=2)
-    ramp = sizes("distance from the mean", round_up(float(np.percentile(off, 99))))
-    cards = []
-    for k in order[:MOST_PICTURES]:
-        member = group.members[k]
-        image = raster(group.shapes[k] @ turn.T, group.faces, _lit(group.shapes[k], ramp, off[k], group, turn), _SIZE)
-        cards.append(f'<div class="card"><img loading="lazy" alt="" src="{data_address(_png(image))}"><div>'
-                     f"{wrapping(member.name)}</div><small>{member.distance:.3g} from the mean, size "
-                     f"{member.size:.3f}, correlation {member.correlation:.3f}</small></div>")
-    body.append(f'<div class="sheet">{"".join(cards)}</div>')
+             '<div class="plots">',
+             *(histogram(name, name, np.array([getattr(member, name) for member in group.members]),
+                         limit if name == "distance" else np.inf, "") for name in FIGURES), "</div>",
+             f"<p>What was left out, then the farthest from the mean first. Outliers lie more than {OUTLIER:g} "
+             "interquartile ranges above the third quartile of the distances. Click a bar to see its members, a "
+             "picture to see all of one. <code>template --ratings</code> reads the ratings that are saved.</p>",
+             card_sheet(_cards(Path(path), group, ramp, limit, turn), figures, [ramp])]
     with replacing(path, force=True) as partial:
         partial.write_text(page("A group of surfaces", "\n".join(body)), encoding="utf-8", errors="backslashreplace")
+
+
+def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray) -> list[Card]:
+    """A card for each surface, and the pictures of the members, each in colours of its distance from the mean."""
+    folder = path.parent / "pictures"
+    folder.mkdir(exist_ok=True)
+    blank: dict[str, object] = dict.fromkeys((*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))))
+    cards = [Card(f"out{k}", {"source": name, "status": "left out", "notes": reason, **blank}, name,
+                  f"left out: {reason}", "", shlex.join(("igl-spheremap", "view", name)), good=False)
+             for k, (name, reason) in enumerate(group.left_out.items())]
+    shorts = file_names([member.name for member in group.members])
+    order = np.argsort([-member.distance for member in group.members], kind="stable")
+    for k in counted("pictures", order.tolist()):
+        member, shape = group.members[k], group.shapes[k]
+        off = np.linalg.norm(shape - group.vertices, axis=1)
+        colours = _by_face(ramp, off, group.faces)
+        tiles = [raster(shape @ view, group.faces, colours * shading(shape, group.faces, view)[:, None], _SIZE)
+                 for view in (turn.T, turn.T * BEHIND)]
+        write_picture(folder / f"{shorts[k]}.png", np.concatenate(tiles, axis=1), force=True)
+        row = {"source": member.name, "status": "member", **{name: getattr(member, name) for name in FIGURES},
+               **{f"mode_{j + 1}": score for j, score in enumerate(group.scores[k].tolist())}}
+        far = [f"distance {member.distance:.3g} > {limit:.3g}"] if member.distance > limit else []
+        cards.append(Card(f"m{k}", row, member.name, f"{member.distance:.3g} from the mean, size {member.size:.3f}, "
+                          f"correlation {member.correlation:.3f}", "Laid on the mean, from the front and from behind.",
+                          shlex.join(("igl-spheremap", "view", f"{path.parent}/members/{shorts[k]}.npz")),
+                          f"pictures/{quote(shorts[k])}.png", far))
+    return cards
 
 
 def write_series_page(path: str | os.PathLike[str], found: Series, mean: FloatArray, film: str, names: Sequence[str],
@@ -93,21 +126,8 @@ def _by_face(ramp: Ramp, values: FloatArray, f: IntArray) -> FloatArray:
     return ramp.colours(values[f].mean(axis=1))
 
 
-def _lit(v: FloatArray, ramp: Ramp, values: FloatArray, group: Group, turn: FloatArray) -> FloatArray:
-    """Face colours in the light of the pictures."""
-    return _by_face(ramp, values, group.faces) * shading(v, group.faces, turn.T)[:, None]
-
-
 def _together(bodies: list[FloatArray], turn: FloatArray) -> list[FloatArray]:
     """Bodies turned, and brought into the unit ball by one scale."""
     middle = np.mean(bodies, axis=(0, 1))
     radius = max(np.linalg.norm(body - middle, axis=1).max() for body in bodies)
     return [(body - middle) @ turn.T / radius for body in bodies]
-
-
-def _png(image: NDArray[np.uint8]) -> bytes:
-    """A picture in 64 colours."""
-    images = import_optional("PIL.Image", "a page", "io")
-    stream = io.BytesIO()
-    images.fromarray(image).quantize(64).save(stream, "PNG", optimize=True)
-    return stream.getvalue()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import math
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
@@ -12,14 +10,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from ..draw.markup import MOST_PICTURES, data_address, legend, made_by, page, page_file, small_png, wrapping
+from ..draw.cards import Card, card_sheet, histogram
+from ..draw.markup import data_address, made_by, page, page_file, small_png
 from ..draw.palette import FOLDED, Colour, Ramp, areas
 from ..draw.plot import BEHIND, pose, raster, shading
 from ..errors import FileError, import_optional
@@ -28,7 +26,6 @@ from ..io.gifti import structure_of
 from ..io.hemispheres import LEFT, RIGHT
 from ..io.replacing import replacing
 from ..io.textured import write_picture
-from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces
@@ -40,13 +37,10 @@ SIZE = 180  # pixels of each of the four views
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
 LATERAL = {LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
            RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
-_BINS = 30
+MOST = 2000  # pictures within a page that is one file, of some 15 kB each; in a folder they are files of their own
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
          "stretch": "times shorter", "unlike": "1 - correlation of depth", "unsure": "share of the vertices"}
-_BADGES = 3  # reasons on a card; the page of a map has all
-#: Width and height of a histogram, and the room below, beside and above its bars, in units of its drawing.
-_WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
 
 _OURS = "<!-- igl_spheremap batch -->"
 
@@ -102,31 +96,32 @@ def write_page(
     place: str | os.PathLike[str], rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
     began: str, command: str = "",
 ) -> Path:  # fmt: skip
-    """Write a page with the worst rows and a picture of each, and return its path.
+    """Write a page with all rows and a picture of each, the worst first, and return its path.
 
-    It is one file if `place` ends in .html, else `index.html` in that folder with the pictures beside it, which are
-    kept for the next page. They are drawn by processes. `began` is when the run did, by ISO 8601.
+    It is one file if `place` ends in .html, with pictures of the worst, else `index.html` in that folder with the
+    pictures beside it, which are kept for the next page. They are drawn by processes. `began` is when the run did, by
+    ISO 8601.
     """
     path = check_page(place)
     path.parent.mkdir(parents=True, exist_ok=True)
-    shown = [rows[k] for k in worst_first(rows)[:MOST_PICTURES]]
+    apart = Path(place) != path
+    shown = [rows[k] for k in worst_first(rows)]
+    pictured = shown if apart else shown[:MOST]
     limits = fences(rows)
     names = [hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[:16]
              for row in shown]
     with TemporaryDirectory() as temporary:
-        apart = Path(place) != path
         folder = path.parent / "subjects" if apart else Path(temporary)
         folder.mkdir(exist_ok=True)
-        files_of = [folder / f"{name}-{sheet.look}.png" for name in names]
-        drawn = _draw(shown, [str(file) for file in files_of], sheet, processes)
+        files_of = [folder / f"{name}-{sheet.look}.png" for name in names[: len(pictured)]]
+        drawn = _draw(pictured, [str(file) for file in files_of], sheet, processes)
         addresses = [(f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""
-                     for file, there in zip(files_of, drawn, strict=True)]
+                     for file, there in zip(files_of, drawn, strict=True)] + [""] * (len(shown) - len(pictured))
     folder_of_all, ending, short = _short([row.source for row in rows])
-    cards = [_card(rank, row, name, address, short[row.source], limits, sheet)
-             for rank, (row, name, address) in enumerate(zip(shown, names, addresses, strict=True))]
-    left_out = f" The sheet shows the worst {MOST_PICTURES:,}." if len(rows) > MOST_PICTURES else ""
+    cards = [_card(row, name, address, short[row.source], limits, sheet)
+             for row, name, address in zip(shown, names, addresses, strict=True)]
+    left_out = f" The worst {MOST:,} have pictures." if len(rows) > len(pictured) else ""
     where = " ".join(filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}")))
-    code = files("igl_spheremap.draw").joinpath("population.js").read_text(encoding="utf-8")
     body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
             made_by(command, datetime.fromisoformat(began)),
             f"<p>Files {escape(where)}</p>" if where else "",
@@ -134,8 +129,7 @@ def write_page(
             f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
             f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
             f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
-            f'<div class="legends">{"".join(map(legend, sheet.legends))}</div>', _toolbar(rows),
-            f'<div class="sheet">{"".join(cards)}</div><dialog></dialog><script>{code}</script>']
+            card_sheet(cards, {**figures_of(rows), "seconds": "seconds"}, sheet.legends)]
     with replacing(path, force=True) as partial:
         partial.write_text(page(sheet.title, "\n".join(filter(None, body))), encoding="utf-8",
                            errors="backslashreplace")
@@ -186,19 +180,6 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
     return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
 
 
-def _toolbar(rows: Sequence[JobRow]) -> str:
-    """What sorts, filters and exports; population.js makes it work."""
-    keys = {"rank": "worst first", "source": "name", **figures_of(rows), "seconds": "seconds"}
-    sorts = "".join(f'<option value="{key}">{escape(label)}</option>' for key, label in keys.items())
-    shown = ["all", *sorted({row.status for row in rows}), "outliers", "passed", "failed by you", "not rated"]
-    statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)
-    return (f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
-            f'<label>show <select name="status">{statuses}</select></label> '
-            '<label>name has <input name="text" type="search"></label> '
-            '<button type="button" name="bars" hidden></button> '
-            '<button type="button" name="export">Save ratings as TSV</button> <output></output></form>')
-
-
 def _draw(rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
     """Which rows have a picture."""
     pool = ProcessPool(processes or os.cpu_count() or 1)
@@ -237,20 +218,12 @@ def is_newer(path: str, other: str) -> bool:
     return Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 
 
-def _card(
-    rank: int, row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
-) -> str:
-    """A row in the sheet; population.js makes its page of what is in the attribute."""
+def _card(row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet) -> Card:
+    """A row in the sheet."""
     text = row.notes if row.status not in MAPPED else sheet.text(row)
     reasons = [f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}" for key in outlying(row, limits)]
-    more = [f"and {len(reasons) - _BADGES} more"] if len(reasons) > _BADGES else []
-    badges = "".join(f'<span class="badge">{escape(reason)}</span> ' for reason in (*reasons[:_BADGES], *more))
-    data = {"rank": rank, "row": plain(row), "reasons": reasons, "caption": sheet.caption(row),
-            "command": shlex.join(("igl-spheremap", *sheet.command(row)))}
-    image = f'<img loading="lazy" alt="" src="{address}">' if address else ""
-    return (f'<div class="card{"" if row.status == "certified" else " bad"}" id="{name}" '
-            f'data-map="{escape(json.dumps(data))}"><a href="#{name}">{image}<div>{wrapping(short)}</div>'
-            f"<small>{escape(row.status)}: {escape(text)}</small></a><div>{badges}</div></div>\n")
+    return Card(name, plain(row), short, f"{row.status}: {text}", sheet.caption(row),
+                shlex.join(("igl-spheremap", *sheet.command(row))), address, reasons, row.status == "certified")
 
 
 def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float]) -> list[str]:
@@ -258,42 +231,7 @@ def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float]) -> list[str
     for name, label in figures_of(rows).items():
         values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         if len(values := values[np.isfinite(values)]):
-            plots.append(_histogram(name, label, values, limits[name]))
+            plots.append(histogram(name, label, values, limits[name], _AXES[name.rpartition("_")[2]]))
     return plots
 
 
-def _histogram(name: str, label: str, values: FloatArray, limit: float) -> str:
-    """Bars of maps by a figure, outliers in one of their own; a sentence where all are equal."""
-    if np.ptp(values) == 0:
-        return f"<figure><figcaption>{label}: {values[0]:.3g} in all</figcaption></figure>"
-    ends = float(values.min()), min(limit, float(values.max()))
-    if ends[0] == ends[1]:
-        ends = ends[0] - 0.5, ends[1] + 0.5
-    counts, edges = np.histogram(values, bins=_BINS, range=ends)
-    edges[-1] = np.nextafter(edges[-1], math.inf)  # the last bar has its upper end
-    bars = [(k, int(count), *edges[k : k + 2].tolist()) for k, count in enumerate(counts)]
-    bars.append((_BINS + 1, int((values > limit).sum()), limit, math.inf))
-    step, most = (_WIDTH - _SIDE) / (_BINS + 2.5), max(count for _, count, _, _ in bars)
-    room = _HEIGHT - _AXIS - _TOP
-    drawn = []
-    for k, count, low, high in bars:
-        x, height = _SIDE + k * step, max(room * count / most, 1.5)
-        outliers = high == math.inf
-        said = f"{count} above {low:.3g}" if outliers else f"{count} from {low:.3g} to {high:.3g}"
-        if count:
-            drawn.append(
-                f'<g class="bar{" outliers" if outliers else ""}" data-figure="{name}" data-low="{low!r}" '
-                f'data-high="{"" if outliers else repr(high)}" data-said="{label} {said}"><title>{said}: click</title>'
-                f'<rect class="hit" x="{x:.1f}" y="{_TOP}" width="{step:.1f}" height="{room}"/><rect x="{x:.1f}" '
-                f'y="{_TOP + room - height:.1f}" width="{0.9 * step:.1f}" height="{height:.1f}"/></g>')
-    base, end = _HEIGHT - _AXIS, _SIDE + _BINS * step
-    last = (_WIDTH, "> ") if bars[-1][1] else (end, "")
-    texts = [(0, 9, "start", f"{most} maps"), (_SIDE - 3, base, "end", "0"),
-             (_SIDE, base + 11, "start", f"{edges[0]:.3g}"), (last[0], base + 11, "end", f"{last[1]}{edges[-1]:.3g}"),
-             ((_SIDE + end) / 2, base + 23, "middle", _AXES[name.rpartition("_")[2]])]
-    words = "".join(f'<text x="{x:.1f}" y="{y}" text-anchor="{anchor}">{escape(text)}</text>'
-                    for x, y, anchor, text in texts)
-    caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
-    return (f'<figure><svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{caption}">'
-            f'<path d="M{_SIDE} {_TOP}V{base}H{_WIDTH}"/>{"".join(drawn)}{words}</svg>'
-            f"<figcaption>{caption}</figcaption></figure>")

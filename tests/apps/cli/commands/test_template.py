@@ -66,8 +66,10 @@ def test_the_folder_holds_the_group_in_several_formats(group, folder):
     assert ism.read_map(group / "members" / "body1.npz").certificate.folding_free
     assert (group / "mode_1.gif").read_bytes().startswith(b"GIF")
     page = (group / "index.html").read_text()
-    assert page.count('class="card"') == 3
-    assert "open.ply" in page
+    cards = json.loads(page.partition('class="cards">')[2].partition("</script>")[0])
+    assert [card["row"]["status"] for card in cards] == ["left out"] * 3 + ["member"] * 3
+    assert np.all(np.diff([card["row"]["distance"] for card in cards[3:]]) <= 0)
+    assert all((group / card["picture"]).exists() for card in cards[3:])
     assert len(json.loads((folder / "g.json").read_text())["left_out"]) == 3
 
 

@@ -1,15 +1,19 @@
-// Cards of a population: sorted, filtered by words and bars, rated; each opens as a page of its own, by the address's
-// hash. Ratings stay in this browser until they are saved as a file.
+// Cards of many results: sorted, filtered by words and bars, rated; each opens as a page of its own, by the address's
+// hash. A card is drawn when it comes near the window: ten thousand would take half a minute. Ratings stay in this
+// browser until they are saved as a file.
 const sheet = document.querySelector(".sheet"), form = document.querySelector(".toolbar");
 const dialog = document.querySelector("dialog"), title = document.title;
 const key = "igl_spheremap ratings " + location.pathname;
 let ratings = {}, bar = null;
 try { ratings = JSON.parse(localStorage.getItem(key)) || {}; } catch { /* a browser that keeps nothing */ }
-const cards = [...sheet.children].map(element => ({element, ...JSON.parse(element.dataset.map)}));
-const rated = row => ratings[row.source] ||= {rating: "", comment: ""};
 const add = (parent, tag, properties = {}) => parent.appendChild(Object.assign(document.createElement(tag), properties));
+const cards = JSON.parse(document.querySelector(".cards").textContent).map(card => ({...card,
+  element: Object.assign(document.createElement("div"), {id: card.key, className: card.good ? "card" : "card bad"})}));
+const byElement = new Map(cards.map(card => [card.element, card]));
+const rated = row => ratings[row.source] || {rating: "", comment: ""};
 
-function keep() {
+function rate(row, change) {
+  ratings[row.source] = {...rated(row), ...change};
   try { localStorage.setItem(key, JSON.stringify(ratings)); } catch { /* as above */ }
   show();
 }
@@ -18,8 +22,9 @@ function addRating(parent, row) {
   const box = add(parent, "div", {className: "rating"});
   for (const rating of ["pass", "fail"])
     add(box, "button", {type: "button", textContent: rating,
-      onclick: () => { rated(row).rating = rated(row).rating === rating ? "" : rating; keep(); }});
-  add(box, "input", {placeholder: "comment", ariaLabel: "comment", oninput: event => { rated(row).comment = event.target.value; keep(); }});
+      onclick: () => rate(row, {rating: rated(row).rating === rating ? "" : rating})});
+  add(box, "input", {placeholder: "comment", ariaLabel: "comment",
+    oninput: event => rate(row, {comment: event.target.value})});
 }
 
 function showRating(parent, row) {
@@ -29,7 +34,26 @@ function showRating(parent, row) {
   if (input.value !== comment) input.value = comment;
 }
 
-for (const {element, row} of cards) addRating(element, row);
+// A name that may wrap after its separators.
+function addName(parent, name) {
+  for (const part of name.split(/(?<=[/_.-])(?=[^/_.-])/)) { parent.append(part); add(parent, "wbr"); }
+}
+
+function draw({element, row, name, text, picture, badges}) {
+  const link = add(element, "a", {href: "#" + element.id});
+  if (picture) add(link, "img", {alt: "", src: picture});
+  addName(add(link, "div"), name);
+  add(link, "small", {textContent: text});
+  const box = add(element, "div");
+  for (const badge of badges) { add(box, "span", {className: "badge", textContent: badge}); box.append(" "); }
+  addRating(element, row);
+  showRating(element, row);
+}
+
+const near = new IntersectionObserver(entries => {
+  for (const {isIntersecting, target} of entries)
+    if (isIntersecting) { near.unobserve(target); draw(byElement.get(target)); }
+}, {rootMargin: "1000px"});
 
 const shown = () => cards.filter(({element}) => !element.hidden);
 const inBar = row => !bar || (row[bar.figure] !== null && (bar.high === "" ? row[bar.figure] > +bar.low
@@ -42,7 +66,7 @@ function show() {
     const {rating} = rated(row);
     const chosen = status === "all" || (status === "outliers" ? reasons.length > 0
       : asked === undefined ? row.status === status : rating === asked);
-    showRating(element, row);
+    if (element.firstChild) showRating(element, row);
     element.hidden = !(chosen && row.source.toLowerCase().includes(text) && inBar(row));
   }
   form.querySelector("output").value = `${shown().length} of ${cards.length}`;
@@ -57,7 +81,9 @@ function sort() {
   const name = form.sort.value, up = name === "rank" || name === "source" ? 1 : -1;
   const value = card => (name === "rank" ? card.rank : card.row[name]) ?? -Infinity;
   cards.sort((a, b) => up * (value(a) > value(b) ? 1 : value(a) < value(b) ? -1 : 0));
-  sheet.append(...cards.map(card => card.element));
+  const all = document.createDocumentFragment();
+  for (const {element} of cards) all.append(element);
+  sheet.append(all);
 }
 
 // The page of one map; the others are those that the sheet shows, in its order.
@@ -69,18 +95,17 @@ function step(by) {
 function open() {
   const card = opened();
   if (!card) { if (dialog.open) dialog.close(); document.title = title; return; }
-  const {row, reasons, caption, command, element} = card, list = shown(), place = list.indexOf(card);
+  const {row, reasons, caption, command, picture} = card, list = shown(), place = list.indexOf(card);
   dialog.textContent = "";
   const bar = add(dialog, "div", {className: "steps"});
   add(bar, "button", {type: "button", textContent: "\u2190 previous", disabled: place < 1, onclick: () => step(-1)});
   add(bar, "button", {type: "button", textContent: "next \u2192", disabled: place < 0 || place > list.length - 2, onclick: () => step(1)});
   add(bar, "span", {textContent: place < 0 ? "" : `${place + 1} of ${list.length}`});
-  add(bar, "button", {type: "button", textContent: "all maps", onclick: () => dialog.close()});
+  add(bar, "button", {type: "button", textContent: "all", onclick: () => dialog.close()});
   add(dialog, "h1", {textContent: row.source});
   addRating(dialog, row);
-  const image = element.querySelector("img");
-  if (image) {
-    add(dialog, "p").append(Object.assign(document.createElement("img"), {src: image.src, alt: row.source}));
+  if (picture) {
+    add(add(dialog, "p"), "img", {src: picture, alt: row.source});
     add(dialog, "p", {textContent: caption});
     dialog.append(document.querySelector(".legends").cloneNode(true));
   }
@@ -125,5 +150,7 @@ form.querySelector("[name=export]").onclick = () => {
   link.download = "ratings.tsv";
   link.click();
 };
+sort();
 show();
+for (const {element} of cards) near.observe(element);
 open();

@@ -1,0 +1,114 @@
+"""Cards of many results, which a page draws when they are looked at: sorted, filtered, rated; and distributions."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray
+from .markup import legend
+from .palette import Colour, Ramp
+
+_BADGES = 3  # reasons on a card; its page has all
+_BINS = 30
+#: Width and height of a histogram, and the room below, beside and above its bars, in units of its drawing.
+_WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A result on a page.
+
+    Attributes
+    ----------
+    key : str
+        Its address on the page.
+    row : mapping
+        Its figures by name, for JSON; `source`, by which it is rated, and `status` among them.
+    name, text : str
+        What stands on the card.
+    caption, command : str
+        What the picture shows, and how to look closer.
+    picture : str
+        The picture's address; empty if there is none.
+    reasons : sequence of str
+        Why it stands out.
+    good : bool
+        Whether it is what was wanted.
+    """
+
+    key: str
+    row: Mapping[str, Any]
+    name: str
+    text: str
+    caption: str
+    command: str
+    picture: str = ""
+    reasons: Sequence[str] = ()
+    good: bool = True
+
+
+def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Iterable[Ramp | tuple[str, Colour]]) -> str:
+    """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels."""
+    entries = []
+    for rank, card in enumerate(cards):
+        more = [f"and {len(card.reasons) - _BADGES} more"] if len(card.reasons) > _BADGES else []
+        entries.append(asdict(card) | {"rank": rank, "badges": [*card.reasons[:_BADGES], *more]})
+    sorts = "".join(f'<option value="{key}">{escape(label)}</option>'
+                    for key, label in {"rank": "worst first", "source": "name", **figures}.items())
+    shown = ["all", *sorted({card.row["status"] for card in cards}), "outliers", "passed", "failed by you", "not rated"]
+    statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)
+    code = files(__package__).joinpath("cards.js").read_text(encoding="utf-8")
+    data = json.dumps(entries).replace("<", "\\u003c")  # no text ends the element that holds it
+    return (f'<div class="legends">{"".join(map(legend, legends))}</div>'
+            f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
+            f'<label>show <select name="status">{statuses}</select></label> '
+            '<label>name has <input name="text" type="search"></label> '
+            '<button type="button" name="bars" hidden></button> '
+            '<button type="button" name="export">Save ratings as TSV</button> <output></output></form>'
+            '<div class="sheet"></div><dialog></dialog>'
+            f'<script type="application/json" class="cards">{data}</script><script>{code}</script>')
+
+
+def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str) -> str:
+    """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal."""
+    if np.ptp(values) == 0:
+        return f"<figure><figcaption>{label}: {values[0]:.3g} in all</figcaption></figure>"
+    ends = float(values.min()), min(limit, float(values.max()))
+    if ends[0] == ends[1]:
+        ends = ends[0] - 0.5, ends[1] + 0.5
+    counts, edges = np.histogram(values, bins=_BINS, range=ends)
+    edges[-1] = np.nextafter(edges[-1], math.inf)  # the last bar has its upper end
+    bars = [(k, int(count), *edges[k : k + 2].tolist()) for k, count in enumerate(counts)]
+    bars.append((_BINS + 1, int((values > limit).sum()), limit, math.inf))
+    step, most = (_WIDTH - _SIDE) / (_BINS + 2.5), max(count for _, count, _, _ in bars)
+    room = _HEIGHT - _AXIS - _TOP
+    drawn = []
+    for k, count, low, high in bars:
+        x, height = _SIDE + k * step, max(room * count / most, 1.5)
+        outliers = high == math.inf
+        said = f"{count} above {low:.3g}" if outliers else f"{count} from {low:.3g} to {high:.3g}"
+        if count:
+            drawn.append(
+                f'<g class="bar{" outliers" if outliers else ""}" data-figure="{name}" data-low="{low!r}" '
+                f'data-high="{"" if outliers else repr(high)}" data-said="{label} {said}"><title>{said}: click</title>'
+                f'<rect class="hit" x="{x:.1f}" y="{_TOP}" width="{step:.1f}" height="{room}"/><rect x="{x:.1f}" '
+                f'y="{_TOP + room - height:.1f}" width="{0.9 * step:.1f}" height="{height:.1f}"/></g>')
+    base, end = _HEIGHT - _AXIS, _SIDE + _BINS * step
+    last = (_WIDTH, "> ") if bars[-1][1] else (end, "")
+    texts = [(0, 9, "start", f"{most}"), (_SIDE - 3, base, "end", "0"),
+             (_SIDE, base + 11, "start", f"{edges[0]:.3g}"), (last[0], base + 11, "end", f"{last[1]}{edges[-1]:.3g}"),
+             ((_SIDE + end) / 2, base + 23, "middle", axis)]
+    words = "".join(f'<text x="{x:.1f}" y="{y}" text-anchor="{anchor}">{escape(text)}</text>'
+                    for x, y, anchor, text in texts)
+    caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
+    return (f'<figure><svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{caption}">'
+            f'<path d="M{_SIDE} {_TOP}V{base}H{_WIDTH}"/>{"".join(drawn)}{words}</svg>'
+            f"<figcaption>{caption}</figcaption></figure>")
