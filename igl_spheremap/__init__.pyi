@@ -50,6 +50,7 @@ from .mesh.check import check_mesh as check_mesh
 from .mesh.clean import repair_mesh as repair_mesh
 from .mesh.disk import Disk as Disk
 from .mesh.disk import check_disk as check_disk
+from .mesh.opening import repair_disk as repair_disk
 from .plane.disk_map import DiskMap as DiskMap
 from .plane.disk_map import balanced_disk_map as balanced_disk_map
 from .plane.disk_map import disk_conformal_map as disk_conformal_map

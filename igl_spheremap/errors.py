@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
@@ -22,35 +22,31 @@ _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
 
 
+#: Options of repairs, in the order in which these are made.
+_REPAIRS = ("weld", "keep_largest", "holes", "handles", "cut")
+
+
 @dataclass(frozen=True)
 class Remedy:
-    """Options of `repair_mesh` that correct a mesh. A front end says the call, or the flags that stand for it.
+    """A repair and its options, which correct a mesh. A front end says the call, or the flags that stand for it.
 
-    >>> Remedy(holes=True).call, Remedy(holes=True).options
-    ("repair_mesh(v, f, holes='fill')", {'holes': 'fill'})
+    >>> Remedy().with_options(holes="fill", handles=None).call
+    "repair_mesh(v, f, holes='fill')"
     """
 
-    weld: float = 0.0
-    keep_largest: bool = False
-    holes: bool = False
-    handles: bool = False
+    function: str = "repair_mesh"
+    options: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """Those that are not the defaults."""
-        words: tuple[tuple[str, Any], ...] = (("weld", self.weld), ("keep_largest", True), ("holes", "fill"),
-                                              ("handles", "cut"))
-        return {name: value for (name, value), on in zip(words, astuple(self), strict=True) if on}
+    def with_options(self, **options: Any) -> Remedy:
+        """The repair with further options, where they are set."""
+        known = {**self.options, **{name: value for name, value in options.items() if value}}
+        return replace(self, options={name: known[name] for name in _REPAIRS if name in known})
 
     @property
     def call(self) -> str:
         """The call with these options."""
-        return repair_call(self.options)
-
-
-def repair_call(options: Mapping[str, Any]) -> str:
-    """The call of `repair_mesh` with these options."""
-    return f"repair_mesh({', '.join(('v', 'f', *(f'{name}={value!r}' for name, value in options.items())))})"
+        words = ("v", "f", *(f"{name}={value!r}" for name, value in self.options.items()))
+        return f"{self.function}({', '.join(words)})"
 
 
 class MeshError(ValueError):
@@ -61,8 +57,8 @@ class MeshError(ValueError):
     Attributes
     ----------
     remedy : dict or None
-        Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``. None where it
-        can't, or the error is of something else.
+        Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``; of errors of
+        disks those of `repair_disk`. None where it can't, or the error is of something else.
     """
 
     def __init__(self, message: object = "", remedy: Mapping[str, Any] | None = None) -> None:

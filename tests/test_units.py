@@ -76,6 +76,7 @@ CALLS = {
     "p_harmonic_energy": lambda u: p_harmonic_energy(u * V, F, X, p=3),
     "p_harmonic_map": lambda u: ism.p_harmonic_map(u * V, F, p=3).sphere,
     "repair_foldings": lambda u: ism.repair_foldings(u * V, F, -X).sphere,
+    "repair_disk": lambda u: ism.repair_disk(u * V, F[2:], holes="fill", cut=3).v / u,
     "repair_mesh": lambda u: ism.repair_mesh(u * D, H, weld=1e-6, holes="fill").v / u,
     "sphere_map": lambda u: ism.sphere_map(u * V, F, X).angle_differences(),
     "spherical_conformal_map": lambda u: ism.spherical_conformal_map(u * V, F).sphere,

@@ -22,19 +22,29 @@ _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of th
 
 def read(path: Path) -> RawMesh:
     """All meshes of a scene as one, in the scene's coordinates; seams of textures hold their vertices twice."""
+    v, f = joined(parts(path))
+    return RawMesh(v, of_triangles(f))
+
+
+def parts(path: Path, textures: bool = False) -> list[Any]:
+    """The meshes of a scene as trimesh reads them, in the scene's coordinates."""
     trimesh = import_optional("trimesh", "glTF", "io")
     data = path.read_bytes()
     binary = data.startswith(_MAGIC)
     _check_tree(json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data), path, len(data))
-    scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False, skip_materials=True,
-                               resolver=trimesh.resolvers.FilePathResolver(str(path)))
+    scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False,
+                               skip_materials=not textures, resolver=trimesh.resolvers.FilePathResolver(str(path)))
     meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
     if not meshes:
         raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
+    return meshes
+
+
+def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
+    """The vertices and faces of several meshes."""
     offset = np.cumsum([0] + [len(part.vertices) for part in meshes])
     v = np.concatenate([part.vertices for part in meshes])
-    f = np.concatenate([part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)])
-    return RawMesh(v, of_triangles(f))
+    return v, np.concatenate([part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)])
 
 
 def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:

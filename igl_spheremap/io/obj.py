@@ -7,10 +7,12 @@ success on a full disk.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .records import Metadata, Polygons, RawMesh
 from .text import indices, numbers, read_rows, write_text
@@ -33,3 +35,31 @@ def read(path: Path) -> RawMesh:
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write all digits, and the mark as a comment."""
     write_text(path, "", metadata, ("v %r %r %r\n", v), ("f %r %r %r\n", f + 1))
+
+
+@dataclass(frozen=True, eq=False)
+class ObjTexture:
+    """Texture coordinates (k, 2) of a file of triangles; by corner (m, 3) the vertex and the row of coordinates."""
+
+    uv: FloatArray
+    vertex: IntArray
+    row: IntArray
+
+
+def texture(data: bytes) -> ObjTexture | None:
+    """The texture coordinates of an OBJ file; None if it has none."""
+    rows = read_rows(data)
+    uv = rows.starting_with(b"vt")
+    if not len(uv):
+        return None
+    faces = rows.starting_with(b"f")
+    text = faces.bytes()
+    pairs = re.findall(rb"(?<!\S)(\d+)/(\d+)(?=[/\s])", text)
+    if len(pairs) != len(text.split()):
+        raise MeshError("faces without texture coordinates, or with negative numbers; write it anew")
+    if (faces.counts != 3).any():
+        raise MeshError("faces with texture coordinates are not triangles; triangulate them")
+    vertex, row = np.array(pairs, dtype=np.int64).T - 1
+    if min(vertex.min(), row.min()) < 0 or row.max() >= len(uv):
+        raise MeshError(f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew")
+    return ObjTexture(numbers(uv, 2, "texture coordinate"), vertex.reshape(-1, 3), row.reshape(-1, 3))

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-import re
+import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
-from ..plane.plane_map import PlaneMap, given_map
+from ..plane.plane_map import PlaneMap, UnitSquare, given_map
+from ..shapes.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh, write_mesh
 from .formats import PathLike, format_of
+from .obj import ObjTexture, texture
 from .patch import SUFFIXES, Patch, read_patch, write_patch
 from .reading import reading
 from .replacing import replacing
-from .text import numbers, read_rows, write_text
+from .text import write_text
+from .textured import texture_of, write_textured
 from .written_map import make_mark
 
 
@@ -29,22 +35,28 @@ def is_patch(path: PathLike) -> bool:
 
 
 @own_errstate
-def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, rows: IntArray | None = None
-                    ) -> Certificate:
+def write_plane_map(
+    path: PathLike, result: PlaneMap, *, force: bool = False, rows: IntArray | None = None, up: str = "y"
+) -> Certificate:
     """Write a map to the plane, read it back, and certify what is in the file.
 
     Parameters
     ----------
     path : str or path-like
-        The new file. OBJ holds the surface, and the map as texture coordinates (not scaled to the unit square); NPZ
-        both, as arrays ``vertices``, ``faces`` and ``plane``; .patch.flat is FreeSurfer's; any other format holds the
-        image as a mesh, whose third coordinate is 0.
+        The new file. OBJ and GLB hold the surface, and the map as texture coordinates in the unit square; a comment or
+        the mesh's ``extras`` say ``factor`` and ``corner``: ``uv = factor * (plane - corner)``; GLB has a checkerboard,
+        too. NPZ holds both, as arrays ``vertices``, ``faces`` and ``plane``; .patch.flat is FreeSurfer's; any other
+        format holds the image as a mesh, whose third coordinate is 0.
     result : PlaneMap
         A `DiskMap` or `FlatMap`.
     force : bool
         Replace an existing file.
     rows : (n,) int64 array, optional
-        For patches: rows of the whole surface that the vertices are; by default they are the whole.
+        Rows of the whole surface that the vertices are, ``vertex_source`` of what `repair_disk` made, -1 in caps; by
+        default they are the whole. Patches and NPZ hold them; OBJ has vertices of one row once, and coordinates by
+        corner (``f v/vt``).
+    up : {"y", "z"}
+        For GLB: which way is up. Where it is z, the scene turns the surface, for there y is.
 
     Returns
     -------
@@ -70,21 +82,36 @@ def write_plane_map(path: PathLike, result: PlaneMap, *, force: bool = False, ro
     """
     mesh = result.mesh
     mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
+    vertex = np.arange(len(mesh.v)) if rows is None else rows
+    square = UnitSquare.of(result.plane)
+    known = {"factor": square.factor, "corner": square.corner.tolist()}
     if is_patch(path):
         border = np.zeros(len(mesh.v), dtype=bool)
         border[mesh.rim] = True
-        write_patch(path, Patch(np.arange(len(mesh.v)) if rows is None else rows, result.image, border), force=force)
+        write_patch(path, Patch(vertex, result.image, border), force=force)
     elif format_of(path).name == "OBJ":
-        corners = np.repeat(mesh.f + 1, 2, axis=1)
+        new = vertex < 0
+        _, first, number = np.unique(np.where(new, vertex.max() + np.cumsum(new), vertex), return_index=True,
+                                     return_inverse=True)
+        corners = np.stack((number[mesh.f], mesh.f), axis=-1).reshape(-1, 6) + 1
+        groups: list[tuple[str, NDArray[Any]]] = [("f %r/%r %r/%r %r/%r\n", corners[mesh.surface])]
+        if mesh.caps is not None:
+            groups += [("g caps\n", np.empty((1, 0))), (groups[0][0], corners[mesh.caps])]
         with replacing(path, force) as partial:
-            write_text(partial, "", mark, ("v %r %r %r\n", mesh.v), ("vt %r %r\n", result.plane),
-                       ("f %r/%r %r/%r %r/%r\n", corners))
+            write_text(partial, f"# vt: {json.dumps(known)}\n", mark, ("v %r %r %r\n", mesh.v[first]),
+                       ("vt %r %r\n", square.uv), *groups)
+    elif str(path).lower().endswith(".glb"):
+        atlas = plane_atlas(square.uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
+        write_textured(path, mesh.v, mesh.f, atlas, checker_image(), force=force, up=up, extras=known | mark)
     elif format_of(path).name == "NPZ":
+        arrays: dict[str, NDArray[Any]] = {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}
+        arrays |= {} if rows is None else {"vertex_source": rows}
+        arrays |= {} if mesh.caps is None else {"caps": mesh.caps}
         with replacing(path, force) as partial:
-            npz.write_arrays(partial, {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}, mark)
+            npz.write_arrays(partial, arrays, mark)
     else:
         write_mesh(path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark)
-    return Certificate.of_plane(read_images(path), mesh.f, mesh.rim)
+    return Certificate.of_plane(read_images(path).plane, mesh.f, mesh.rim)
 
 
 @own_errstate
@@ -94,11 +121,12 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     Parameters
     ----------
     path : str or path-like
-        An OBJ file with texture coordinates, an NPZ file with arrays ``vertices``, ``faces`` and ``plane``, a patch, or
-        any mesh file whose third coordinate is the same everywhere.
+        An OBJ or GLB file with texture coordinates, an NPZ file with arrays ``vertices``, ``faces`` and ``plane``, a
+        patch, or any mesh file whose third coordinate is the same everywhere. Where texture coordinates have a seam,
+        the map is one of the surface that is cut there, a row for each of them.
     surface : mesh object or (v, f), optional
-        What was mapped; of a patch the whole surface that it was cut from. By default the surface in the file: only OBJ
-        and NPZ hold one.
+        What was mapped; of a patch the whole surface that it was cut from. By default the surface in the file: only
+        OBJ, GLB and NPZ hold one.
 
     Returns
     -------
@@ -124,57 +152,74 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     >>> square.plane.tolist(), square.certificate.folding_free
     ([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], True)
     """
-    p = read_images(path)
+    images = read_images(path)
+    caps = None
     if surface is not None:
         v, f = vertices_and_faces(surface)
         if is_patch(path):
             v, f = read_patch(path).part(v, f)
-    elif is_patch(path) or format_of(path).name not in ("OBJ", "NPZ"):
+    elif not images.has_surface:
         raise MeshError(f"{path} holds no surface, only its image; give the surface: surface=read_mesh(...)")
     else:
-        v, f = read_mesh(path)
-    mesh = check_disk(v, f)
-    if len(p) != len(mesh.v):
-        raise MeshError(f"{path} has {len(p)} vertices but the surface has {len(mesh.v)}; give the surface that was "
-                        "mapped")
-    return given_map(mesh, p)
+        (v, f), caps = (known := read_mesh(path)), known.caps
+    v, f = images.cut(v, f, path)
+    return given_map(check_disk(v, f, caps=caps), images.plane)
 
 
-def read_images(path: PathLike) -> FloatArray:
-    """Images (n, 2) of the vertices in a file that holds a map to the plane, in the file's order."""
+@dataclass(frozen=True, eq=False)
+class PlaneImages:
+    """Images (k, 2) in a file that holds a map to the plane, in the file's order, and whether it holds the surface.
+
+    Texture coordinates with a seam come with the vertex (k,) that each is one of, and with faces (m, 3) of their own.
+    """
+
+    plane: FloatArray
+    has_surface: bool = False
+    vertex: IntArray | None = None
+    faces: IntArray | None = None
+
+    def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
+        """The surface, cut where these have a seam; a MeshError if it has another number of vertices."""
+        rows = check_rows(v, name="vertices")
+        n = len(self.plane) if self.vertex is None else int(self.vertex.max()) + 1
+        if len(rows) != n:
+            raise MeshError(f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
+                            "mapped")
+        if self.vertex is None or self.faces is None:
+            return rows, check_triangles(f)
+        return rows[self.vertex], self.faces
+
+
+def read_images(path: PathLike) -> PlaneImages:
+    """What a file holds of a map to the plane."""
     path = Path(path)
     if is_patch(path):
         x = read_patch(path).positions
     else:
         kind = format_of(path).name
         with reading(path):
-            if kind == "OBJ" and (uv := _texture(path.read_bytes())) is not None:
-                return uv
+            if kind == "OBJ" and (known := texture(path.read_bytes())) is not None:
+                return _unseamed(known, len(read_mesh(path).v))
+            if kind == "glTF" and (uv := texture_of(path)) is not None:
+                return PlaneImages(uv, True)
             if kind == "NPZ" and "plane" in (arrays := npz.read_arrays(path)):
-                return check_rows(arrays["plane"], name="plane", columns=2)
+                return PlaneImages(check_rows(arrays["plane"], name="plane", columns=2), True)
         x = read_mesh(path).v
     if np.ptp(x[:, 2]) != 0:
         raise MeshError(f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
                         "coordinates; give a flat mesh, or a surface with texture coordinates")
-    return np.ascontiguousarray(x[:, :2])
+    return PlaneImages(np.ascontiguousarray(x[:, :2]))
 
 
-def _texture(data: bytes) -> FloatArray | None:
-    """Texture coordinates of each vertex of an OBJ file; None if it has none."""
-    rows = read_rows(data)
-    uv = rows.starting_with(b"vt")
-    if not len(uv):
-        return None
-    text = rows.starting_with(b"f").bytes()
-    pairs = re.findall(rb"(?<!\S)(\d+)/(\d+)(?=[/\s])", text)
-    if len(pairs) != len(text.split()):
-        raise MeshError("faces without texture coordinates, or with negative numbers; write it anew")
-    vertex, place = np.array(pairs, dtype=np.int64).T - 1
-    n = len(rows.starting_with(b"v"))
-    of = np.full(n, -1)
-    of[vertex] = place
-    if (of[vertex] != place).any():
-        raise MeshError("texture coordinates have seams: vertices with several; give a map that is in one piece")
-    if (of < 0).any():
-        raise MeshError(f"vertex {int((of < 0).argmax())} has no texture coordinates; remove it")
-    return numbers(uv, 2, "texture coordinate")[of]
+def _unseamed(known: ObjTexture, n: int) -> PlaneImages:
+    """Texture coordinates of n vertices; where one has several, of a surface that is cut there."""
+    vertex, row = known.vertex.ravel(), known.row.ravel()
+    missing = np.setdiff1d(np.arange(n), vertex)
+    if len(missing):
+        raise MeshError(f"vertex {missing[0]} has no texture coordinates; remove it")
+    of = np.empty(n, dtype=np.int64)
+    of[vertex] = row
+    if (of[vertex] == row).all():
+        return PlaneImages(known.uv[of], True)
+    pairs, corner = np.unique(np.column_stack((row, vertex)), axis=0, return_inverse=True)
+    return PlaneImages(known.uv[pairs[:, 0]], True, pairs[:, 1], corner.reshape(-1, 3))

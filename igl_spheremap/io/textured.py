@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError, import_optional
-from ..mesh.arrays import FloatArray
-from ..mesh.check import check_mesh
+from ..errors import FileError, MeshError, import_optional
+from ..mesh.arrays import FloatArray, check_triangles, own_unit
+from ..mesh.check import check_indices, check_positions
 from ..shapes.texture import Atlas
-from .formats import PathLike
-from .reading import check_regular
+from .formats import PathLike, format_of
+from .gltf import joined, parts
+from .obj import read, texture
+from .reading import check_regular, reading
 from .replacing import check_writable, replacing
 from .text import write_text
+
+#: Turns a surface whose z is up so that its y is: a quarter turn about x.
+Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 
 def read_picture(path: PathLike) -> NDArray[np.uint8]:
@@ -38,8 +48,97 @@ def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = Fal
         pillow.fromarray(image).save(partial, format="png")
 
 
+@dataclass(frozen=True, eq=False)
+class TexturedMesh:
+    """The texture of a file.
+
+    Attributes
+    ----------
+    uv : (m, 3, 2) float64 array
+        Coordinates of the corners of its faces, in the order in which `read_mesh` has them.
+    v : (m, 3, 3) float64 array
+        Positions of these corners.
+    image : (height, width, 3) uint8 array
+        The picture, rows from above; it repeats beyond 0 and 1.
+    """
+
+    uv: FloatArray
+    v: FloatArray
+    image: NDArray[np.uint8]
+
+    def __repr__(self) -> str:
+        return f"TexturedMesh({len(self.uv)} faces, {self.image.shape[1]} x {self.image.shape[0]} texels)"
+
+
+def read_textured(path: PathLike) -> TexturedMesh:
+    """Read texture coordinates and picture of a .glb, .gltf or .obj file, whose .mtl names the picture.
+
+    Raises
+    ------
+    FileError
+        If the file or its picture can't be read, or it is of another format.
+    MeshError
+        If it is damaged, or has no texture or several pictures.
+    """
+    path = Path(path)
+    kind = format_of(path).name
+    if kind not in ("OBJ", "glTF"):
+        raise FileError(f"{path}: textures are read from .obj, .glb and .gltf files")
+    with reading(path):
+        if kind == "OBJ":
+            return _read_obj(path)
+        found = parts(path, textures=True)
+        v, f = joined(found)
+        pictures = [_picture_of(part) for part in found]
+        if any(getattr(part.visual, "uv", None) is None for part in found):
+            raise MeshError("a part without texture coordinates; give all of them a texture")
+        uv = np.concatenate([part.visual.uv for part in found])
+        return TexturedMesh(uv[f], v[f], _only(pictures))
+
+
+def texture_of(path: Path) -> FloatArray | None:
+    """Texture coordinates (n, 2) of the vertices of a glTF file; None if it has none."""
+    found = parts(path, textures=True)
+    uv: list[Any] = [getattr(part.visual, "uv", None) for part in found]
+    return None if any(each is None for each in uv) else np.concatenate(uv).astype(np.float64)
+
+
+def _read_obj(path: Path) -> TexturedMesh:
+    data = path.read_bytes()
+    known = texture(data)
+    if known is None:
+        raise MeshError("no texture coordinates; give a file that has them")
+    names = [path.parent / name for name in _named(data, b"mtllib")]
+    pictures = [name.parent / picture for name in names for picture in _named(name.read_bytes(), b"map_Kd")]
+    image = _only([read_picture(name) for name in dict.fromkeys(pictures)])
+    return TexturedMesh(known.uv[known.row], read(path).v[known.vertex], image)
+
+
+def _named(data: bytes, word: bytes) -> list[str]:
+    """The files that lines with a word name; before the name of a picture there may be options."""
+    found = re.findall(rb"^[ \t]*" + word + rb"[ \t]+(?:-\S+[ \t]+(?:[-.\d]+[ \t]+)*)*([^\r\n]+)", data, re.M)
+    return [name.decode(errors="replace").strip() for name in dict.fromkeys(found)]
+
+
+def _picture_of(part: Any) -> NDArray[np.uint8] | None:
+    material = getattr(part.visual, "material", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    return None if image is None else np.asarray(image.convert("RGB"))
+
+
+def _only(pictures: list[NDArray[np.uint8] | None]) -> NDArray[np.uint8]:
+    """The picture of all parts; a MeshError unless there is one."""
+    found = [picture for picture in pictures if picture is not None]
+    if len(found) < max(len(pictures), 1):
+        raise MeshError("no picture: it names no texture; give a file with a texture")
+    if any(picture.shape != found[0].shape or (picture != found[0]).any() for picture in found):
+        raise MeshError(f"{len(found)} pictures; join them into one, as a renderer's baking does")
+    return found[0]
+
+
 def write_textured(
-    path: PathLike, v: ArrayLike, f: ArrayLike, atlas: Atlas, image: NDArray[np.uint8], *, force: bool = False
+    path: PathLike, v: ArrayLike, f: ArrayLike, atlas: Atlas, image: NDArray[np.uint8], *, force: bool = False,
+    up: str = "y", extras: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a surface with texture coordinates, vertex normals and a texture.
 
@@ -57,26 +156,32 @@ def write_textured(
         The texture, rows from above.
     force : bool
         Replace existing files.
+    up : {"y", "z"}
+        Which way is up. In .glb files y is, by the standard: where it is z, the scene turns the surface.
+    extras : dict, optional
+        What else a .glb file is to hold, as the extras of its mesh; in .obj files a comment.
 
     Raises
     ------
     FileError
         If the suffix is another one, a file exists and `force` is not set, or writing fails.
     MeshError
-        If `v, f` is not a closed genus-0 mesh.
+        If `v, f` are no triangles with finite vertices.
     """
-    mesh = check_mesh(v, f)
-    normals = atlas.carry(igl.per_vertex_normals(mesh.unit, mesh.f))
+    vertices, faces = check_positions(v), check_triangles(f)
+    check_indices(faces, len(vertices))
+    normals = atlas.carry(igl.per_vertex_normals(own_unit(vertices)[0], faces))
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
     target = Path(path)
     writers = {".obj": _write_obj, ".glb": _write_glb}
     if target.suffix.lower() not in writers:
         raise FileError(f"{path}: textures are written to .obj and .glb files")
-    writers[target.suffix.lower()](target, atlas.carry(mesh.v), normals, atlas, image, force)
+    writers[target.suffix.lower()](target, atlas.carry(vertices), normals, atlas, image, force, up, extras or {})
 
 
 def _write_obj(
-    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
+    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, up: str,
+    extras: Mapping[str, Any],
 ) -> None:
     material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
     for each in (path, material, picture):
@@ -90,11 +195,13 @@ def _write_obj(
     parts = (("v %r %r %r\n", v[one]), ("vt %r %r\n", atlas.uv), ("vn %r %r %r\n", normals[one]),
              ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1))
     with replacing(path, force) as partial:
-        write_text(partial, f"mtllib {material.name}\nusemtl texture\n", {}, *parts)
+        comment = f"# {json.dumps(extras)}\n" if extras else ""
+        write_text(partial, f"{comment}mtllib {material.name}\nusemtl texture\n", {}, *parts)
 
 
 def _write_glb(
-    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool
+    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, up: str,
+    extras: Mapping[str, Any],
 ) -> None:
     trimesh, pillow = import_optional("trimesh", "glTF", "io"), import_optional("PIL.Image", "writing a texture", "io")
     material = trimesh.visual.material.PBRMaterial(
@@ -102,5 +209,14 @@ def _write_glb(
     )
     visual = trimesh.visual.TextureVisuals(uv=atlas.uv, material=material)
     body = trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
+    scene = trimesh.Scene()
+    scene.add_geometry(body, transform=Z_UP if up == "z" else None)
+
+    def sign(tree: dict[str, Any]) -> None:
+        known = dict(extras)
+        tree["asset"]["generator"] = known.pop("mark", tree["asset"]["generator"])
+        if known:
+            tree["meshes"][0]["extras"] = known
+
     with replacing(path, force) as partial:
-        partial.write_bytes(trimesh.exchange.gltf.export_glb(trimesh.Scene(body), include_normals=True))
+        partial.write_bytes(trimesh.exchange.gltf.export_glb(scene, include_normals=True, tree_postprocessor=sign))

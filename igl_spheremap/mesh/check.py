@@ -117,7 +117,7 @@ def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -
     """`check_mesh` for a repair: the call that an error suggests includes the options `asked` of that repair."""
     vertices, faces = check_positions(v), check_triangles(f)
     edges = _check_sphere(faces, len(vertices), vertices, asked)
-    return _mesh(vertices, faces, edges, None if caps is None else _check_caps(caps, len(faces)))
+    return _mesh(vertices, faces, edges, None if caps is None else check_caps(caps, len(faces)))
 
 
 @stage("check")
@@ -205,7 +205,7 @@ def check_positions(v: ArrayLike) -> FloatArray:
     return vertices
 
 
-def _check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
+def check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
     """The faces that are caps; None if there are none."""
     array = plain_array(caps, "caps")
     if array.dtype != bool or array.shape != (m,):

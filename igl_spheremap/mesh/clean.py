@@ -18,7 +18,7 @@ from .surface import Surface
 
 @dataclass(frozen=True, eq=False)
 class RepairedMesh:
-    """A closed, outward oriented genus-0 mesh, and what its rows were in the input. Unpacks to ``v, f``.
+    """A closed, outward oriented genus-0 mesh, or a disk, and what its rows were in the input. Unpacks to ``v, f``.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class RepairedMesh:
         Row of the input that each face comes from, -1 for the faces of caps.
     vertex_image : (n_input,) int64 array
         Vertex that each row of the input became, -1 for those that were dropped. Where a row became several vertices
-        (sheets that touched, a handle that was cut), the first of them.
+        (sheets that touched, a cut), the first of them.
     actions : tuple of str
         What was done, a phrase each; empty for a mesh that was sound.
     """
@@ -54,6 +54,16 @@ class RepairedMesh:
 
     def __repr__(self) -> str:
         return f"RepairedMesh({len(self.v)} vertices, {len(self.f)} faces; {'; '.join(self.actions) or 'nothing done'})"
+
+
+def asked_for(function: str, weld: float, keep_largest: bool, holes: str, handles: str) -> Remedy:
+    """The repair with these options, which are checked."""
+    for name, value, choices in (("holes", holes, ("refuse", "fill")), ("handles", handles, ("refuse", "cut"))):
+        if value not in choices:
+            raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
+    check_number(weld, "weld", most=LARGEST_WELD)
+    return Remedy(function).with_options(weld=weld, keep_largest=keep_largest, holes=holes == "fill" and holes,
+                                         handles=handles == "cut" and handles)
 
 
 @takes_mesh
@@ -114,23 +124,19 @@ def repair_mesh(
     >>> ism.repair_mesh(v[:4], [[0, 1, 2], [0, 2, 3], [0, 3, 1]], holes="fill").actions
     ('filled 1 hole (3 edges) near (-0.333, -0.333, -0.333)',)
     """
-    for name, value, choices in (("holes", holes, ("refuse", "fill")), ("handles", handles, ("refuse", "cut"))):
-        if value not in choices:
-            raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
-    check_number(weld, "weld", most=LARGEST_WELD)
+    asked = asked_for("repair_mesh", weld, keep_largest, holes, handles)
     vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         check_mesh(vertices, faces)  # raises
     work = Surface(vertices, faces)
     parts = work.clean(keep_largest, weld)
-    asked = Remedy(weld, keep_largest, holes == "fill", handles == "cut")
     try:
-        if not work.sound or not len(work.f) or (work.rims and not asked.holes):
+        if not work.sound or not len(work.f) or (work.rims and holes == "refuse"):
             checked(work.v, work.f, None, asked)  # raises
         check_positions(work.v)
         work.fill_holes()
-        if asked.handles and (keep_largest or parts == 1):
+        if handles == "cut" and (keep_largest or parts == 1):
             work.cut_handles()
         work.turn_outward()
         checked(work.v, work.f, None, asked)

@@ -8,18 +8,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
-from .arrays import FloatArray, IntArray, check_triangles, listed_words, place
-from .check import area_weights, check_indices, check_positions, normalised
+from ..errors import Remedy, own_errstate
+from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
+from .check import area_weights, check_caps, check_indices, check_positions, normalised
 from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
 from .measure import corner_angles
 from .objects import takes_mesh
 from .timings import stage
-
-#: What makes any other open surface mappable.
-_CLOSE = "close it (repair_mesh(v, f, holes='fill', handles='cut')) and map it to the sphere"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +36,8 @@ class Disk:
         counterclockwise.
     A : (n,) float64 array
         Vertex areas with sum 1, none below a billionth of their mean.
+    caps : (m,) bool array or None
+        Faces that only fill holes; None if there are none.
     """
 
     v: FloatArray
@@ -46,11 +45,12 @@ class Disk:
     f: IntArray
     rim: IntArray
     A: FloatArray
+    caps: BoolArray | None = None
 
     @property
-    def surface(self) -> slice:
-        """Rows of the faces that are not caps: all."""
-        return slice(None)
+    def surface(self) -> slice | BoolArray:
+        """The faces that are not caps, as an index of rows."""
+        return slice(None) if self.caps is None else ~self.caps
 
     @cached_property
     def angles(self) -> FloatArray:
@@ -64,7 +64,7 @@ class Disk:
 @takes_mesh
 @own_errstate
 @stage("check")
-def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:
+def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Disk:
     """Check that `v, f` is an oriented, connected mesh with one boundary loop and no handle, and normalise it.
 
     Parameters
@@ -73,6 +73,9 @@ def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:
         Vertex positions, any real dtype whose numbers float64 holds, byte order and memory layout. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+    caps : (m,) array_like of bool, optional
+        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
+        are none.
 
     Returns
     -------
@@ -98,14 +101,15 @@ def check_disk(v: ArrayLike, f: ArrayLike) -> Disk:
     vertices, faces = check_positions(v), check_triangles(f)
     rim = disk_rim(faces, vertices)
     unit, areas = normalised(vertices, faces)
-    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)))
+    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)),
+                None if caps is None else check_caps(caps, len(faces)))
 
 
-def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
+def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) -> IntArray:  # noqa: B008
     """The boundary loop of a disk; a MeshError if the faces form none, with places by the positions v."""
     n, m = len(v), len(f)
     check_indices(f, n)
-    refusal = Refusal(f, n, v, None)
+    refusal = Refusal(f, n, v, asked)
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
     _, edge, one, other = shared_edges(f, n)
     faces_at = np.bincount(edge)
@@ -120,16 +124,16 @@ def disk_rim(f: IntArray, v: FloatArray) -> IntArray:
     order = np.argsort(edge, kind="stable")
     open_edges = order[faces_at[edge[order]] == 1]
     if not len(open_edges):
-        raise MeshError("closed surface: it has no boundary; map it to the sphere (spherical_conformal_map), or cut it "
-                        "open along a path of edges")
+        refusal.refuse("closed surface: it has no boundary", "map it to the sphere (spherical_conformal_map), or cut "
+                       "it open along a seam")
     refusal.pinched(pinched_vertices(start, np.r_[one, other], np.r_[other, one]))
     loops = sorted((np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True)
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
     if len(loops) > 1:
-        raise MeshError(f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}; a disk has one: "
-                        f"fill the other holes, or {_CLOSE}")
+        refusal.refuse(f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}", "a disk has one: fill "
+                       "the other holes")
     handles = (1 - (n - len(faces_at) + m)) // 2
     if handles:
-        raise MeshError(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane "
-                        f"is free of foldings; cut the surface open along more edges, or {_CLOSE}")
+        refusal.refuse(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane is "
+                       "free of foldings", "fill the hole, cut the handles, and cut it open along a seam")
     return np.roll(loops[0], -int(np.argmin(loops[0])))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -12,6 +13,7 @@ from ..errors import MeshError, Remedy
 from .arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
 from .edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
+from .seam import TIPS
 from .surface import Surface, holes_text
 from .welding import weld_tolerance
 
@@ -22,12 +24,13 @@ _LEAST_PART = 0.1
 class Refusal:
     """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
 
-    `asked` are the options of the repair that the mesh comes from; the call that an error suggests includes them. They
-    are None for a disk: no call makes one, and it may have a boundary.
+    `asked` is the repair that the mesh comes from; the call that an error suggests includes its options. A disk, which
+    `repair_disk` makes, may have a boundary.
     """
 
-    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy | None) -> None:
+    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> None:
         self.f, self.n, self.v, self.asked = f, n, v, asked
+        self._closed = asked.function == "repair_mesh"
 
     def half_edges(self) -> NoReturn:
         """Faces with a repeated index, or edges that are not shared by two opposite faces."""
@@ -35,7 +38,7 @@ class Refusal:
         a, b, c = f.T
         repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
         if len(repeated):
-            self._refuse(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
+            self.refuse(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
                          "remove them")
         start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
         keys, edge, first, second = shared_edges(f, n)
@@ -46,28 +49,28 @@ class Refusal:
             twice = one[copies > 1]
             hint = (f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies" if len(twice)
                     else "split the surface there, or remove the surplus faces")
-            self._refuse(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}", hint)
-        if (faces_at < 2).any() and self.asked is not None:
+            self.refuse(f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}", hint)
+        if (faces_at < 2).any() and self._closed:
             self._open(np.column_stack((start, stop))[faces_at[edge] < 2])
         clash = start[first] == start[second]
         bad = ends[edge[first[clash]]]
         faces = np.column_stack((first // 3, second // 3))[clash]
         forward, backward = direction_components(first // 3, second // 3, clash, len(f))
         if (forward == backward).any():
-            self._refuse("not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
+            self.refuse("not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
                          f"projective plane), it fails {_edges(bad[:1])}", "give an orientable surface")
-        self._refuse(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
+        self.refuse(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
                      f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}", "reverse faces until they agree")
 
     def unreferenced(self, bad: IntArray) -> NoReturn:
         """Vertices in no face."""
-        self._refuse(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}", "remove them")
+        self.refuse(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}", "remove them")
 
     def components(self, label: NDArray[np.int32]) -> NoReturn:
         """Several surfaces, by the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
-        self._refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
-                     "second one", "give one closed surface" if self.asked is not None else "give one of them")
+        self.refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
+                     "second one", "give one closed surface" if self._closed else "give one of them")
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Pinched vertices, else handles."""
@@ -78,27 +81,27 @@ class Refusal:
         if self.v is not None:
             loop = short_loop(own_unit(self.v)[0], self.f)
             where = f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
-        self._refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
+        self.refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
                      "cut and fill the handles")
 
     def pinched(self, bad: IntArray) -> None:
         """Vertices with several fans of faces, if there are any."""
         if len(bad):
-            self._refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
+            self.refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
                          f"{examples(bad)}", "give each sheet a vertex of its own")
 
     def _open(self, edges: IntArray) -> NoReturn:
         """Edges with one face: holes, or seams whose two sides have vertices at the same places."""
         work, _, near = self._cleaned
         if near:
-            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "
+            self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "
                          f"coincide: within {near:g} of the diagonal of the bounding box", "weld them")
         if not work.sound or len(work.f) < _LEAST_PART * len(self.f):
-            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
+            self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
         if not work.rims:
-            self._refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
+            self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
                          "weld the coincident vertices along them")
-        self._refuse(f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
+        self.refuse(f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
                      "close the holes")
 
     @cached_property
@@ -108,7 +111,7 @@ class Refusal:
         Vertices that nearly coincide are welded where that leaves fewer components and holes.
         """
         work, parts = self._clean(0.0)
-        near = weld_tolerance(self.v, self.f) if self.v is not None and self.asked is not None else None
+        near = weld_tolerance(self.v, self.f) if self.v is not None else None
         if near is not None:
             joined, fewer = self._clean(near)
             if joined.sound and fewer + len(joined.rims) < parts + len(work.rims):
@@ -120,17 +123,19 @@ class Refusal:
         work = Surface(apart if self.v is None else self.v, self.f)
         return work, work.clean(keep_largest=True, weld=near)
 
-    def _refuse(self, what: str, hint: str) -> NoReturn:
-        """Raise the error with the hint, and the call of `repair_mesh` that follows it, if there is one."""
-        asked, options = self.asked, None
-        if asked is not None and self._cleaned[0].sound:
+    def refuse(self, what: str, hint: str) -> NoReturn:
+        """Raise the error with the hint, and the call of the repair that follows it, if there is one."""
+        options: Mapping[str, Any] | None = None
+        if self._cleaned[0].sound:
             work, parts, near = self._cleaned
             if len(work.f) < _LEAST_PART * len(self.f):
                 raise MeshError(f"{what}; join the {parts} components, the largest has {count(work.f, 'face')}")
-            holes = bool(work.rims)
+            loops = len(work.rims)
             work.fill_holes()
-            remedy = Remedy(max(asked.weld, near), asked.keep_largest or parts > 1, asked.holes or holes,
-                            asked.handles or work.genus > 0)
+            cut = TIPS if not self._closed and (work.genus or not loops) else 0
+            stays = not self._closed and not cut
+            remedy = self.asked.with_options(weld=near, keep_largest=parts > 1, holes=loops > stays and "fill",
+                                             handles=work.genus > 0 and "cut", cut=cut)
             hint += f" ({remedy.call} does)"
             options = remedy.options
         raise MeshError(f"{what}; {hint}", options)

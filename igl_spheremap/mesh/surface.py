@@ -10,6 +10,7 @@ from .edges import components, direction_components, edge_keys, next_corners, sh
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
+from .seam import seam
 from .sheets import part_sheets
 from .welding import welded
 
@@ -116,10 +117,10 @@ class Surface:
         self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
         self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
 
-    def split_fans(self, cut: IntArray) -> None:
+    def split_fans(self, cut: IntArray, capped: bool = True) -> None:
         """Give each fan of faces around a vertex a vertex of its own, and find the rims; open the edges of keys `cut`.
 
-        Where a rim passes a vertex twice, its fans stay together if the caps of both holes will lie between them.
+        Where a rim passes a vertex twice, its fans stay together if caps of both holes will lie between them.
         """
         first, second = self._twins()
         start, n = self.f.ravel(), len(self.v)
@@ -139,7 +140,7 @@ class Surface:
         parts: list[list[int]] = []
         joined = np.arange(fans)
         for rim in rims(fan[onward[open_edges]], fan[open_edges]):
-            for part, closing in simple_rims(rim, vertex[rim].tolist()):
+            for part, closing in simple_rims(rim, vertex[rim].tolist()) if capped else [(rim, rim[0])]:
                 joined[closing] = joined[part[0]]
                 parts.append(part)
         kept = np.unique(joined)
@@ -156,12 +157,21 @@ class Surface:
         if not len(cut):
             self._note("split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch")
 
-    def fill_holes(self) -> None:
-        """Close every rim by a cap."""
+    def fill_holes(self, kept: int | None = None) -> None:
+        """Close every rim by a cap, but the one that is to be kept."""
+        left = [] if kept is None else [self.rims.pop(kept)]
         if self.rims:
             text = holes_text(self.v, self.rims)
             self._close_rims()
             self.actions.append(f"filled {text}")
+        self.rims = left
+
+    def cut_open(self, points: IntArray | int) -> None:
+        """Cut a closed surface along a tree through vertices, or through so many tips."""
+        edges = seam(self.v, self.f, points)
+        self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)
+        through = f"{points} tips" if isinstance(points, int) else f"{len(points)} vertices"
+        self.actions.append(f"cut along {len(edges)} edges between {through}")
 
     def cut_handles(self) -> None:
         """Cut the handles of a closed surface along short loops, and close the cuts by caps.

@@ -49,7 +49,9 @@ class DiskMap(PlaneMap):
 @takes_mesh
 @own_errstate
 @timed()
-def disk_conformal_map(v: ArrayLike, f: ArrayLike, *, listener: Listener | None = None) -> DiskMap:
+def disk_conformal_map(
+    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, listener: Listener | None = None
+) -> DiskMap:
     """Map a surface with one boundary loop conformally to the unit disk, and certify the map.
 
     Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric: the
@@ -62,6 +64,9 @@ def disk_conformal_map(v: ArrayLike, f: ArrayLike, *, listener: Listener | None 
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
+    caps : (m,) array_like of bool, optional
+        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
+        are none.
     listener : callable, optional
         Called with every `Iterate`, those of the doubled surface first, those in the plane with rows of two
         coordinates; may raise StopIteration to stop with the current map.
@@ -97,7 +102,7 @@ def disk_conformal_map(v: ArrayLike, f: ArrayLike, *, listener: Listener | None 
     True
     """
     history = History(listener)
-    disk = check_disk(v, f)
+    disk = check_disk(v, f, caps=caps)
     with stage("disk"):
         p, certificate, run = conformal_disk(disk, history)
     result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
@@ -110,7 +115,8 @@ def disk_conformal_map(v: ArrayLike, f: ArrayLike, *, listener: Listener | None 
 @takes_mesh
 @own_errstate
 def balanced_disk_map(
-    v: ArrayLike, f: ArrayLike, *, balance: float = 0.75, listener: Listener | None = None
+    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = 0.75,
+    listener: Listener | None = None,
 ) -> DiskMap:
     """Map a surface with one boundary loop to the unit disk, between conformal and area-preserving.
 
@@ -120,6 +126,9 @@ def balanced_disk_map(
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
+    caps : (m,) array_like of bool, optional
+        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
+        are none.
     balance : float
         0 is the map of `disk_conformal_map`, bit for bit; 1 preserves areas; .75 by default, as on the sphere.
     listener : callable, optional
@@ -158,4 +167,4 @@ def balanced_disk_map(
     (True, True)
     """
     check_number(balance, "balance", most=1)
-    return disk_conformal_map(v, f, listener=listener).rebalance(balance, listener=listener)
+    return disk_conformal_map(v, f, caps=caps, listener=listener).rebalance(balance, listener=listener)

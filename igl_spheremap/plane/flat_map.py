@@ -63,7 +63,9 @@ class FlatMap(PlaneMap):
 @takes_mesh
 @own_errstate
 @timed()
-def flatten(v: ArrayLike, f: ArrayLike, *, balance: float = 0.7, listener: Listener | None = None) -> FlatMap:
+def flatten(
+    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = 0.7, listener: Listener | None = None
+) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
     A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat
@@ -80,6 +82,9 @@ def flatten(v: ArrayLike, f: ArrayLike, *, balance: float = 0.7, listener: Liste
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
+    caps : (m,) array_like of bool, optional
+        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
+        are none.
     balance : float
         0 is conformal, 1 preserves areas; .7 (the default) has the least errors of lengths.
     listener : callable, optional
@@ -120,7 +125,7 @@ def flatten(v: ArrayLike, f: ArrayLike, *, balance: float = 0.7, listener: Liste
     (True, True)
     """
     check_number(balance, "balance", most=1)
-    return _flattened(check_disk(v, f), float(balance), History(listener))
+    return _flattened(check_disk(v, f, caps=caps), float(balance), History(listener))
 
 
 def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | None = None) -> FlatMap:

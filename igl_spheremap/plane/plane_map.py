@@ -79,9 +79,9 @@ class PlaneMap(Result):
         Returns
         -------
         (m, 3) float64 array
-            Column k belongs to corner ``faces[:, k]``; zero for a conformal map.
+            Column k belongs to corner ``faces[:, k]``; zero for a conformal map. Caps have no rows.
         """
-        return angle_differences(self.mesh.unit, self.mesh.f, self._scaled)
+        return angle_differences(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
     @own_errstate
     def log_area_ratios(self) -> FloatArray:
@@ -90,9 +90,9 @@ class PlaneMap(Result):
         Returns
         -------
         (m,) float64 array
-            Zero for an area-preserving map.
+            Zero for an area-preserving map. Caps have no rows.
         """
-        return log_area_ratios(self.mesh.unit, self.mesh.f, self._scaled)
+        return log_area_ratios(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
     @own_errstate
     def log_length_ratios(self) -> FloatArray:
@@ -101,9 +101,10 @@ class PlaneMap(Result):
         Returns
         -------
         (m, 3) float64 array
-            Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale.
+            Column k belongs to the edge opposite corner ``faces[:, k]``; zero for an isometry up to scale. Caps have
+            no rows.
         """
-        return log_length_ratios(self.mesh.unit, self.mesh.f, self._scaled)
+        return log_length_ratios(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
     def plot(self, title: str = "") -> Any:
         """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.
@@ -123,7 +124,8 @@ class PlaneMap(Result):
         FileError
             If matplotlib is not installed.
         """
-        return plot_plane(self.plane, self.faces, self.rim, self.angle_differences(), self.log_area_ratios(), title)
+        faces = self.faces[self.mesh.surface]
+        return plot_plane(self.plane, faces, self.rim, self.angle_differences(), self.log_area_ratios(), title)
 
     def _repr_html_(self) -> str:
         """The figures as notebooks show them."""
@@ -139,6 +141,32 @@ def given_map(mesh: Disk, p: FloatArray) -> PlaneMap:
     return PlaneMap(mesh, p, Certificate.of_plane(p, mesh.f, mesh.rim), run)
 
 
+@dataclass(frozen=True, eq=False)
+class UnitSquare:
+    """Texture coordinates of a map to the plane, ``uv = factor * (plane - corner)``: its longer side becomes 1.
+
+    Attributes
+    ----------
+    uv : (n, 2) float64 array
+        From 0 to 1.
+    factor : float
+        What lengths are multiplied by.
+    corner : (2,) float64 array
+        The point of the plane that goes to 0, 0.
+    """
+
+    uv: FloatArray
+    factor: float
+    corner: FloatArray
+
+    @classmethod
+    def of(cls, p: FloatArray) -> UnitSquare:
+        """Of the images of all vertices."""
+        corner = p.min(axis=0)
+        size = float((p.max(axis=0) - corner).max())
+        return cls((p - corner) / size, 1 / size, corner)
+
+
 def in_space(p: FloatArray) -> FloatArray:
     """Points of the plane as points of space."""
     return np.column_stack((p, np.zeros(len(p))))
@@ -147,7 +175,7 @@ def in_space(p: FloatArray) -> FloatArray:
 def plane_findings(result: PlaneMap) -> list[Finding]:
     """What is known of a map to the plane; the verdict comes last."""
     return [angles(result.angle_differences()), areas(result.log_area_ratios()), edges(result.log_length_ratios()),
-            verdict(result.certificate)]
+            verdict(result.certificate, result.mesh.caps)]
 
 
 def plane_rows(result: PlaneMap) -> list[tuple[str, str]]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate, repair_call
+from ..errors import MeshError, Remedy, own_errstate
 from ..mesh.arrays import check_rows, check_triangles, listed_words
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh
@@ -157,7 +157,8 @@ def mesh_findings(found: MeshInfo) -> list[Finding]:
         rows += _figures(found.quality, found.topology.edges)
     rows += [Finding("note", note, {}) for note in found.notes]
     if found.repair is not None:
-        rows.append(Finding("repair", f"{repair_call(found.repair)} would do this: {'; '.join(found.actions)}", {}))
+        call = Remedy(options=found.repair).call
+        rows.append(Finding("repair", f"{call} would do this: {'; '.join(found.actions)}", {}))
     elif found.error is not None:
         rows.append(Finding("repair", "no option of repair_mesh makes a closed surface of genus 0 of it", {}))
     return rows

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import distance_transform_edt, map_coordinates
 from scipy.sparse import csr_matrix, identity, vstack
 
 from ..errors import own_errstate
@@ -14,6 +15,9 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, pla
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
 from ..sphere.rows import unit_rows
+
+#: Texels of bounding boxes of faces that are looked at together: some 1 GB.
+_TEXELS = 1 << 22
 
 Projection = Literal["equirectangular", "octahedral"]
 
@@ -33,12 +37,15 @@ class Atlas:
     vertex : (k,) int64 array
         The vertex that each row is: below n one of the mesh, from n on one that a cut made. Copies of a vertex along
         the seam have the same number.
+    face : (m,) int64 array
+        The face of the mesh that each face is a part of.
     """
 
     uv: FloatArray
     f: IntArray
     weights: csr_matrix
     vertex: IntArray
+    face: IntArray
 
     def __repr__(self) -> str:
         return f"Atlas({len(self.uv)} vertices, {len(self.f)} faces)"
@@ -119,8 +126,59 @@ def texture_atlas(
     values, index = np.unique(np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True)
     vertex = values[:, 0].astype(np.int64)
     return Atlas(
-        np.ascontiguousarray(values[:, 1:]), index.reshape(-1, 3).astype(np.int64), pieces.weights[vertex], vertex
+        np.ascontiguousarray(values[:, 1:]), index.reshape(-1, 3).astype(np.int64), pieces.weights[vertex], vertex,
+        pieces.face,
     )
+
+
+def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
+    """The atlas of a map to the plane, whose rows are those `vertex` of the n vertices of the surface.
+
+    >>> plane_atlas(np.array([[0.0, 0], [1, 0], [0, 1]]), np.array([[0, 1, 2]]), np.array([5, 6, 7]), 8).face
+    array([0])
+    """
+    return Atlas(uv, f, identity(n, format="csr")[vertex], vertex, np.arange(len(f)))
+
+
+def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = 1024) -> NDArray[np.uint8]:
+    """A picture (size, size, 3) for the coordinates of an atlas that shows what another one shows by its own.
+
+    `f` are the faces of the mesh, and `uv` (m, 3, 2) the coordinates in `image` of their corners, where it repeats.
+    Each texel within a face takes the colour there, between four of the picture; the others that of the nearest one.
+    """
+    corners = atlas.f.ravel().repeat(3)
+    parents = f[atlas.face].repeat(3, axis=0).ravel()
+    share = np.asarray(atlas.weights[corners, parents]).reshape(-1, 3, 3)
+    there = share @ uv[atlas.face]  # of the atlas' corners
+    place = np.full((size, size, 2), np.nan)
+    here = atlas.uv[atlas.f] * size - 0.5
+    low = np.clip(np.ceil(here.min(axis=1)), 0, size).astype(np.int64)
+    sides = np.maximum(np.clip(np.floor(here.max(axis=1)), -1, size - 1).astype(np.int64) - low + 1, 0)
+    total = np.cumsum(sides.prod(axis=1))
+    for part in np.split(np.arange(len(here)), np.searchsorted(total, np.arange(_TEXELS, total[-1], _TEXELS))):
+        count = sides[part].prod(axis=1)
+        face = np.repeat(part, count)
+        k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        texel = low[face] + np.column_stack((k % np.maximum(sides[face, 0], 1), k // np.maximum(sides[face, 0], 1)))
+        a, b, c = here[face].transpose(1, 0, 2)
+        whole = _cross(b - a, c - a)
+        ends = ((b - texel, c - texel), (c - texel, a - texel), (a - texel, b - texel))
+        share = np.column_stack([_cross(*pair) for pair in ends])
+        inside = (share * np.sign(whole)[:, None] >= 0).all(axis=1) & (whole != 0)
+        t = share[inside] / whole[inside, None]
+        column, row = texel[inside].T
+        place[size - 1 - row, column] = (t[:, :, None] * there[face[inside]]).sum(axis=1)
+    empty = np.isnan(place[..., 0])
+    nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    place = place[tuple(nearest)]
+    height, width = image.shape[:2]
+    at = [(1 - place[..., 1]) * height - 0.5, place[..., 0] * width - 0.5]
+    found = [map_coordinates(image[..., k].astype(np.float64), at, order=1, mode="grid-wrap") for k in range(3)]
+    return np.rint(np.stack(found, axis=-1)).astype(np.uint8)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _equirectangular(cut: CutMesh) -> FloatArray:
@@ -184,6 +242,7 @@ class CutMesh:
     x: FloatArray  # the old vertices, then new ones on old edges, exactly 0 in the coordinate that cut
     f: IntArray  # each face on one side of every plane
     weights: csr_matrix  # takes values at the old vertices to values at all vertices, along the edges
+    face: IntArray  # the old face that each face is a part of
 
 
 def cut_along_planes(x: FloatArray, f: IntArray, axes: tuple[int, ...]) -> CutMesh:
@@ -196,7 +255,7 @@ def cut_along_planes(x: FloatArray, f: IntArray, axes: tuple[int, ...]) -> CutMe
     >>> len(cut.x), len(cut.f), cut.x[-1].tolist()
     (8, 8, [0.0, 0.0, 1.0])
     """
-    cut = CutMesh(x, f, identity(len(x), format="csr"))
+    cut = CutMesh(x, f, identity(len(x), format="csr"), np.arange(len(f)))
     for axis in axes:
         cut = _cut(cut, axis)
     return cut
@@ -232,6 +291,7 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
         np.concatenate([mesh.x, points]),
         np.concatenate(pieces),
         vstack([mesh.weights, along @ mesh.weights], format="csr"),
+        np.concatenate([mesh.face[count == k] for k in (0, 2, 2, 2, 1, 1)]),
     )
 
 

@@ -1,6 +1,6 @@
 """Maps to the plane in files, of this package and of others."""
 
-import importlib.util
+import json
 
 import numpy as np
 import pytest
@@ -9,24 +9,77 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.io.patch import read_patch
+from igl_spheremap.plane.plane_map import UnitSquare
 
 W, G, ROWS = half(*icosphere(3))
 FLAT = ism.flatten(W, G)
 
 
-@pytest.mark.parametrize("name", ["a.obj", "a.npz", "a.ply", "a.off", "a.vtk", "lh.a.patch.flat", "lh.a.surf.gii"])
+@pytest.mark.parametrize("name", ["a.obj", "a.glb", "a.npz", "a.ply", "a.off", "a.vtk", "lh.a.patch.flat",
+                                  "lh.a.surf.gii"])
 def test_a_map_comes_back_and_is_certified_as_written(tmp_path, name):
-    if name.endswith(".gii") and importlib.util.find_spec("nibabel") is None:
-        pytest.skip("needs nibabel")
+    for suffix, package in ((".gii", "nibabel"), (".glb", "trimesh")):
+        if name.endswith(suffix):
+            pytest.importorskip(package)
     certificate = ism.write_plane_map(tmp_path / name, FLAT)
     assert certificate.folding_free
-    again = ism.read_plane_map(tmp_path / name, surface=None if name in ("a.obj", "a.npz") else (W, G))
+    again = ism.read_plane_map(tmp_path / name, surface=None if name in ("a.obj", "a.glb", "a.npz") else (W, G))
     assert again.certificate.folding_free
     assert (again.rim == FLAT.rim).all()
-    error = np.abs(again.plane - FLAT.plane).max()
-    assert error == 0 if name in ("a.obj", "a.npz", "a.ply", "a.off", "a.vtk") else error < 1e-6
+    plane = again.plane
+    if name in ("a.obj", "a.glb"):
+        assert (plane.min(), plane.max()) == (0, 1)
+        known = UnitSquare.of(FLAT.plane)
+        plane = plane / known.factor + known.corner
+    error = np.abs(plane - FLAT.plane).max()
+    assert error == 0 if name in ("a.npz", "a.ply", "a.off", "a.vtk") else error < 1e-6
     with pytest.raises(ism.FileError):
         ism.write_plane_map(tmp_path / name, FLAT)
+
+
+def test_other_programs_read_the_coordinates_and_the_factor(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    for name, up in (("a.obj", "y"), ("a.glb", "z")):
+        ism.write_plane_map(tmp_path / name, FLAT, up=up)
+    first = (tmp_path / "a.obj").read_text().partition("\n")[0]
+    known = json.loads(first.removeprefix("# vt: "))
+    theirs = trimesh.load_mesh(tmp_path / "a.obj", process=False, maintain_order=True)
+    assert np.allclose(theirs.visual.uv, known["factor"] * (FLAT.plane - known["corner"]), atol=1e-12)
+    scene = trimesh.load_scene(tmp_path / "a.glb", process=False)
+    (part,) = scene.geometry.values()
+    assert part.metadata["factor"] == known["factor"]
+    assert np.allclose(part.visual.uv, theirs.visual.uv, atol=1e-6)
+    assert part.visual.material.baseColorTexture.size == (1024, 1024)
+    turned = scene.to_mesh().vertices  # y is up there, by the standard
+    assert np.allclose(turned, W[:, [0, 2, 1]] * [1, 1, -1], atol=1e-6)
+
+
+def test_a_seam_has_each_vertex_once_and_coordinates_by_corner(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    v, f = icosphere(2)
+    disk = ism.repair_disk(v, f, cut=3)
+    flat = ism.flatten(disk)
+    assert ism.write_plane_map(tmp_path / "a.obj", flat, rows=disk.vertex_source).folding_free
+    again = ism.read_mesh(tmp_path / "a.obj")
+    assert np.array_equal(again.v, v)
+    assert np.array_equal(again.f, f)
+    assert np.array_equal(ism.read_plane_map(tmp_path / "a.obj").plane, UnitSquare.of(flat.plane).uv)
+    theirs = trimesh.load_mesh(tmp_path / "a.obj", process=False)  # doubles vertices where coordinates differ
+    assert len(theirs.vertices) == len(disk.v)
+    certificate = ism.certify(np.asarray(theirs.visual.uv), theirs.faces)
+    assert certificate.folding_free
+    ism.write_plane_map(tmp_path / "a.npz", flat, rows=disk.vertex_source)
+    assert np.array_equal(np.load(tmp_path / "a.npz")["vertex_source"], disk.vertex_source)
+
+
+def test_caps_are_a_group_of_their_own_and_stay_caps(tmp_path):
+    holes = ism.repair_disk(W, np.delete(G, 60, axis=0), holes="fill")
+    flat = ism.flatten(holes)
+    assert flat.angle_differences().shape == (len(G) - 1, 3)
+    for name in ("a.obj", "a.npz"):
+        assert ism.write_plane_map(tmp_path / name, flat, rows=holes.vertex_source).folding_free
+    assert (tmp_path / "a.obj").read_text().partition("g caps\n")[2].count("f ") == 1
+    assert ism.read_plane_map(tmp_path / "a.npz").mesh.caps.sum() == 1
 
 
 def test_an_obj_file_holds_the_surface_too(tmp_path):
@@ -71,7 +124,8 @@ HEAD = "v 0 0 0\nv 1 0 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.5 0.5\n"
 @pytest.mark.parametrize(("face", "words"), [
     ("f 1/1/1 2/2/1 3/3/1", None),
     ("f 1/1 2/2 3/4", None),
-    ("f 1/1 2/2 3/3\nf 1/4 2/2 3/3", "seams"),
+    ("f 1/1 2/2 3/3 3/4", "not triangles"),
+    ("f 1/1 2/2 2/3", "vertex 2 has no texture"),
     ("f 1 2 3", "without texture"),
     ("f 1/1 2/2 3/9", "a.obj"),
     ("f -3/1 -2/2 -1/3", "negative"),

@@ -61,6 +61,25 @@ def effort(text: str) -> Effort:
         raise ArgumentTypeError(f"{text!r}: give numbers from 0 such as systems=5,holes=0,least_gain=0.05") from None
 
 
+def _cut(text: str) -> int | list[int] | str:
+    """What to cut through: a number of tips, vertices, or the name of a list of them."""
+    if text.isdigit():
+        return int(text)
+    words = text.split(",")
+    return [int(word) for word in words] if all(word.isdigit() for word in words) else text
+
+
+def _rim(text: str) -> int | list[float]:
+    """A vertex, or a point."""
+    try:
+        words = text.split(",")
+        if len(words) in (1, 3):
+            return int(text) if len(words) == 1 else [float(word) for word in words]
+    except ValueError:
+        pass
+    raise ArgumentTypeError(f"{text!r}: give a vertex such as 17, or a point such as 0,0,-50")
+
+
 def argument(name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any) -> Argument:
     """A positional argument, or a flag with a value."""
     return (name,), {"metavar": metavar, "help": help, **options}
@@ -181,12 +200,17 @@ MAPPING = (
 )
 #: What `disk` and `flatten` take.
 PLANE = (
-    argument("source", "IN", "a mesh file with one boundary loop, sample:NAME[:key=value,...], or - for stdin"),
+    argument("source", "IN", "a mesh file with one boundary loop, or with --cut a closed one, "
+             "sample:NAME[:key=value,...], or - for stdin"),
     FORMAT,
-    *REPAIR[:2],
+    *REPAIR,
+    argument("--rim", "VERTEX|X,Y,Z", "with --fill-holes: the hole that stays is the one nearest to this vertex or "
+             "point (--rim=-1,0,0); default: the longest", type=_rim),
+    argument("--cut", "K|V,V,...|LIST", "cut a closed surface open along a tree of short paths through so many of its "
+             "tips, through vertices, or through those of a .pinned or .vts list", type=_cut),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds, such as lh.cortex.patch.3d"),
-    *target("the map: .obj (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
-            "mesh"),
+    *target("the map: .obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the "
+            "image as a mesh"),
     *REPORT,
     argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
     *OUTPUT,

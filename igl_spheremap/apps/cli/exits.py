@@ -64,9 +64,10 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),
 )
 
-#: The flags for each option of `repair_mesh`.
-_REPAIR = {"weld": "--weld {}", "keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles"}
-_CALL = re.compile(r"repair_mesh\(v, f((?:, \w+=[^,()]+)*)\)")
+#: The flags for each option of `repair_mesh` and `repair_disk`.
+_REPAIR = {"weld": "--weld {}", "keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
+           "cut": "--cut {}"}
+_CALL = re.compile(r"repair_(?:mesh|disk)\(v, f((?:, \w+=[^,()]+)*)\)")
 #: Calls and arguments that messages name, and what the shell has in their place.
 _FLAGS = {
     "option of repair_mesh": "flag of --repair",
@@ -105,7 +106,8 @@ def with_flags(line: str) -> str:
 
 def _repair_flags(call: re.Match[str]) -> str:
     options = (option.split("=") for option in call[1].split(", ")[1:])
-    return " ".join(("--repair", *(_REPAIR[name].format(value) for name, value in options)))
+    flags = [_REPAIR[name].format(value) for name, value in options]
+    return " ".join(flags if len(flags) == 1 and flags[0].startswith("--cut ") else ["--repair", *flags])
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.

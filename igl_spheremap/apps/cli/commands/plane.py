@@ -6,6 +6,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +14,10 @@ from ....errors import FileError, MeshError
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
-from ....mesh.arrays import FloatArray, IntArray
+from ....io.scalars import read_landmarks
+from ....mesh.arrays import BoolArray, FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ....mesh.surface import Surface
+from ....mesh.opening import repair_disk
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
 from ....plane.plane_map import PlaneMap, given_map, plane_findings, plane_rows
@@ -24,10 +26,14 @@ from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ...viewer.choices import guess_up
-from ..exits import Exit
+from ..arguments import repair_options
+from ..exits import Exit, UsageError
 from ..inputs import STREAM, read_any
 from ..output import Findings, check_outputs, check_plots, write_plot
 from ..workflow import map_and_report
+
+#: How surfaces stand whose third coordinate is up.
+_Z_UP = ("z", "left", "right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +45,7 @@ class InputDisk:
     f: IntArray
     rows: IntArray
     repairs: tuple[str, ...] = ()
+    caps: BoolArray | None = None
 
 
 def run_disk(args: Namespace) -> Exit:
@@ -54,6 +61,8 @@ def run_flatten(args: Namespace) -> Exit:
     """Lay a surface with one boundary loop out in the plane, without folds and overlaps.
 
     igl-spheremap flatten face.ply face_flat.obj
+    igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4
+    igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50
     igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d
     """
     return _map_by(args, flatten)
@@ -72,13 +81,14 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
 
     def solved(listener: Listener) -> PlaneMap:
         try:
-            return solve(source.v, source.f, balance=args.balance, listener=listener)
+            return solve(source.v, source.f, caps=source.caps, balance=args.balance, listener=listener)
         except MeshError as error:
             raise MeshError(f"{source.name}: {error}") from None
 
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.stage(f"writing {args.target}")
-        written = write_plane_map(args.target, result, force=args.force, rows=source.rows)
+        written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
+                                  up="z" if args.up is None and guess_up(source.name) in _Z_UP else "y")
         return written, _findings(source, args, result, written)
 
     return map_and_report(args, source.name, solved, [show], write, lambda result: _draw(args, source, result))
@@ -114,18 +124,34 @@ def _load(args: Namespace) -> InputDisk:
     args.progress.stage(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
-    actions: tuple[str, ...] = ()
     if args.patch is not None:
         patch = read_patch(args.patch)
         rows = patch.rows
         v, f = patch.part(v, f)
-    if args.repair or args.patch is not None:  # the faces of a patch may touch at vertices, or leave some apart
-        work = Surface(v, f)
-        work.clean(args.keep_largest)
-        v, f, rows, actions = work.v, work.f, rows[work.vertex_source], tuple(work.actions)
-        if actions:
-            args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(actions)}")
-    return InputDisk(args.source, v, f, rows, actions)
+    options = _disk_options(args)
+    if not (args.repair or args.patch or options):
+        return InputDisk(args.source, v, f, rows)
+    try:  # the faces of a patch may touch at vertices, or leave some apart
+        disk = repair_disk(v, f, **options)
+    except MeshError as error:
+        raise MeshError(f"{args.source}: {error}", error.remedy) from None
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    if disk.actions:
+        args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
+    rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
+    return InputDisk(args.source, disk.v, disk.f, rows, disk.actions, disk.caps)
+
+
+def _disk_options(args: Namespace) -> dict[str, Any]:
+    """The options of `repair_disk` that flags stand for."""
+    options = repair_options(args) or {}
+    if args.cut_handles and args.cut is None:
+        raise UsageError("--cut-handles goes with --cut here: give the number of points to cut through")
+    if args.rim is not None and not args.fill_holes:
+        raise UsageError("--rim goes with --fill-holes: it chooses the hole that stays")
+    cut = read_landmarks(args.cut) if isinstance(args.cut, str) else args.cut
+    return options | {name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None}
 
 
 def _find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
@@ -144,19 +170,19 @@ def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
         return None
     mesh = read_any(args.source, args.format, read_mesh)
     try:
-        p = read_images(name)
+        images = read_images(name)
     except (MeshError, FileError):  # what is wrong with it was found before
         return None
-    if len(p) != len(mesh.v):
-        raise MeshError(f"{name} has {len(p)} vertices but {args.source} has {len(mesh.v)}; give a map of this mesh")
-    return InputDisk(args.source, mesh.v, mesh.f, np.arange(len(p))), p
+    v, f = images.cut(mesh.v, mesh.f, name)
+    rows = np.arange(len(mesh.v)) if images.vertex is None else images.vertex
+    return InputDisk(args.source, v, f, rows, caps=mesh.caps), images.plane
 
 
 def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
     """Certify a map of a disk to the plane, and report what it does."""
     name = args.sphere or args.source
     args.progress.stage(f"certifying {name}")
-    disk = check_disk(source.v, source.f)
+    disk = check_disk(source.v, source.f, caps=source.caps)
     result = given_map(disk, p)
     found = Findings(source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim))
     found.add("source", f"{args.source}: {len(disk.v)} vertices, {len(disk.f)} faces, {len(disk.rim)} on the rim")

@@ -84,6 +84,30 @@ def test_other_maps_of_a_face_fail(face, tmp_path):
     assert main(["check", face, face, "-q"]) == Exit.NO_MESH
 
 
+def test_a_closed_surface_is_cut_and_holes_but_one_are_filled(tmp_path, capsys):
+    closed, out = str(tmp_path / "ball.ply"), str(tmp_path / "a.obj")
+    ism.write_mesh(closed, V, F)
+    for cut in ("3", "0,5,9", str(tmp_path / "tips.vts")):
+        (tmp_path / "tips.vts").write_text("0\n5\n9\n")
+        assert main(["flatten", closed, out, "--cut", cut, "-q", "-f"]) == Exit.OK
+        assert main(["check", out, "-q"]) == Exit.OK
+        assert len(ism.read_mesh(out).v) == len(V)
+    ism.write_mesh(tmp_path / "torn.ply", W, np.delete(G, 60, axis=0))
+    torn = str(tmp_path / "torn.ply")
+    assert main(["disk", torn, out, "-f"]) == Exit.NO_MESH
+    assert "(--repair --fill-holes does)" in capsys.readouterr().err
+    hole = ",".join(map(str, W[G[60, 0]]))
+    for rim, length in (([], len(ism.check_disk(W, G).rim)), ([f"--rim={hole}"], 3), (["--rim", str(G[60, 0])], 3)):
+        figures = tmp_path / "figures.json"
+        assert main(["disk", torn, out, "-f", "--repair", "--fill-holes", *rim, "--json", str(figures)]) == Exit.OK
+        assert json.loads(figures.read_text())["rim"] == length
+        assert main(["check", out, "-q"]) == Exit.OK
+    capsys.readouterr()
+    for words in (["--fill-holes"], ["--rim", "3"], ["--cut-handles", "--repair"], ["--cut", "99999,1"]):
+        assert main(["flatten", closed, out, "-f", *words]) == Exit.USAGE
+        one_line(capsys)
+
+
 def test_a_plot_is_drawn(face, tmp_path):
     pytest.importorskip("matplotlib")
     plot = tmp_path / "a.png"

@@ -1,0 +1,146 @@
+"""Disks of surfaces that are none: repaired, their holes filled but one, or cut open along a seam; on request only."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError, check_whole, own_errstate
+from .arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
+from .check import check_indices, check_positions
+from .clean import RepairedMesh, asked_for
+from .disk import disk_rim
+from .objects import takes_mesh
+from .surface import Surface
+
+
+@takes_mesh
+@own_errstate
+def repair_disk(
+    v: ArrayLike,
+    f: ArrayLike,
+    *,
+    weld: float = 0.0,
+    keep_largest: bool = False,
+    holes: Literal["refuse", "fill"] = "refuse",
+    handles: Literal["refuse", "cut"] = "refuse",
+    rim: ArrayLike | None = None,
+    cut: ArrayLike | None = None,
+) -> RepairedMesh:
+    """Make a disk of a surface: repair it as `repair_mesh` does, fill its holes but one, or cut it open.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like
+        Vertex positions.
+    f : (m, 3) array_like
+        Faces as 0-based vertex indices.
+    weld, keep_largest
+        As of `repair_mesh`.
+    holes : {"refuse", "fill"}
+        "fill" closes each hole by a cap, but the one of `rim`; with `cut` all of them.
+    handles : {"refuse", "cut"}
+        With `cut`: "cut" first cuts each handle and fills both sides.
+    rim : int or (3,) array_like, optional
+        The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
+    cut : int or (k,) array_like of int, optional
+        Cut a closed surface along a tree of shortest paths through these vertices, two or more, or through so many of
+        its tips: each is the vertex farthest from the tree so far. The vertices of the tree are doubled.
+
+    Returns
+    -------
+    RepairedMesh
+        The disk; ``vertex_source`` has the row of the input that each vertex comes from, -1 in caps.
+
+    Raises
+    ------
+    MeshError
+        If that is not enough, or `cut` is given and the surface is open already.
+    ValueError
+        If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` are no vertices.
+
+    References
+    ----------
+    X. Gu, S. J. Gortler, H. Hoppe, Geometry images, 2002: a cut through the extremes of the surface.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.sphere(42)
+    >>> disk = ism.repair_disk(v, f, cut=2)
+    >>> disk.actions, ism.flatten(disk).certificate.folding_free
+    (('cut along 6 edges between 2 tips',), True)
+    >>> len(disk.v) - len(v)
+    5
+    """
+    asked = asked_for("repair_disk", weld, keep_largest, holes, handles)
+    if handles == "cut" and cut is None:
+        raise ValueError("handles='cut' goes with cut: give the number of points to cut through")
+    vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
+    check_indices(faces, len(vertices))
+    near, points = _point(rim, vertices), _points(cut, len(vertices))
+    work = Surface(vertices, faces)
+    parts = work.clean(keep_largest, weld)
+    try:
+        check_positions(work.v)
+        if work.sound and (keep_largest or parts == 1):
+            if holes == "fill" and len(work.rims) > (points is None):
+                work.fill_holes(None if points is not None else _kept(work, near))
+            if points is not None and not work.rims:
+                if handles == "cut":
+                    work.cut_handles()
+                work.cut_open(points if isinstance(points, int) else _images(work, points))
+            elif points is not None:
+                raise MeshError(f"open surface: {len(work.rims)} boundary loop{'s' * (len(work.rims) > 1)}, and a "
+                                "cut was asked for; leave out the cut, or fill the holes, too")
+        disk_rim(work.f, work.v, asked)
+    except MeshError as error:
+        done = "; ".join(work.actions) or "nothing"
+        raise MeshError(f"repair (done: {done}) is not enough: {error}", error.remedy) from None
+    return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
+
+
+def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
+    """The vertices to cut through, or how many tips."""
+    if cut is None:
+        return None
+    if np.ndim(cut) == 0:
+        return check_whole(cut, "cut", least=2)
+    points = np.unique(plain_array(cut, "cut"))
+    if points.dtype.kind not in "iu" or len(points) < 2 or points[0] < 0 or points[-1] >= n:
+        raise ValueError(f"cut is {cut!r}; give two or more of the vertices 0 to {n - 1}, or a number of tips")
+    return points.astype(np.int64)
+
+
+def _point(rim: ArrayLike | None, v: FloatArray) -> FloatArray | None:
+    """The point whose loop stays, of a vertex or by itself."""
+    if rim is None:
+        return None
+    if np.ndim(rim) == 0:
+        vertex = check_whole(rim, "rim")
+        if vertex >= len(v):
+            raise ValueError(f"rim is {vertex}; give one of the vertices 0 to {len(v) - 1}, or a point")
+        return v[vertex]
+    point = plain_array(rim, "rim").astype(np.float64)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise ValueError(f"rim is {rim!r}; give a vertex, or a point of three coordinates")
+    return point
+
+
+def _kept(work: Surface, near: FloatArray | None) -> int:
+    """The boundary loop that stays: the longest, or the one nearest to a point."""
+    own, unit = own_unit(work.v)
+    loops = [own[rim] for rim in work.rims]
+    if near is None:
+        return int(np.argmax([np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum() for loop in loops]))
+    return int(np.argmin([np.linalg.norm(loop - np.ldexp(near, -unit), axis=1).min() for loop in loops]))
+
+
+def _images(work: Surface, points: IntArray) -> IntArray:
+    """What vertices of the input became; a MeshError if one was dropped."""
+    images = work.image[points]
+    if (images < 0).any():
+        raise MeshError(f"vertex {points[images < 0][0]} of the cut was dropped; give one of the surface that is kept")
+    return images
