@@ -33,9 +33,11 @@ MOST_WEIGHT = 0.97
 #: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
 #: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (docs/balance.md).
 POWER = 0.9
-#: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs.
+#: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs: up to 4
+#: times balanced maps take 1.2 of the time (benchmarks/tried.md).
 _FAR = 1.05
-#: In that stage areas count no more than angles, and a rough minimum is enough.
+#: In that stage areas count no more than angles, and a rough minimum is enough: a twentieth takes 1.04 of the time,
+#: three tenths up to 1.9; weights of .3 and .4 1.2 of it at balance .5 (benchmarks/tried.md).
 _OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.1
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005

@@ -33,14 +33,15 @@ from .surface_map import SurfaceMap
 #: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
 #: beside their mean squared distance.
 _ENOUGH, _STIFFNESS = 3, 1e-2
-#: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly.
+#: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly (docs/correspondence.md).
 _GUIDE = 0.4
 #: Points of the coarse levels, of which none is finer than the source. The first is fast enough for every start; from
 #: there to 10,000 and more vertices at once faces in limbs are strained too much to come back.
 _SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
-#: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end.
+#: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end, where a larger weight keeps the
+#: map off its minimum. Set by hand, small beside 1, the weight of the strain between the surfaces.
 _GUARD, _LAST_GUARD = 0.05, 0.01
 _STEPS, _LAST_STEPS = 5, 30
 #: What features are smoothed by for rotations and Moebius maps.

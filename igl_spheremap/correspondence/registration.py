@@ -35,7 +35,7 @@ WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
-_GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface
+_GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface (benchmarks/tried.md)
 _STEPS = 15  # of Newton's method on each level
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing

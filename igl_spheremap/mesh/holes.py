@@ -12,12 +12,13 @@ from .arrays import FloatArray, IntArray
 from .edges import half_edges_from
 
 #: How much wider each ring of a cap is than the one around it. At 1.3 a cap has two thirds more vertices, and angles at
-#: rims are no closer to those of the closed surface (docs/guide/other_surfaces.md).
+#: rims are no closer to those of the closed surface (benchmarks/tried.md).
 _GROWTH = 1.6
 
 #: The first rings of a cap continue the surface, this many: a cap that is bent against the surface along a jagged rim
 #: has angles that do not add up to a turn around its vertices. Holes of 30 percent of the area cost 2.1, 1.2, .76
-#: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims.
+#: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims
+#: (`python -m benchmarks open_surfaces --holes`).
 _ONWARD = 2
 #: Directions at the edges of a jagged rim alternate; after this many passes they do not.
 _SMOOTHINGS = 4

@@ -14,6 +14,8 @@ from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
 #: A face is refused if its energy exceeds GROWTH times its old one plus OF_MEAN times the mean energy for its area.
+#: With 1.5, with 1 or 100 means, or 4 or 14 halvings balanced maps take as long within 10 percent, or longer
+#: (benchmarks/tried.md).
 _GROWTH, _OF_MEAN = 3.0, 10.0
 #: Vertices of refused faces halve their moves HALVINGS times at most; if faces are refused still, the step is too long.
 #: It is given up earlier if k faces were refused at first and then more than SPREAD k + FEW: those spread further.

@@ -30,7 +30,8 @@ from .unrolling import FLAT, stretch, unrolled
 
 #: How an isometry came about: its energy is the least that any layout has.
 _UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
-#: Factors of lengths from which on status and notes say that they are off.
+#: Factors of lengths from which on status and notes say that they are off: a decimal place, which nobody expects of a
+#: map that is to keep lengths.
 _FAR = 10.0
 
 

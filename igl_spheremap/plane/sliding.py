@@ -29,7 +29,7 @@ from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 #: 24 disks), these 4 and 3: a circle bends what a sphere or a free boundary would not.
 _EVEN_WEIGHTS = (0.99, 0.997)
 #: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
-#: the means of angle differences of 53 disks whose doubles fold are 4 percent larger.
+#: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
 _POWER = 0.5
 #: The boundary slides far where it is jagged: after 5 steps the mean angle difference of two of 50 disks is still twice
 #: as large as after 30, from which on none changes.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from ..errors import check_number, check_whole
 
 #: Vertices that the layouts of a mesh may have together, so that they cost as much on all meshes. With 2,000 the 59
-#: parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions CHECKOUT
-#: FOLDER/tune`).
+#: parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
+#: --set untangle.effort._TOGETHER=2000`).
 _TOGETHER = 3000
 #: Vertices at which the price of steps has grown by half of what it grows by, as factors grow faster than the mesh.
 #: With 8,000 forty of these parts end .2 percent lower, for more time (the same command).

@@ -20,8 +20,8 @@ from .match_angles import is_worth_steps
 
 #: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
 #: starts after one that is not poor. A short trial on 30 random parts of the set tune: with 4.8 the sum of means is 1.0
-#: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions CHECKOUT
-#: FOLDER/tune`, with another value).
+#: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions .
+#: FOLDER/tune --set untangle.plan.POOR=4.8`).
 POOR = 2.4
 #: What may start where more than a percent of the faces fold: all that there is; of a mesh with a symmetry that its map
 #: is to have, layouts alone, as embedding spoils it, unless the mesh is so small that several may start; or nothing.
