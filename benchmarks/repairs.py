@@ -156,8 +156,8 @@ def foldings(folders: list[str]) -> None:
     print(f"| program | of {count} free of foldings | mean angle difference here over its: median, 90 %, most |")
     print("|---|---|---|")
     for name, ratios in found.items():
-        median, ninth, most = np.percentile(ratios, [50, 90, 100])
-        print(f"| {name} | {len(ratios)} | {median:.2f}, {ninth:.2f}, {most:.2f} |")
+        over = [] if name == "this package" else np.percentile(ratios, [50, 90, 100])
+        print(f"| {name} | {len(ratios)} | {', '.join(f'{ratio:.2f}' for ratio in over)} |")
 
 
 def copies(sources: list[str], count: int) -> None:

@@ -36,7 +36,7 @@ from .viewer.compare import plane_view
 from .viewer.result_view import count_foldings
 from .viewer.show import picture_of
 
-_SIZE = (900, 470)
+_SIZE = (900, 470)  # pixels of a picture
 _TURN = "Drag to turn, double-click to reset; click, then scroll to magnify what is in front."
 _MARKS = "A dot marks folded faces that are too small to be seen, a ring those that lie behind."
 _TOO_LARGE = "<p>A mesh of {:,} faces is too large to be turned in a page.</p>"

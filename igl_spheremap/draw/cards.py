@@ -17,7 +17,7 @@ from .markup import legend
 from .palette import Colour, Ramp
 
 _BADGES = 3  # reasons on a card; its page has all
-_BINS = 30
+_BINS = 30  # of a histogram
 #: Width and height of a histogram, and the room below, beside and above its bars, in units of its drawing.
 _WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
 

@@ -14,7 +14,7 @@ from .records import Metadata, RawMesh, of_triangles
 from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER = 84
+_HEADER = 84  # bytes: a text of 80, and the number of triangles
 
 
 def read(path: Path) -> RawMesh:

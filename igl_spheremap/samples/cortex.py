@@ -9,8 +9,8 @@ from ..mesh.arrays import FloatArray, IntArray
 from .implicit import SmoothUnion, limb, mesh_implicit
 
 _AXES = np.array([1.3, 1.0, 0.95])  # half axes of the hull: front, side, top
-_WAVES = 24
-_WAVE_NUMBER = 7.5
+_WAVES = 24  # plane waves that make the folds wander, their directions spread evenly
+_WAVE_NUMBER = 7.5  # radians of each in a unit of length
 _FOLDS = 15.0  # radians of phase in a unit of length: a sulcus every 2 pi
 _MEANDER = 3.0  # radians of phase by which the folds wander
 _SHARPNESS = 1.0  # of the sulci, against the gyri

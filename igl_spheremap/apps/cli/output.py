@@ -28,8 +28,7 @@ _INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to",
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
-_WIDTH = 80
-_LABEL = 13
+_WIDTH, _LABEL = 80, 13  # columns of a line, and of what names a figure
 _T = TypeVar("_T")
 
 

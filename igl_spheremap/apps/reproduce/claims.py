@@ -33,7 +33,7 @@ convex Newton iteration of Springborn, Schroeder and Pinkall for the curvature f
 faces drawn at random; the best and the worst have the least and the largest mean angle difference. Angles are the
 sizes of angle differences in degrees, seconds CPU time for one puncture.
 """
-_PUNCTURES = 20
+_PUNCTURES = 20  # faces of a surface that are cut out in turn
 _PLANES: tuple[tuple[str, Plane], ...] = (("[11]", "laplace-beltrami"), ("[12]", "conformal-equivalence"))
 _OTHERS_OF_TABLE_4 = ("Algorithm 1 made safe", "Algorithm 2 made safe", "default")
 
@@ -128,8 +128,8 @@ is the Gauss map, or the map by Algorithm 1 from it.
 """
 #: Root mean square change in radians up to which first order holds. With the correction limbs fold again from .4 on.
 _NEAR = 1 / 6
-_CLOSE = 0.01
-_LIMIT = 80
+_CLOSE = 0.01  # of the limit: no picture shows the difference
+_LIMIT = 80  # projections in a row, the last of which counts as their limit
 #: What a projection leaves of gradients of degree 2, and of other fields at most, once the map is centred.
 _DEGREE_2, _OTHERS = 21 / 25, 2 / 3
 
@@ -228,6 +228,7 @@ _BOOSTS = """\
 Each row has the harmonic energy (6) of the default map, and of its images under boosts, the Moebius maps with centre
 (c, 0, 0). They are as conformal as the map itself.
 """
+#: Centres of the Moebius images, as shares of the radius.
 _CENTRES = (0.0, 0.3, 0.6, 0.9, 0.99, 0.999)
 
 

@@ -23,7 +23,6 @@ from .grid import PANEL, Grid
 from .window import imgui, is_offscreen
 
 _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
-_DOT = 0.03
 
 
 class CarriedView(ColouredApp):
@@ -99,7 +98,7 @@ class CarriedView(ColouredApp):
         self.bodies[1].caption = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
         for body in self.bodies:
             for k, landmark in enumerate(self.result.landmarks):
-                body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)], _DOT)
+                body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)])
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         ways = (1 - np.cos(2 * math.pi * np.arange(length) / length)) / 2

@@ -27,7 +27,7 @@ SQUARES = 24
 _APART = 0.5
 FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
 FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
-_DARKEST = 0.72
+_DARKEST = 0.72  # brightness of the deepest hollows
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
 _U = "log factor u (purple: shrunk)"

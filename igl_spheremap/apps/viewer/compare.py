@@ -37,7 +37,7 @@ _REACH = 2.0
 _FOLDS = 0.12
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
-_HEAD, _FOOT = 54, 150
+_HEAD, _FOOT = 54, 150  # pixels above the surfaces, and of the histograms below
 #: Pixels of a slider over the width of a window.
 _BAR = 40
 #: Points of the line from a landmark to its target.

@@ -17,6 +17,7 @@ from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
 
+#: Pixels: width of the panel, what is left around a body, a line of text, and what a legend takes.
 PANEL = 290
 _MARGIN = 26
 _LINE = 20

@@ -48,7 +48,7 @@ ps, imgui, implot = (_Lazy(module) for module in ("polyscope", "polyscope.imgui"
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
-_FIELD_OF_VIEW = 45.0
+_FIELD_OF_VIEW = 45.0  # degrees, from top to bottom
 #: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
 MAX_FPS = 25
 PICTURES = (".png", ".jpg")
