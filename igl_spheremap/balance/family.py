@@ -31,7 +31,7 @@ from .kept_factor import KeptFactor
 #: Weight of the areas at most: at 1 nothing would hold the angles, and .03 costs areas two percent.
 MOST_WEIGHT = 0.97
 #: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
-#: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (docs/balance.md).
+#: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (benchmarks/tried.md).
 POWER = 0.9
 #: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs: up to 4
 #: times balanced maps take 1.2 of the time (benchmarks/tried.md).
@@ -49,8 +49,8 @@ _PATIENCE = 3
 _LARGEST_RATIO = 0.9
 #: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
 _STRETCHED = floors(np.float32)[0]
-#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 43 samples and
-#: meshes those of 5 at balance 1 (docs/balance_figures.md).
+#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 44 samples and
+#: meshes those of 6 at balance 1 (docs/balance_figures.md).
 _SHORT = 0.3
 #: Averages over neighbours that take the noise of single faces out of the conformal factor.
 _SMOOTHINGS = 2
