@@ -148,10 +148,14 @@ COMMANDS = (
     )),
     Command("harmonics", "transfer", (
         *shared.pair("SURFACE"),
-        *shared.target("coefficients: .coef as SPHARM-PDM writes them, .csv with aics-shparam's names, or .npz"),
+        *shared.target("coefficients: .coef as SPHARM-PDM writes them, .csv with aics-shparam's names, or .npz; of "
+                       "many surfaces, SPHERE being such as spheres/{stem}.ply, one .tsv, .csv or .npz table"),
         argument("--degree", "L", "the largest degree (default: 15)", type=_DEGREE, default=15),
         shared.DATA,
-        switch("--align", help="put the shape into the frame of its first-order ellipsoid"),
+        switch("--align", help="put the shape into the frame of its first-order ellipsoid; of many surfaces, with the "
+               "directions of axes that agree best"),
+        argument("--modes", "K", "of many surfaces: so many principal components, scores in front of the coefficients",
+                 type=POSITIVE_COUNT),
         argument("--template", "FILE", "with --align: coefficients of an aligned shape, which decide the directions of "
                  "the axes"),
         argument("--surface", "FILE", "write the surface that the coefficients describe, on the mesh of --to"),

@@ -8,15 +8,19 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, save_npz
 
 from ....draw.palette import colours
-from ....errors import FileError, import_optional
+from ....errors import FileError, MapError, MeshError, import_optional, one_line
+from ....groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
 from ....io.coefficients import read_coefficients, write_coefficients
 from ....io.files import write_mesh
 from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....io.scalars import data_format, write_scalars
+from ....io.tables import SEPARATORS
 from ....io.textured import read_picture, write_picture, write_textured
 from ....mesh.arrays import FloatArray
 from ....mesh.check import check_mesh
+from ....mesh.timings import counted
+from ....populations.map_many import filled
 from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.texture import checker_image, texture_atlas
@@ -24,9 +28,9 @@ from ....shapes.transfer import transfer, transfer_matrix
 from ....shapes.weights import apply_matrix, largest
 from ....verify.distortion import vertex_maps
 from ...viewer.colouring import square_colours
-from ..exits import UsageError, with_flags
-from ..inputs import load_pair, read_data, read_maps, read_table, read_target_sphere
-from ..output import Findings, check_outputs, mirrored, target_format, write_target
+from ..exits import Exit, UsageError, with_flags
+from ..inputs import expand, load_pair, read_data, read_maps, read_table, read_target_sphere
+from ..output import LISTED, Findings, check_outputs, mirrored, target_format, write_target
 
 _TEXTURES = ("equirectangular", "octahedral")
 
@@ -144,12 +148,17 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
     return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)
 
 
-def run_harmonics(args: Namespace) -> None:
-    """Expand a mapped surface, or data over it, in spherical harmonics.
+def run_harmonics(args: Namespace) -> Exit:
+    """Expand mapped surfaces, or data over one, in spherical harmonics.
 
     igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
     igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+    igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5
     """
+    if "{" in args.sphere:
+        return _harmonics_of_all(args)
+    if args.modes:
+        raise UsageError("--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply")
     if args.template and not args.align:
         raise UsageError("--template goes with --align")
     check_outputs(args)
@@ -183,6 +192,45 @@ def run_harmonics(args: Namespace) -> None:
         _write_table(args, error, power)
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
     found.report(args)
+    return Exit.OK
+
+
+def _harmonics_of_all(args: Namespace) -> Exit:
+    """One table of all surfaces that can be expanded."""
+    for name in ("data", "template", "surface", "table"):
+        if getattr(args, name):
+            raise UsageError(f"--{name} goes with one surface")
+    if not args.target.lower().endswith((*SEPARATORS, ".npz")):
+        raise UsageError(f"OUT of many surfaces is a .tsv, .csv or .npz file, not {args.target}")
+    names = expand([args.source])
+    try:
+        spheres = [filled(args.sphere, name, "SPHERE ") for name in names]
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    check_outputs(args)
+    found, shapes, reasons = Findings(target=args.target), {}, {}
+    for name, sphere in counted("surfaces", list(zip(names, spheres, strict=True))):
+        try:
+            pair = load_pair(Namespace(**{**vars(args), "source": name, "sphere": sphere}))
+            shapes[name] = spherical_harmonics(pair.map(), degree=args.degree)
+        except (MeshError, FileError, MapError) as error:
+            reasons[name] = one_line(error)
+    if not shapes:
+        raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
+    args.progress.stage("aligning" if args.align else "writing")
+    rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
+    table = coefficient_table(list(shapes), rows, args.modes)
+    write_coefficient_table(args.target, table, force=args.force)
+    found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes), left_out=reasons)
+    for name, reason in list(reasons.items())[:LISTED]:
+        found.add("left out", with_flags(f"{name}: {reason}"))
+    if table.modes is not None:
+        shares = ", ".join(f"{100 * share:.3g}" for share in table.compactness)
+        found.add("modes", f"hold {shares} percent of the variance", variances=table.modes.variances,
+                  compactness=table.compactness)
+    found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
+    found.report(args)
+    return Exit.FAILED if reasons else Exit.OK
 
 
 def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:

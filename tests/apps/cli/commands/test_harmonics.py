@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.scalars import write_scalars
 
@@ -64,7 +66,36 @@ def test_pictures(sphere, tmp_path):
     assert image.min() == 0
 
 
+def test_one_table_of_many_surfaces_in_frames_that_agree(tmp_path, capsys):
+    """The same body in other poses has the same row, and a body that grows along one field has one mode."""
+    rng = np.random.default_rng(0)
+    x, f = ism.samples.sphere(162)
+    body = x * [1.0, 0.7, 0.5] + 0.2 * x[:, :1] ** 2 * [1, 0, 0.5] + 0.1 * x[:, 1:2] ** 3
+    moved = [body, *(body @ Rotation.random(random_state=rng).as_matrix() + rng.normal(size=3) for _ in range(2)),
+             body + 0.05 * x[:, 2:] ** 2 * [0, 0, 1]]
+    for k, v in enumerate(moved):
+        write_mesh(tmp_path / f"b{k}.ply", v, f)
+        write_mesh(tmp_path / f"b{k}_sphere.ply", x, f)
+    write_mesh(tmp_path / "c.obj", body, f)
+    words = ["harmonics", f"{tmp_path}/b?.ply", "{folder}/{stem}_sphere.ply"]
+    options = ["--degree", "5", "--align", "--modes", "2"]
+    assert main([*words, str(tmp_path / "all.tsv"), *options]) == 0
+    assert "4 of 4" in capsys.readouterr().out
+    assert main([*words, str(tmp_path / "all.npz"), *options, "-q"]) == 0
+    lines = [line.split("\t") for line in (tmp_path / "all.tsv").read_text().splitlines()]
+    assert lines[0][:6] == ["surface", "mode_1", "x_l0m0", "y_l0m0", "z_l0m0", "x_l1m-1"]
+    with np.load(tmp_path / "all.npz") as arrays:
+        rows, scores = arrays["coefficients"], arrays["scores"]
+        assert np.array([line[1:] for line in lines[1:]], dtype=float).tolist() == np.column_stack(
+            (scores, rows.reshape(4, -1))).tolist()
+        assert np.allclose(rows[1:3], rows[:1], atol=1e-9)
+        assert np.isclose((arrays["modes"] ** 2).sum() / (4 * np.pi), 1)
+        assert np.isclose(scores[3, 0] - scores[0, 0], np.sqrt(((rows[3] - rows[0]) ** 2).sum() / (4 * np.pi)))
+    assert main(["harmonics", f"{tmp_path}/[bc]*.*", words[2], str(tmp_path / "some.csv"), "-q"]) == Exit.FAILED
+
+
 @pytest.mark.parametrize(("words", "status", "sentence"), [
+    (["harmonics", "a.coef", "--modes", "2"], 64, "--modes goes with many surfaces"),
     (["harmonics", "a.coef", "--template", "b.coef"], 64, "--align"),
     (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree: -2 is out of range"),
     (["harmonics", "a.txt"], 74, ".coef, .csv and .npz"),
