@@ -8,13 +8,15 @@ vertex i; but that mesh is regular on the sphere, and a program that evens trian
 source is meshed anew, as a segmentation would: signed distances on voxels, marching cubes, smoothing along the surface.
 Errors are distances on fsaverage's central surface from the true point, in mm, within the cortex. *Kept* is the share
 of vertices whose label of the HCP_MMP1 atlas is the true one; *areal* the mean abs(log2) of how areas change. Seconds
-are of the CPU, one thread, the source's map included. Rows of the parts that run are replaced in the file.
+are of the CPU, one thread, the source's map included. Rows of the parts that run are replaced in the file. In the end
+its rows of S1200 are printed as a table; ``--only`` without a part does that alone.
 """
 
 from __future__ import annotations
 
 import csv
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -205,3 +207,23 @@ def main(words):
     for name in args.only:
         table.begin(name, PARTS[name].__doc__)
         PARTS[name](data, args.bodies, table)
+    summary(args.out)
+
+
+def summary(path):
+    """The rows of S1200 onto fsaverage in a file, its left and its right side."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    print("| S1200 onto fsaverage, left / right | median | 95 percent | kept | areal | folds | CPU s |")
+    print("|---|---|---|---|---|---|---|")
+    for label, part, end in (("`register`, 37,000 vertices", "onto", ""),
+                             ("`register`, 147,000 vertices", "fine", r", \d+ vertices"),
+                             ("cat-surf 1.1.6 as T1Prep runs it", "peers", ", cat-surf"),
+                             ("rotation alone", "onto", ", rotation"),
+                             ("`register` from HCP's own group sphere", "group", ""),
+                             ("truth, rounded to vertices", "onto", ", truth")):
+        found = [row for side in "LR" for row in rows
+                 if row["part"] == part and re.fullmatch(f"S1200 {side}{end}", row["name"])]
+        cells = [" / ".join(f"{float(row[key]):{form}}" for row in found) for key, form in zip(
+            _FIGURES, (".2f", ".2f", ".3f", ".3f", ".0f", ".1f"), strict=True)]
+        print(f"| {label} | {' | '.join(cells)} |")

@@ -51,6 +51,7 @@ TABLES = {
     "match_landmarks": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only landmarks",
     "match_overlays": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only overlays",
     "match_sizes": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only sizes",
+    "cortices": "cortices . --only",
     "open_holes": "open_surfaces --holes sample:dino sample:bunny sample:brain sample:spheroid sample:pear "
                   "corpus:choi_hippocampus corpus:choi_maxplanck corpus:fsaverage5_pial_left "
                   "corpus:paper_bimba_15002 corpus:paper_putamen_10002 corpus:penguin corpus:spot_oded "
