@@ -39,7 +39,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ObjTexture:
-    """Texture coordinates (k, 2) of a file of triangles; by corner (m, 3) the vertex and the row of coordinates."""
+    """Texture coordinates (k, 2) of a file; by corner (m, 3) of its triangles the vertex and the row of these."""
 
     uv: FloatArray
     vertex: IntArray
@@ -57,9 +57,8 @@ def texture(data: bytes) -> ObjTexture | None:
     pairs = re.findall(rb"(?<!\S)(\d+)/(\d+)(?=[/\s])", text)
     if len(pairs) != len(text.split()):
         raise MeshError("faces without texture coordinates, or with negative numbers; write it anew")
-    if (faces.counts != 3).any():
-        raise MeshError("faces with texture coordinates are not triangles; triangulate them")
     vertex, row = np.array(pairs, dtype=np.int64).T - 1
     if min(vertex.min(), row.min()) < 0 or row.max() >= len(uv):
         raise MeshError(f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew")
-    return ObjTexture(numbers(uv, 2, "texture coordinate"), vertex.reshape(-1, 3), row.reshape(-1, 3))
+    corners = (Polygons(each, faces.counts).triangles(triangulate=True) for each in (vertex, row))
+    return ObjTexture(numbers(uv, 2, "texture coordinate"), *corners)

@@ -71,7 +71,17 @@ class TexturedMesh:
 
 
 def read_textured(path: PathLike) -> TexturedMesh:
-    """Read texture coordinates and picture of a .glb, .gltf or .obj file, whose .mtl names the picture.
+    """Read the texture of a file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A .glb, .gltf or .obj file, whose .mtl names the picture.
+
+    Returns
+    -------
+    TexturedMesh
+        Coordinates and positions of corners, and the picture.
 
     Raises
     ------
@@ -79,6 +89,18 @@ def read_textured(path: PathLike) -> TexturedMesh:
         If the file or its picture can't be read, or it is of another format.
     MeshError
         If it is damaged, or has no texture or several pictures.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.io.textured import read_textured, write_textured
+    >>> from igl_spheremap.shapes.texture import checker_image, texture_atlas
+    >>> x, f = ism.samples.sphere(42)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_textured(f"{folder}/ball.obj", x, f, texture_atlas(x, f, cut=False), checker_image(64))
+    ...     read_textured(f"{folder}/ball.obj")
+    TexturedMesh(80 faces, 64 x 64 texels)
     """
     path = Path(path)
     kind = format_of(path).name

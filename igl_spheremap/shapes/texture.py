@@ -141,10 +141,35 @@ def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
 
 
 def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = 1024) -> NDArray[np.uint8]:
-    """A picture (size, size, 3) for the coordinates of an atlas that shows what another one shows by its own.
+    """A picture for the coordinates of an atlas that shows what another one shows by its own.
 
-    `f` are the faces of the mesh, and `uv` (m, 3, 2) the coordinates in `image` of their corners, where it repeats.
-    Each texel within a face takes the colour there, between four of the picture; the others that of the nearest one.
+    Parameters
+    ----------
+    atlas : Atlas
+        The new coordinates.
+    f : (m, 3) int64 array
+        Faces of the mesh.
+    uv : (m, 3, 2) float64 array
+        Coordinates of their corners in the picture that is there, which repeats; NaN where a face has none.
+    image : (height, width, 3) uint8 array
+        That picture, rows from above.
+    size : int
+        Of the new one, in texels.
+
+    Returns
+    -------
+    (size, size, 3) uint8 array
+        Each texel within a face has the colour of its place, between four of the picture; the others that of the
+        nearest one.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.texture import bake, checker_image, texture_atlas
+    >>> x, f = ism.samples.sphere(642)
+    >>> atlas = texture_atlas(x, f, projection="octahedral")
+    >>> bake(atlas, f, np.zeros((len(f), 3, 2)), checker_image(64), size=32).shape
+    (32, 32, 3)
     """
     corners = atlas.f.ravel().repeat(3)
     parents = f[atlas.face].repeat(3, axis=0).ravel()

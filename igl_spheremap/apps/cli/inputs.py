@@ -49,6 +49,8 @@ class InputMesh:
     repairs: tuple[str, ...] = ()
     #: (m,) of the faces that are caps, if there are any
     caps: BoolArray | None = None
+    #: (m,) of the file's faces that these are, -1 of caps, where it was repaired
+    face_source: IntArray | None = None
 
     @property
     def up(self) -> str:
@@ -119,7 +121,8 @@ def read_source(
     except MeshError as error:
         raise MeshError(f"{name}: {error}", error.remedy) from None
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, repaired.caps)
+    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, repaired.caps,
+                     repaired.face_source)
 
 
 def load_any(args: Namespace) -> InputMesh:

@@ -135,14 +135,17 @@ COMMANDS = (
         shared.REFLECT,
         *shared.OUTPUT,
     )),
-    Command("export", "transfer", (
-        *shared.pair(),
+    Command("export", "export", (
+        *shared.pair(optional=True),
         *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), or a format of "
                        "--data of `transfer`"),
         choice("--show", ("equirectangular", "octahedral", "factor", "angles", "checkerboard"), "a texture by "
                "one of two projections, a scalar map: factor (u of the conformal factor e^2u, on the scale of equal "
-               "areas) or angles (mean angle difference at each vertex, degrees); or a checkerboard of the sphere as "
-               "vertex colours", required=True),
+               "areas) or angles (mean angle difference at each vertex, degrees); or a checkerboard of the map, a "
+               "texture of .glb and .obj, vertex colours of .ply"),
+        choice("--texture", ("carried", "baked"), "SOURCE's own texture: carried, its coordinates and picture on the "
+               "map's image; or baked, the picture drawn anew by the map's coordinates, of --show (default: "
+               "octahedral) or of a map to the plane"),
         argument("--image", "FILE", "the picture of a texture; default: a checkerboard"),
         *shared.OUTPUT,
     )),

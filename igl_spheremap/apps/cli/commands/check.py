@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
-from ....errors import FileError, MeshError
 from ....io.written_map import certify_radius, write_checked
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import FloatArray, check_directions
@@ -14,10 +13,10 @@ from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import row_lengths, unit_rows
 from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
-from ..exits import Exit, UsageError
-from ..inputs import load_pair
+from ..exits import Exit
+from ..inputs import InputMap, load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
-from .plane import check_plane_map, find_plane_map
+from .plane import check_plane_map, load_map
 
 _ROUNDING = 1e-14  # directions that differ by less count as unmoved
 #: Rounding, in radii, above which a file says too little of its sphere: with one digit a cube would pass for one.
@@ -37,12 +36,9 @@ def run_check(args: Namespace) -> Exit:
     igl-spheremap check face_flat.obj
     """
     check_outputs(args)
-    try:
-        pair = load_pair(args, args.reflect)
-    except (MeshError, UsageError, FileError):
-        if (plane := find_plane_map(args)) is None:
-            raise
-        return check_plane_map(args, *plane)
+    pair = load_map(args, args.reflect)
+    if not isinstance(pair, InputMap):
+        return check_plane_map(args, *pair)
     mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x

@@ -25,15 +25,12 @@ from ....result import findings
 from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
-from ...viewer.choices import guess_up
+from ...viewer.choices import Z_UP, guess_up
 from ..arguments import repair_options
 from ..exits import Exit, UsageError
-from ..inputs import STREAM, read_any
+from ..inputs import STREAM, InputMap, load_pair, read_any
 from ..output import Findings, check_outputs, check_plots, write_plot
 from ..workflow import map_and_report
-
-#: How surfaces stand whose third coordinate is up.
-_Z_UP = ("z", "left", "right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +43,7 @@ class InputDisk:
     rows: IntArray
     repairs: tuple[str, ...] = ()
     caps: BoolArray | None = None
+    face_source: IntArray | None = None
 
 
 def run_disk(args: Namespace) -> Exit:
@@ -88,7 +86,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.stage(f"writing {args.target}")
         written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
-                                  up="z" if args.up is None and guess_up(source.name) in _Z_UP else "y")
+                                  up="z" if args.up is None and guess_up(source.name) in Z_UP else "y")
         return written, _findings(source, args, result, written)
 
     return map_and_report(args, source.name, solved, [show], write, lambda result: _draw(args, source, result))
@@ -176,6 +174,21 @@ def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
     v, f = images.cut(mesh.v, mesh.f, name)
     rows = np.arange(len(mesh.v)) if images.vertex is None else images.vertex
     return InputDisk(args.source, v, f, rows, caps=mesh.caps), images.plane
+
+
+def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputDisk, FloatArray]:
+    """The map that the command line names: to the sphere, or else to the plane.
+
+    Where its file holds the surface itself, as a file with texture coordinates does, it is one to the plane.
+    """
+    try:
+        pair = load_pair(args, mirror)
+    except (MeshError, UsageError, FileError):
+        if (plane := find_plane_map(args)) is None:
+            raise
+        return plane
+    itself = args.sphere is not None and np.array_equal(pair.x, pair.source.v)
+    return (find_plane_map(args) if itself else None) or pair
 
 
 def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:

@@ -1,7 +1,6 @@
-"""`resample`, `transfer`, `grid`, `harmonics` and `export`: surfaces, data and pictures carried over a map."""
+"""`resample`, `transfer`, `grid` and `harmonics`: surfaces and data carried over a map."""
 
 from argparse import Namespace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,23 +15,17 @@ from ....io.npz import write_arrays
 from ....io.replacing import replacing
 from ....io.scalars import data_format, write_scalars
 from ....io.tables import SEPARATORS
-from ....io.textured import read_picture, write_picture, write_textured
+from ....io.textured import write_picture
 from ....mesh.arrays import FloatArray
-from ....mesh.check import check_mesh
 from ....mesh.timings import counted
 from ....populations.map_many import filled
 from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
-from ....shapes.texture import checker_image, texture_atlas
 from ....shapes.transfer import transfer, transfer_matrix
 from ....shapes.weights import apply_matrix, largest
-from ....verify.distortion import vertex_maps
-from ...viewer.colouring import square_colours
 from ..exits import Exit, UsageError, with_flags
 from ..inputs import expand, load_pair, read_data, read_maps, read_table, read_target_sphere
 from ..output import LISTED, Findings, check_outputs, mirrored, target_format, write_target
-
-_TEXTURES = ("equirectangular", "octahedral")
 
 
 def run_resample(args: Namespace) -> None:
@@ -237,61 +230,3 @@ def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
     lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
     with replacing(args.table, args.force) as partial:
         partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))
-
-
-def run_export(args: Namespace) -> None:
-    """Write a texture, vertex colours or a scalar map of a mapped surface.
-
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
-    igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny_squares.glb --show checkerboard
-    igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
-    igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
-    """
-    target: str = args.target
-    if args.show in _TEXTURES and not target.lower().endswith((".glb", ".obj")):
-        raise UsageError(f"--show {args.show} writes .glb or .obj files, not {target}")
-    name = Path(target).name.lower()
-    coloured = name.endswith((".ply", ".glb"))
-    if args.show == "checkerboard" and not coloured:
-        raise FileError(f"{target}: --show checkerboard writes vertex colours, to .ply and .glb files")
-    if args.show not in _TEXTURES and not coloured:
-        data_format(target, write=True)
-    if args.image is not None and args.show not in _TEXTURES:
-        raise UsageError(f"--image goes with --show {' or '.join(_TEXTURES)}")
-    if args.image is not None and Path(args.image).resolve() == Path(target).with_suffix(".png").resolve():
-        raise UsageError(f"{args.image} is where the texture of {target} goes; write another OUT")
-    check_outputs(args)
-    if args.show in _TEXTURES:
-        import_optional("PIL.Image", "a texture", "io")
-    image = checker_image() if args.image is None else read_picture(args.image)
-    pair = load_pair(args)
-    source = pair.source
-    found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show)
-    args.progress.stage(f"writing {target}")
-    if args.show in _TEXTURES:
-        # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
-        cut = not (target.lower().endswith(".obj") and args.show == "equirectangular")
-        atlas = texture_atlas(pair.x, source.f, projection=args.show, cut=cut)
-        write_textured(target, source.v, source.f, atlas, image, force=args.force)
-        vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
-        kind = "cut along the seam" if cut else "the mesh as it is"
-        found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-        outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
-    elif args.show == "checkerboard":
-        properties = square_colours(check_mesh(source.v, source.f), pair.unit)
-        write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
-        outcome = "vertex colours"
-    else:
-        values = vertex_maps(source.v, source.f, pair.unit)[args.show]
-        if coloured:
-            metadata = {"vertex_properties": {**colours(values), "quality": values}}
-            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
-        else:
-            write_scalars(target, {args.show: values}, surface=(source.v, source.f), force=args.force,
-                          metadata=source.metadata)
-        found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
-        outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
-    found.add("written", f"{target}: {args.show}, {outcome}")
-    found.report(args)

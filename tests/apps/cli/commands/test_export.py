@@ -6,13 +6,16 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
 from igl_spheremap.draw.palette import CHECKS
 from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.textured import write_textured
 from igl_spheremap.io.written_map import write_sphere
 from igl_spheremap.mesh.check import check_faces
+from igl_spheremap.shapes.texture import plane_atlas
 
 
 @pytest.fixture
@@ -26,7 +29,8 @@ def files(tmp_path):
 @pytest.mark.parametrize(
     ("name", "show"),
     [("a.glb", "octahedral"), ("a.obj", "equirectangular"), ("a.ply", "angles"), ("a.shape.gii", "factor"),
-     ("lh.factor", "factor"), ("a.npz", "angles"), ("b.glb", "angles"), ("b.ply", "checkerboard")],
+     ("lh.factor", "factor"), ("a.npz", "angles"), ("b.glb", "angles"), ("b.ply", "checkerboard"),
+     ("c.glb", "checkerboard"), ("c.obj", "checkerboard")],
 )  # fmt: skip
 def test_export(name, show, files, tmp_path, capsys):
     for module in ("trimesh", "PIL", "nibabel"):
@@ -45,12 +49,71 @@ def test_export_refuses(files, tmp_path, capsys):
     err = capsys.readouterr().err
     assert err.count("\n") == 3
     assert "unknown format of data" in err
+    for words in (["--texture", "carried", "--show", "octahedral"], ["--texture", "baked", "--show", "angles"], [],
+                  ["--texture", "baked", "--image", "a.png"]):
+        assert main(["export", *files, str(tmp_path / "a.obj"), *words]) == 64
+    assert main(["export", *files, str(tmp_path / "a.obj"), "--texture", "baked"]) == 74
+    assert capsys.readouterr().err.endswith("textures are read from .obj, .glb and .gltf files\n")
+    write_mesh(tmp_path / "plain.obj", *read_mesh(files[0]))
+    assert main(["export", str(tmp_path / "plain.obj"), files[1], str(tmp_path / "a.obj"), "--texture", "baked"]) == 2
+    assert "no texture coordinates" in capsys.readouterr().err
+
+
+@pytest.fixture
+def painted(files, tmp_path):
+    """A surface with a picture whose red is x and whose green is z, in both formats."""
+    pytest.importorskip("PIL")
+    pytest.importorskip("trimesh")
+    v, f = read_mesh(files[0])
+    uv = (v - v.min(axis=0)) / np.ptp(v, axis=0)
+    place = (np.arange(256) + 0.5) / 256
+    red, green = np.meshgrid(place, place[::-1])
+    image = np.rint(255 * np.stack((red, green, 0 * red), axis=-1)).astype(np.uint8)
+    atlas = plane_atlas(np.clip(uv[:, ::2], 0.01, 0.99), f, np.arange(len(v)), len(v))
+    for name in ("painted.obj", "painted.glb"):
+        write_textured(tmp_path / name, v, f, atlas, image)
+    return atlas.uv
+
+
+@pytest.mark.parametrize(("source", "target"), [("painted.obj", "a.glb"), ("painted.glb", "a.obj")])
+@pytest.mark.parametrize("of", ["sphere", "plane"])
+def test_a_baked_texture_shows_what_the_source_s_own_does(source, target, of, painted, files, tmp_path):
+    """trimesh reads the colours at the vertices, which are those of their places."""
+    import trimesh
+
+    source, target = str(tmp_path / source), str(tmp_path / target)
+    if of == "plane":
+        files[1] = str(tmp_path / "flat.obj")
+        assert main(["flatten", source, files[1], "--cut", "3", "-q"]) == 0
+    assert main(["export", source, files[1], target, "--texture", "baked", "-q"]) == 0
+    written = trimesh.load(target, process=False, force="mesh")
+    colours = written.visual.to_color().vertex_colors[:, :2] / 255
+    v = read_mesh(files[0]).v
+    distance, nearest = cKDTree(v).query(written.vertices)
+    own = distance < 1e-6 * np.ptp(v)  # cuts at the seam add others
+    assert own.sum() >= len(v)
+    assert np.quantile(np.abs(colours - painted[nearest])[own], 0.99) < 0.03
+    if of == "plane" and target.endswith("glb"):
+        assert {"factor", "corner"} <= written.metadata.keys()
+
+
+@pytest.mark.parametrize("target", ["a.glb", "a.obj"])
+def test_a_carried_texture_keeps_its_coordinates(target, painted, files, tmp_path):
+    import trimesh
+
+    x = read_mesh(files[1]).v
+    words = ["export", str(tmp_path / "painted.obj"), files[1], str(tmp_path / target), "--texture", "carried"]
+    assert main(words) == 0
+    written = trimesh.load(tmp_path / target, process=False, force="mesh")
+    nearest = cKDTree(x).query(written.vertices)[1]
+    assert np.allclose(written.vertices, x[nearest], atol=1e-6)
+    assert np.allclose(written.visual.uv, painted[nearest], atol=1e-6)
 
 
 def test_a_checkerboard_is_two_colours_of_the_vertices(files, tmp_path):
     trimesh = pytest.importorskip("trimesh")
-    assert main(["export", *files, str(tmp_path / "a.glb"), "--show", "checkerboard"]) == 0
-    written = trimesh.load(tmp_path / "a.glb", process=False, force="mesh")
+    assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "checkerboard"]) == 0
+    written = trimesh.load(tmp_path / "a.ply", process=False, force="mesh")
     found, count = np.unique(written.visual.vertex_colors[:, :3], axis=0, return_counts=True)
     assert (found == np.rint(255 * np.array(CHECKS))).all()
     assert count.min() > 0.3 * len(written.vertices)

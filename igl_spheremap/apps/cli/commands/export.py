@@ -1,0 +1,170 @@
+"""`export`: textures, vertex colours and scalar maps of a mapped surface."""
+
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....draw.palette import colours
+from ....errors import FileError, MeshError, import_optional
+from ....io.files import write_mesh
+from ....io.scalars import data_format, write_scalars
+from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
+from ....mesh.arrays import FloatArray, own_unit
+from ....mesh.check import check_mesh
+from ....plane.plane_map import UnitSquare
+from ....shapes.texture import Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
+from ....verify.distortion import vertex_maps
+from ...viewer.choices import Z_UP, guess_up
+from ...viewer.colouring import square_colours
+from ..exits import UsageError
+from ..inputs import InputMap, InputMesh
+from ..output import Findings, check_outputs
+from .plane import InputDisk, load_map
+
+_TEXTURES = ("equirectangular", "octahedral")
+_TEXTURED = (".glb", ".obj")
+_COLOURED = (".ply", ".glb")
+
+
+def run_export(args: Namespace) -> None:
+    """Write a texture, vertex colours or a scalar map of a mapped surface.
+
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+    igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
+    igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair
+    igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny_squares.glb --show checkerboard
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
+    igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
+    """
+    target: str = args.target
+    _check_export(args)
+    check_outputs(args)
+    pair = load_map(args)
+    if not isinstance(pair, InputMap):
+        _export_plane(args, *pair)
+        return
+    source = pair.source
+    found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture)
+    args.progress.stage(f"writing {target}")
+    up = "z" if source.up in Z_UP else "y"
+    if args.texture == "carried":
+        texture = read_textured(args.source)
+        atlas = _own_atlas(texture, source)
+        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force, up=up)
+        outcome = f"SOURCE's coordinates and picture on {pair.name}"
+    elif args.texture or args.show in _TEXTURES or (args.show == "checkerboard" and target.lower().endswith(_TEXTURED)):
+        # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
+        projection: Projection = "octahedral" if args.show in (None, "octahedral") else "equirectangular"
+        cut = bool(args.texture) or not (target.lower().endswith(".obj") and projection == "equirectangular")
+        atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
+        write_textured(target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force, up=up)
+        vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
+        kind = "cut along the seam" if cut else "the mesh as it is"
+        found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
+        outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
+    elif args.show == "checkerboard":
+        properties = square_colours(check_mesh(source.v, source.f), pair.unit)
+        write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
+        outcome = "vertex colours"
+    else:
+        values = vertex_maps(source.v, source.f, pair.unit)[args.show]
+        if Path(target).name.lower().endswith(_COLOURED):
+            metadata = {"vertex_properties": {**colours(values), "quality": values}}
+            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
+        else:
+            write_scalars(target, {args.show: values}, surface=(source.v, source.f), force=args.force,
+                          metadata=source.metadata)
+        found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
+        outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
+    what = " ".join(filter(None, (args.texture, args.show)))
+    found.add("written", f"{target}: {what}, {outcome}")
+    found.report(args)
+
+
+def _check_export(args: Namespace) -> None:
+    """Refuse what does not go together before anything is read."""
+    target: str = args.target
+    if not (args.show or args.texture):
+        raise UsageError("export needs --show or --texture")
+    if args.texture and args.show not in (None, *(_TEXTURES if args.texture == "baked" else ())):
+        raise UsageError(f"--texture {args.texture} takes no --show {args.show}")
+    what = f"--texture {args.texture}" if args.texture else f"--show {args.show}"
+    textured = args.texture or args.show in _TEXTURES
+    if textured and not target.lower().endswith(_TEXTURED):
+        raise UsageError(f"{what} writes .glb or .obj files, not {target}")
+    if args.show == "checkerboard" and not target.lower().endswith((*_TEXTURED, ".ply")):
+        raise FileError(f"{target}: --show checkerboard writes a texture, to .glb and .obj files, or vertex colours, "
+                        "to .ply files")
+    if args.show in ("factor", "angles") and not target.lower().endswith(_COLOURED):
+        data_format(target, write=True)
+    if args.image is not None and (args.texture or args.show in ("factor", "angles")):
+        raise UsageError(f"--image goes with --show {', '.join(_TEXTURES)} or checkerboard")
+    pictures = (args.image, Path(args.source).with_suffix(".png") if args.texture else None)
+    if any(each and Path(each).resolve() == Path(target).with_suffix(".png").resolve() for each in pictures):
+        raise UsageError(f"{args.image or args.source} is where the texture of {target} goes; write another OUT")
+    if textured or args.show == "checkerboard":
+        import_optional("PIL.Image", "a texture", "io")
+
+
+def _image(args: Namespace, source: InputMesh | InputDisk, atlas: Atlas) -> NDArray[np.uint8]:
+    """The picture of a texture: the one that is given, SOURCE's own, baked, or a checkerboard."""
+    if args.texture is None:
+        return checker_image() if args.image is None else read_picture(args.image)
+    texture = read_textured(args.source)
+    return bake(atlas, source.f, _corners(texture, source), texture.image, max(1024, *texture.image.shape[:2]))
+
+
+def _corners(texture: TexturedMesh, source: InputMesh | InputDisk) -> FloatArray:
+    """Coordinates (m, 3, 2) of the corners of a surface as its file has them; NaN in caps.
+
+    A repair may reverse faces: the order whose corners lie nearer is theirs.
+    """
+    rows = np.arange(len(source.f)) if source.face_source is None else source.face_source
+    if len(rows) and rows.max() >= len(texture.uv):
+        raise MeshError(f"{source.name} has {len(texture.uv)} textured faces, not {len(source.f)}; give the file alone")
+    own, unit = own_unit(source.v)
+    here, there, uv = own[source.f], np.ldexp(texture.v[rows], -unit), texture.uv[rows]
+    ahead, back = (np.linalg.norm(each - here, axis=2).sum(axis=1) for each in (there, there[:, ::-1]))
+    uv = np.where((ahead > back)[:, None, None], uv[:, ::-1], uv)
+    return np.where((rows < 0)[:, None, None], np.nan, uv)
+
+
+def _own_atlas(texture: TexturedMesh, source: InputMesh | InputDisk) -> Atlas:
+    """The atlas of a surface by the coordinates of its file."""
+    kept = source.f if source.caps is None else source.f[~source.caps]
+    uv = _corners(texture, source)[slice(None) if source.caps is None else ~source.caps].reshape(-1, 2)
+    rows, index = np.unique(np.column_stack((kept.ravel(), uv)), axis=0, return_inverse=True)
+    f = index.reshape(-1, 3).astype(np.int64)
+    return plane_atlas(np.ascontiguousarray(rows[:, 1:]), f, rows[:, 0].astype(np.int64), len(source.v))
+
+
+def _export_plane(args: Namespace, source: InputDisk, p: FloatArray) -> None:
+    """Write a texture by a map to the plane, whose image in the unit square is its coordinates."""
+    if args.show not in (None, "checkerboard"):
+        raise UsageError(f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
+                         "--show checkerboard")
+    v, f = source.v, source.f
+    if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
+        v, f = np.empty((whole, 3)), source.rows[f]
+        v[source.rows] = source.v
+    square = UnitSquare.of(p)
+    args.progress.stage(f"writing {args.target}")
+    if args.texture == "carried":
+        texture = read_textured(args.source)
+        atlas, image, v = _own_atlas(texture, source), texture.image, np.column_stack((p, np.zeros(len(p))))
+        f = source.f
+    else:
+        rows = source.rows if len(v) < len(p) else np.arange(len(p))
+        atlas = plane_atlas(square.uv, source.f, rows, len(v))
+        image = _image(args, replace(source, v=v, f=f), atlas)
+    write_textured(args.target, v, f, atlas, image, force=args.force, up="z" if guess_up(source.name) in Z_UP else "y",
+                   extras={"factor": square.factor, "corner": square.corner.tolist()})
+    found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
+    found.add("written", f"{args.target}: {args.texture or args.show}, {len(atlas.uv)} texture coordinates, "
+              f"{len(atlas.f)} faces")
+    found.report(args)
