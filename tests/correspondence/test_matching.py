@@ -101,7 +101,7 @@ def test_faces_of_b_without_area_are_no_obstacle(pair, found):
 
 def test_limbs_are_spread_where_they_move_and_told_where_they_stay():
     """A conformal map leaves the ends of a worm no room that float64 could divide on the other body."""
-    deep, pear = ism.spherical_conformal_map(*worm(12, 8)), mapped("pear", 300)
+    deep, pear = ism.spherical_conformal_map(*worm(10, 6)), mapped("pear", 100)
     there, back = ism.match(deep, pear), ism.match(pear, deep)
     assert there.map.certificate.folding_free
     assert back.map.certificate.folding_free
