@@ -1,10 +1,14 @@
-"""Whether pictures can be drawn here, and how tests run code that draws: each in a process of its own."""
+"""Whether pictures can be drawn here, and how tests run code that draws: each in a process of its own, forked."""
 
+import atexit
 import ctypes
 import json
 import os
 import subprocess
 import sys
+import tempfile
+from functools import cache
+from pathlib import Path
 
 import pytest
 from corpus import ROOT
@@ -42,34 +46,73 @@ def drawn(image):
     return float((image.min(axis=2) < 250).mean())
 """
 
+#: Imports once, and forks for each line of stdin: OpenGL starts anew in each child.
+_PARENT = """
+import json, os, sys
+import hand, igl_spheremap as ism
+from igl_spheremap.apps.viewer import carried_view, compare, player_window, result_view, show
+public = [getattr(ism, name) for name in dir(ism)]
+for line in sys.stdin:
+    folder, environment, code = json.loads(line)
+    if child := os.fork():
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+        continue
+    for stream, name, mode in ((0, os.devnull, os.O_RDONLY), (1, "out", os.O_RDWR), (2, "err", os.O_RDWR)):
+        os.dup2(os.open(os.path.join(folder, name), mode | os.O_CREAT), stream)
+    os.environ |= environment
+    exec(code, {"__name__": "__main__"})
+    break
+"""
+
 
 def drive(code):
     """Run code that ends with a dict called `figures`, and return it."""
-    script = f"{_PREAMBLE}\n{code}\nprint(json.dumps(figures))"
-    done = run([sys.executable, "-c", script])
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
+    printed, _ = _forked(f"{_PREAMBLE}\n{code}\nprint(json.dumps(figures))")
+    return json.loads(printed[-1])
 
 
 def use(code):
     """Run code that uses a window by a `Hand`, prints nothing, and ends with a dict called `figures`; return it."""
     script = f"{_PREAMBLE}\nfrom hand import Hand\n{code}\nprint(json.dumps(figures))"
-    done = run([sys.executable, "-c", script], LP_NUM_THREADS="0")
-    assert done.returncode == 0, done.stderr
-    assert not done.stderr, done.stderr
-    *printed, figures = done.stdout.splitlines()
+    (*printed, figures), complaints = _forked(script, LP_NUM_THREADS="0")
+    assert not complaints, complaints
     assert not printed, printed
     return json.loads(figures)
 
 
+def _forked(code, **environment):
+    """Lines that code prints to stdout, and its stderr."""
+    parent = _parent()
+    with tempfile.TemporaryDirectory() as folder:
+        parent.stdin.write(json.dumps((folder, environment, code)) + "\n")
+        parent.stdin.flush()
+        status = parent.stdout.readline()
+        printed, complaints = (Path(folder, name).read_text() for name in ("out", "err"))
+    assert status == "0\n", complaints
+    return printed.splitlines(), complaints
+
+
+@cache
+def _parent():
+    parent = subprocess.Popen([sys.executable, "-c", _PARENT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                              env=_places())
+    atexit.register(parent.communicate)
+    return parent
+
+
 def run(command, cwd=None, **environment):
     """Run a command that finds the package."""
-    path = os.pathsep.join((str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")))
     return subprocess.run(
         command,
         capture_output=True,
         text=True,
         timeout=300,
         cwd=cwd,
-        env={**os.environ, "PYTHONPATH": path, **environment},
+        env={**_places(), **environment},
     )
+
+
+def _places():
+    """The environment of a process that finds the package and these tests."""
+    places = str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")
+    return os.environ | {"PYTHONPATH": os.pathsep.join(places)}

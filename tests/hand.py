@@ -24,7 +24,7 @@ _DRAGGED = ("SliderInt", "SliderFloat", "SliderAngle", "SliderFloat2", "SliderFl
 _TYPED = {"InputText": "typed", "InputInt": "3", "InputFloat": "0.5", "InputDouble": "0.5"}
 _TEXTS = ("TextUnformatted", "Text", "TextWrapped", "TextColored", "TextDisabled", "BulletText", "SetTooltip")
 #: Frames after which a window has answered to an event: ImGui acts on it in the next one, and lays out in one more.
-_ANSWER = 3
+_ANSWER = 2
 #: Notches of the wheel that are tried to bring a widget into sight.
 _NOTCHES = 60
 

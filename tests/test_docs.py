@@ -368,7 +368,7 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
 #: Pictures whose captions show numbers, and which are drawn in seconds; a release draws the others, too.
-CAPTIONED = ["dino.png", "checkerboard.png", "caps.png"]
+CAPTIONED = ["dino.png", "caps.png"]
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())

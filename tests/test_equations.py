@@ -5,6 +5,7 @@ import io
 import re
 import textwrap
 import tokenize
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -60,9 +61,14 @@ def test_the_table_has_every_equation_of_the_paper():
 def test_margins_of_the_package_refer_to_equations_that_exist():
     """And every one of them is in the table."""
     table = {int(n) for row in rows() for n in re.findall(r"eqs?\. \((\d+)\)", row[3])} | {11}
-    for path in PACKAGE.rglob("*.py"):
-        for comment in comments(path.read_text("utf-8")):
-            assert {int(n) for n in re.findall(r"eq\. \((\d+)\)", comment)} <= table, (path, comment)
+    for path, comment in of_package():
+        assert {int(n) for n in re.findall(r"eq\. \((\d+)\)", comment)} <= table, (path, comment)
+
+
+@cache
+def of_package():
+    """All files, each with each of its comments."""
+    return [(path, comment) for path in PACKAGE.rglob("*.py") for comment in comments(path.read_text("utf-8"))]
 
 
 def defined(page):
@@ -73,8 +79,7 @@ def defined(page):
 
 def cited(page):
     """Numbers of a page's equations that margins of the package name."""
-    texts = [comment for path in PACKAGE.rglob("*.py") for comment in comments(path.read_text("utf-8"))]
-    return {int(number) for text in texts for number in re.findall(rf"\b{page} \((\d+)\)", text)}
+    return {int(number) for _, text in of_package() for number in re.findall(rf"\b{page} \((\d+)\)", text)}
 
 
 @pytest.mark.parametrize("page", ["algorithm", "balance", "shapes"])

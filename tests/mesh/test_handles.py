@@ -110,9 +110,9 @@ def handles_added(v, f, k, rng):
     return v, np.array(f), rims
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(3))
 def test_random_handles_and_holes(seed):
-    """Fifty handles and up to as many holes on each of ten bodies, twice: each handle is found, and none else."""
+    """Fifty handles and up to as many holes on each of three bodies, twice: each handle is found, and none else."""
     rng = np.random.default_rng(seed)
     v, f = delaunay_sphere(int(rng.integers(700, 1000)), rng)
     k = 50

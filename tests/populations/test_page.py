@@ -29,25 +29,30 @@ pytest.importorskip("PIL")
 
 def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
     sources = ["100.ply", "open.ply", "400.ply"]
-    with ThreadPoolExecutor(1) as executor:
-        rows = map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)
-        html = Path("page/index.html").read_text("utf-8")
-        maps = cards(html)
-        pictures = [one["picture"] for one in maps if one["picture"]]
-        assert (len(maps), len(pictures)) == (3, 2)
-        assert "2 of 3 maps are certified" in html
-        assert maps[0]["row"]["source"] == "open.ply"
-        assert "open surface" in maps[0]["row"]["notes"]
-        assert maps[1]["row"] == plain(next(row for row in rows if row.source == maps[1]["row"]["source"]))
-        assert len({one["key"] for one in maps}) == 3
-        image = read_picture(Path("page", pictures[0]))
-        assert image.shape[1] == 4 * image.shape[0]
-        assert vermilion(image) == 0
+    rows = mapped_here(sources, report="page")
+    html = Path("page/index.html").read_text("utf-8")
+    maps = cards(html)
+    pictures = [one["picture"] for one in maps if one["picture"]]
+    assert (len(maps), len(pictures)) == (3, 2)
+    assert "2 of 3 maps are certified" in html
+    assert maps[0]["row"]["source"] == "open.ply"
+    assert "open surface" in maps[0]["row"]["notes"]
+    assert maps[1]["row"] == plain(next(row for row in rows if row.source == maps[1]["row"]["source"]))
+    assert len({one["key"] for one in maps}) == 3
+    image = read_picture(Path("page", pictures[0]))
+    assert image.shape[1] == 4 * image.shape[0]
+    assert vermilion(image) == 0
 
-        times = [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
-        assert map_many(sources, "{stem}.obj", executor=executor, report="page", processes=1)[0].resumed
-        assert times == [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
+    times = [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
+    assert mapped_here(sources, report="page")[0].resumed
+    assert times == [os.stat(Path("page", name)).st_mtime_ns for name in pictures]
     assert rows[0].status == "certified"
+
+
+def mapped_here(sources, target="{stem}.obj", **options):
+    """`map_many` without a worker process."""
+    with ThreadPoolExecutor(1) as executor:
+        return map_many(sources, target, executor=executor, processes=1, **options)
 
 
 def cards(html):
@@ -79,7 +84,7 @@ def test_the_worst_come_first():
 
 def test_a_population_without_maps_has_a_page(desk):
     for sources in ([], ["open.ply"]):
-        assert len(map_many(sources, "{stem}.obj", processes=1, report="page")) == len(sources)
+        assert len(mapped_here(sources, report="page")) == len(sources)
         assert f"0 of {len(sources)} maps are certified" in Path("page/index.html").read_text()
 
 
@@ -94,8 +99,7 @@ def test_a_page_of_others_is_kept(desk):
 
 def test_names_are_text_and_not_markup(desk):
     os.rename("100.ply", name := "<b>&'.ply")
-    with ThreadPoolExecutor(1) as executor:
-        map_many([name], "x.obj", executor=executor, report="page", processes=1)
+    mapped_here([name], "x.obj", report="page")
     assert "<b>&" not in Path("page/index.html").read_text("utf-8")
 
 
@@ -126,19 +130,21 @@ def test_hemispheres_are_seen_from_their_side_first(desk):
 
 def test_equal_figures_are_said_in_a_sentence(desk):
     """In place of a distribution from half below to half above."""
-    map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
+    mapped_here(["100.ply"], report="page")
     assert "stretch: 1 in all" in Path("page/index.html").read_text("utf-8")
 
 
 def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
     """The date is that of the run in the manifest: the same rows and run make the same page."""
-    words = "batch 100.ply 400.ply --out {stem}.obj --report page --jobs 1 --quiet"
-    assert main(words.split()) == Exit.OK
+    words = "batch 100.ply open.ply --out {stem}.obj --report page --jobs 1 --quiet"
+    assert main(words.split()) == Exit.NO_MESH
     html = Path("page/index.html").read_text("utf-8")
     began = re.findall(r'"began": "([\dT:+-]+)"', Path("stem.obj.manifest.jsonl").read_text("utf-8"))[-1]
     made = html.partition('<p class="made">')[2].partition("</p>")[0]
     assert made.startswith(f"{began[:10]} {began[11:16]} UTC, igl_spheremap {__version__}<br>")
     assert f"igl-spheremap {words}" in unescape(made).replace("'", "")
+    assert "--repair" in html  # hints on the page of the shell are flags
+    assert "repair_mesh" not in html
     rows, options = [Row("a", "b", notes="no map")], Options(Auto(), 0.0, None, force=False, folder=os.getcwd())
     sheet = map_sheet(rows, options)
     pages = [write_page(name, rows, sheet, 1, began=began).read_bytes() for name in ("a.html", "b.html")]
@@ -146,7 +152,7 @@ def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
 
 
 def test_a_page_that_ends_in_html_is_one_file(desk):
-    map_many(["100.ply"], "{stem}.obj", processes=1, report="maps.html")
+    mapped_here(["100.ply"], report="maps.html")
     assert cards(Path("maps.html").read_text("utf-8"))[0]["picture"].startswith("data:image/png;base64,")
     assert not Path("subjects").exists()
     with pytest.raises(ValueError, match=r"maps.pdf: give a file that ends in .html, or a folder"):
@@ -168,11 +174,3 @@ def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):
     assert set(map(len, reasons.values())) == {0}
     assert "in here/ that end in .ply" in html
     assert cards(html)[0]["name"] == "sub-12_x"
-
-
-def test_hints_on_the_page_of_the_shell_are_flags(desk):
-    words = "batch open.ply --out {stem}.obj --report page --jobs 1 --quiet"
-    assert main(words.split()) == Exit.NO_MESH
-    html = Path("page/index.html").read_text("utf-8")
-    assert "--repair" in html
-    assert "repair_mesh" not in html

@@ -18,7 +18,6 @@ SPECS = [
     "bunny:n_vertices=2000",
     "brain:n_vertices=6000,depth=0.17",
     "dino:n_vertices=1500",
-    "dino:n_vertices=20000",
     "dumbbell:waist=0.05,n_vertices=1500",
     "octopus:arm_length=0.5,n_vertices=1500",
     "octopus:arm_length=6,n_vertices=4000",

@@ -10,8 +10,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -31,15 +33,19 @@ PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6"
 class _Lazy:
     """A module that is imported at its first use, which raises a DisplayError if it can't be."""
 
-    def __init__(self, module: str) -> None:
-        self._module = module
+    def __init__(self, name: str) -> None:
+        self._name = name
 
-    def __getattr__(self, name: str) -> Any:
+    @cached_property
+    def _module(self) -> ModuleType:
         try:
-            return getattr(import_module(self._module), name)
+            return import_module(self._name)
         except ImportError as error:
             hint = f"Debian and Ubuntu: apt install {PACKAGES}"
             raise DisplayError(f"polyscope can't be loaded ({error}); {hint}") from None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._module, name)
 
 
 ps, imgui, implot = (_Lazy(module) for module in ("polyscope", "polyscope.imgui", "polyscope.implot"))

@@ -69,9 +69,9 @@ def test_long_bodies_need_the_weights(small, tmp_path, monkeypatch):
         assert short[name] == long[name] == "0"
 
 
-@pytest.mark.slow
-def test_every_sample_and_every_closed_mesh_is_a_surface(tmp_path):
+def test_every_sample_and_every_closed_mesh_is_a_surface(tmp_path, monkeypatch):
     v, f = ism.samples.sphere(42)
+    monkeypatch.setattr(surfaces.samples, "make", lambda name: (v, f))
     ism.write_mesh(tmp_path / "closed.obj", v, f)
     ism.write_mesh(tmp_path / "open.obj", v, f[1:])
     found = [surface.name for surface in surfaces.all_surfaces(tmp_path)]

@@ -224,7 +224,7 @@ def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
 app.open_for(Pictures('unused.png', size=(900, 400)))
-v, f = ism.samples.make('spheroid', n_vertices=1500)
+v, f = ism.samples.make('spheroid', n_vertices=500)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='area distortion')
 ps.set_user_callback(lambda: app.draw_app(view))
@@ -249,7 +249,7 @@ def test_a_moebius_map_moves_the_image_and_a_vertex_is_picked_on_either_side():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView
 app.open_for(Pictures('unused.png', size=(900, 400)))
-v, f = ism.samples.make('spheroid', n_vertices=3000)
+v, f = ism.samples.make('spheroid', n_vertices=1000)
 result = ism.spherical_conformal_map(v, f)
 view = ResultView(ism.check_mesh(v, f), result.sphere, result=result, subject='checkerboard')
 ps.set_user_callback(lambda: app.draw_app(view))
