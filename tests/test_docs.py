@@ -43,8 +43,8 @@ NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",),
           "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-#: Words of command lines that open a window or take long; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "match", "template", "--report", "--plot"}
+#: Words of command lines that open a window, take long or go on from those; their own tests run them.
+ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "match", "template", "--modes", "--report", "--plot"}
 #: A sample that is as large as it is for the reader only.
 SMALLER = {"sample:bunny": "sample:bunny:n_vertices=2000"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
