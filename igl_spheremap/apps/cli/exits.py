@@ -3,7 +3,8 @@
 import re
 import signal
 import threading
-from collections.abc import Callable
+from argparse import Namespace
+from collections.abc import Callable, Collection
 from enum import IntEnum
 from types import FrameType
 from typing import Any
@@ -68,6 +69,7 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
 _REPAIR = {"weld": "--weld {}", "keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
            "cut": "--cut {}"}
 _CALL = re.compile(r"repair_(?:mesh|disk)\(v, f((?:, \w+=[^,()]+)*)\)")
+_FLAG = re.compile(r"--[a-z][a-z-]*")
 #: Calls and arguments that messages name, and what the shell has in their place.
 _FLAGS = {
     "option of repair_mesh": "flag of --repair",
@@ -87,27 +89,42 @@ _FLAGS = {
 EXPECTED = tuple(kind for kind, _ in _STATUS)
 
 
-def describe(error: BaseException) -> tuple[Exit, str]:
-    """The exit status and the line of an error that is one of `EXPECTED`.
+def describe(error: BaseException, flags: Collection[str] | None = None) -> tuple[Exit, str]:
+    """The exit status and the line of an error that is one of `EXPECTED`, in a command with these flags.
 
     >>> describe(errors.MeshError("2 components (repair_mesh(v, f, keep_largest=True) does)"))
     (<Exit.NO_MESH: 2>, '2 components (--repair --keep-largest does)')
     """
     status = next(status for kind, status in _STATUS if isinstance(error, kind))
-    return status, with_flags(errors.one_line(error))
+    line = errors.one_line(error)
+    return status, line if isinstance(error, UsageError) else with_flags(line, flags)
 
 
-def with_flags(line: str) -> str:
-    """A line of the library with flags in the place of its calls."""
+def with_flags(line: str, flags: Collection[str] | None = None) -> str:
+    """A line of the library with flags in the place of its calls, or of those for which the command has all flags.
+
+    >>> with_flags("(repair_mesh(v, f, holes='fill') does)", ["--repair"])
+    "(repair_mesh(v, f, holes='fill') in Python does)"
+    """
     for call, flag in _FLAGS.items():
-        line = line.replace(call, flag)
-    return _CALL.sub(_repair_flags, line)
+        line = line.replace(call, _known(call, flag, flags))
+    return _CALL.sub(lambda call: _known(call[0], _repair_flags(call), flags), line)
+
+
+def _known(call: str, words: str, flags: Collection[str] | None) -> str:
+    """What the shell has in the place of a call, or else the call."""
+    return words if flags is None or set(_FLAG.findall(words)) <= set(flags) else f"{call} in Python"
 
 
 def _repair_flags(call: re.Match[str]) -> str:
     options = (option.split("=") for option in call[1].split(", ")[1:])
     flags = [_REPAIR[name].format(value) for name, value in options]
     return " ".join(flags if len(flags) == 1 and flags[0].startswith("--cut ") else ["--repair", *flags])
+
+
+def flags_of(args: Namespace) -> list[str]:
+    """The flags of the command that was parsed."""
+    return [name for names, _ in args.row.arguments for name in names]
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.

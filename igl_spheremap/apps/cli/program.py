@@ -10,7 +10,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from .exits import EXPECTED, Exit, describe
+from .exits import EXPECTED, Exit, describe, flags_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,9 +24,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             with contextlib.suppress(ValueError):  # not the main thread
                 imports.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, _end_at_once))
+        flags: list[str] = []
         try:
             _guard_streams()
-            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close)
+            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close, flags)
             if sys.stdout is not None:
                 sys.stdout.flush()
             return status
@@ -37,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 _drop_output()
             if isinstance(error, BrokenPipeError):  # the reader of our output left, as `head` does
                 return int(Exit.FILE)
-            return _fail(*describe(error))
+            return _fail(*describe(error, flags))
 
 
 def _end_at_once(*_: object) -> None:
@@ -45,8 +46,11 @@ def _end_at_once(*_: object) -> None:
     os._exit(Exit.INTERRUPTED)
 
 
-def _run(words: list[str], imported: Callable[[], None]) -> int:
-    """Run one command line; `imported` is called when all is imported and the command's work begins."""
+def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> int:
+    """Run one command line; `imported` is called when all is imported and the command's work begins.
+
+    The flags of the command go to `flags`.
+    """
     from .parser import build_parser
 
     parser = build_parser()
@@ -59,6 +63,7 @@ def _run(words: list[str], imported: Callable[[], None]) -> int:
         return Exit.OK
     from .progress import Progress  # imports numpy, which --help does not need
 
+    flags += flags_of(args)
     args.words, run = words, args.row.run
     imported()
     with Progress(quiet=getattr(args, "quiet", False)) as args.progress:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Interrupt
+from igl_spheremap.apps.cli.parser import COMMANDS
 
 V, F = ism.samples.sphere(42)
 CUBE = """v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
@@ -29,6 +31,11 @@ def torus(n, k):
     return v, np.vstack((np.column_stack(corner[:3]), np.column_stack([corner[0], *corner[2:]])))
 
 
+def soup(v, f):
+    """Corners of their own, which differ in their last digits."""
+    return mesh(v[f].reshape(-1, 3) * (1 + 1e-12 * np.arange(f.size)[:, None]), np.arange(f.size).reshape(-1, 3))
+
+
 @pytest.mark.parametrize(("text", "call", "flags"), [
     (mesh(V, np.vstack((F, [[3, 3, 4]]))), "repair_mesh(v, f)", ["--repair"]),
     (mesh(np.vstack((V, [[0, 0, 9]])), F), "repair_mesh(v, f)", ["--repair"]),
@@ -42,8 +49,7 @@ def torus(n, k):
     (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
      "repair_mesh(v, f, keep_largest=True, holes='fill')", ["--repair", "--keep-largest", "--fill-holes"]),
     (mesh(*torus(12, 6)), "repair_mesh(v, f, handles='cut')", ["--repair", "--cut-handles"]),
-    (mesh(V[F].reshape(-1, 3) * (1 + 1e-12 * np.arange(3 * len(F))[:, None]), np.arange(3 * len(F)).reshape(-1, 3)),
-     "repair_mesh(v, f, weld=1e-06)", ["--repair", "--weld", "1e-06"]),
+    (soup(V, F), "repair_mesh(v, f, weld=1e-06)", ["--repair", "--weld", "1e-06"]),
     (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
 ])
 def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
@@ -58,6 +64,51 @@ def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, c
     assert f"({' '.join(flags)} does)" in line
     assert "(v, f" not in line
     assert main(["info", str(path), *flags]) == 0
+
+
+BAD = {
+    "hole": mesh(V, F[1:]), "holes": mesh(V, np.delete(F, [0, 60], axis=0)), "closed": mesh(V, F), "cube": CUBE,
+    "two": mesh(np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), "torus": mesh(*torus(12, 6)), "soup": soup(V, F),
+    "torn": soup(V, F[1:]), "flipped": mesh(V, np.vstack((F[:1, ::-1], F[1:]))),
+    "handle": mesh(*(lambda v, f: (v, f[1:]))(*torus(12, 6))),
+}  # fmt: skip
+MORE = {"transfer": ["--data", "sphere.npy"], "export": ["--show", "octahedral"], "p-harmonic": ["-p", "3"],
+        "landmarks": ["--points", "points.txt"], "view": ["--screenshot", "a.png"], "play": ["--screenshot", "a.png"]}
+
+
+READERS = [row for row in COMMANDS if any(names == ("source",) for names, _ in row.arguments)]
+
+
+@pytest.mark.parametrize("command", READERS, ids=lambda row: row.name)
+def test_an_error_names_only_flags_of_its_command(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, text in BAD.items():
+        (tmp_path / f"{name}.obj").write_text(text)
+    ism.write_mesh("sphere.ply", V, F)
+    (tmp_path / "points.txt").write_text("0 0 0 1\n")
+    flags = {name for names, _ in command.arguments for name in names}
+    more = MORE.get(command.name, [])
+    places = [names[0] for names, _ in command.arguments if not names[0].startswith("-")][1:]
+    for name in BAD:
+        if name == "closed" and command.name not in ("disk", "flatten"):
+            continue
+        out = {"export": "a.glb", "transfer": "a.npz", "grid": "a.npz", "harmonics": "a.npz"}.get(command.name, "a.obj")
+        rest = {"sphere": "sphere.ply", "target": out, "other": f"{name}.obj", "other_sphere": "sphere.ply"}
+        words = [command.name, f"{name}.obj", *(rest[place] for place in places), *more]
+        status = main([*words, *(["-f"] if "-f" in flags else [])])
+        said = capsys.readouterr()
+        assert status == 2 or (status == 0 and (name == "hole" or command.name in ("info", "disk", "flatten")))
+        assert set(re.findall(r"--[a-z][a-z-]*", said.err + said.out)) <= flags, said.err
+
+
+def test_a_batch_names_its_own_flags(tmp_path):
+    (tmp_path / "hole.obj").write_text(BAD["hole"])
+    (tmp_path / "soup.obj").write_text(BAD["soup"])
+    words = ["batch", str(tmp_path / "*.obj"), "--out", str(tmp_path / "{stem}.ply"), "--jobs", "1"]
+    summary = tmp_path / "all.tsv"
+    assert main([*words, "--summary", str(summary), "-q"]) == 2
+    assert "(--repair --fill-holes does)" in summary.read_text()
+    assert "(--repair --weld 1e-06 does)" in summary.read_text()
 
 
 def test_a_file_that_is_there_is_replaced_by_an_argument_or_a_flag(tmp_path, capsys):

@@ -31,7 +31,7 @@ from ....populations.table import (
 )
 from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
-from ..exits import Exit, Interrupt, UsageError, with_flags
+from ..exits import Exit, Interrupt, UsageError, flags_of, with_flags
 from ..inputs import expand, subjects
 from ..output import LISTED, aligned, check_report, paragraph
 
@@ -87,7 +87,7 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
 
         rows = run(executor=executor, processes=args.jobs, resume=args.resume, retry_failed=args.retry_failed,
                    timeout=args.timeout, memory=args.memory, retries=args.retries, listener=listen)
-    rows = [replace(row, notes=with_flags(row.notes)) for row in rows]
+    rows = [replace(row, notes=with_flags(row.notes, flags_of(args))) for row in rows]
     page = None
     if args.report is not None:
         args.progress.stage("drawing")
