@@ -35,8 +35,8 @@ def test_the_list_says_what_each_measures():
     assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 
 
-OPTIONS = ("balanced_maps", "convergence", "cortices", "factors", "gather", "groups", "judge", "mindboggle", "peers",
-           "player", "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
+OPTIONS = ("balanced_maps", "convergence", "cortices", "disks", "factors", "gather", "groups", "judge", "mindboggle",
+           "peers", "player", "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
 
 
 #: Starts benchmarks, one after the other; one that needs a package which is not there is left out.

@@ -27,7 +27,8 @@ from .collapse import Batch, Complex, Grid, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Rings around foldings, and where float64 was too coarse, within which vertices are removed at first; the number is
-#: doubled until it suffices.
+#: doubled until it suffices: with 2 and 8 one and two of 29 parts change, by less than .05 percent in sum (`python -m
+#: benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding._REMOVED_RINGS=2`).
 _REMOVED_RINGS = 4
 #: Batches of collapses after which foldings that are left have a further ring around them removed as well. A mesh of
 #: 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
