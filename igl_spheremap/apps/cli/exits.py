@@ -3,13 +3,15 @@
 import re
 import signal
 import threading
-from argparse import Namespace
 from collections.abc import Callable, Collection
 from enum import IntEnum
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import errors
+
+if TYPE_CHECKING:
+    from argparse import Namespace
 
 
 class Exit(IntEnum):
@@ -122,7 +124,7 @@ def _repair_flags(call: re.Match[str]) -> str:
     return " ".join(flags if len(flags) == 1 and flags[0].startswith("--cut ") else ["--repair", *flags])
 
 
-def flags_of(args: Namespace) -> list[str]:
+def flags_of(args: "Namespace") -> list[str]:
     """The flags of the command that was parsed."""
     return [name for names, _ in args.row.arguments for name in names]
 
