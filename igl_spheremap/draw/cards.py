@@ -77,7 +77,8 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
             f'<script type="application/json" class="cards">{data}</script><script>{code}</script>')
 
 
-def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str) -> str:
+def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str,
+              nouns: str) -> str:
     """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal."""
     if np.ptp(values) == 0:
         return f"<figure><figcaption>{label}: {values[0]:.3g} in all</figcaption></figure>"
@@ -103,7 +104,7 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
                 f'y="{_TOP + room - height:.1f}" width="{0.9 * step:.1f}" height="{height:.1f}"/></g>')
     base, end = _HEIGHT - _AXIS, _SIDE + _BINS * step
     last = (_WIDTH, "> ") if bars[-1][1] else (end, "")
-    texts = [(0, 9, "start", f"{most}"), (_SIDE - 3, base, "end", "0"),
+    texts = [(0, 9, "start", f"{most} {nouns}"), (_SIDE - 3, base, "end", "0"),
              (_SIDE, base + 11, "start", f"{edges[0]:.3g}"), (last[0], base + 11, "end", f"{last[1]}{edges[-1]:.3g}"),
              ((_SIDE + end) / 2, base + 23, "middle", axis)]
     words = "".join(f'<text x="{x:.1f}" y="{y}" text-anchor="{anchor}">{escape(text)}</text>'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,14 +17,14 @@ from ..io import npz
 from ..io.files import write_mesh
 from ..io.reading import reading
 from ..io.replacing import replacing
+from ..io.scalars import write_scalars
 from ..io.tables import write_cells
 from ..io.written_map import write_map
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import FloatArray, IntArray
 from .group import Group, Member
 
 #: The archive in a group's folder.
 ARCHIVE = "group.npz"
-_FORMATS = (".ply", ".vtk", ".surf.gii")
 _ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces")
 #: What is known of each member.
 FIGURES = ("correlation", "size", "distance")
@@ -35,9 +35,9 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     """Write a group into a folder, which is made if it is missing.
 
     ``group.npz`` holds all arrays and what is known of the members, which `read_group` reads; ``mean.ply``,
-    ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface, the first two with areas, spread and features at
-    the vertices, the second with the modes, too; ``members.tsv`` the members' figures and scores, and what was left
-    out; the folder ``members`` each member's map in the template's frame, for `read_map`.
+    ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface with areas, spread and features at the vertices,
+    which GIFTI keeps in ``mean.shape.gii``, and in VTK the modes; ``members.tsv`` the members' figures and scores, and
+    what was left out; the folder ``members`` each member's map in the template's frame, for `read_map`.
 
     Parameters
     ----------
@@ -79,14 +79,22 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     over |= dict(zip([f"{name}_sd" for name in names], group.feature_sd.T, strict=True))
     moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
              for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
-    for ending in _FORMATS:
-        if ending != ".surf.gii" or find_spec("nibabel"):
-            write_mesh(place / f"mean{ending}", group.vertices, group.faces, force=force,
-                       metadata={"vertex_properties": over, "point_data": over | moves})
+    write_mean(place, group.vertices, group.faces, over, moves, force=force)
     write_cells(place / "members.tsv", _rows(group), force=force)
     for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
         if member.map is not None:
             write_map(place / "members" / f"{name}.npz", member.map, force=force)
+
+
+def write_mean(place: Path, v: FloatArray, f: IntArray, over: Mapping[str, FloatArray],
+               moves: Mapping[str, FloatArray] | None = None, *, force: bool) -> None:
+    """Write a mean surface with data over its vertices, and fields that VTK alone takes, in the formats of others."""
+    for ending in (".ply", ".vtk"):
+        write_mesh(place / f"mean{ending}", v, f, force=force,
+                   metadata={"vertex_properties": over, "point_data": {**over, **(moves or {})}})
+    if find_spec("nibabel"):
+        write_mesh(place / "mean.surf.gii", v, f, force=force)
+        write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
 
 
 def prepared(folder: str | os.PathLike[str]) -> Path:

@@ -61,7 +61,7 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
              table(rows, ("modes", "compactness", "generalisation", "specificity")), "<h2>Members</h2>",
              '<div class="plots">',
              *(histogram(name, name, np.array([getattr(member, name) for member in group.members]),
-                         limit if name == "distance" else np.inf, "") for name in FIGURES), "</div>",
+                         limit if name == "distance" else np.inf, "", "members") for name in FIGURES), "</div>",
              f"<p>What was left out, then the farthest from the mean first. Outliers lie more than {OUTLIER:g} "
              "interquartile ranges above the third quartile of the distances. Click a bar to see its members, a "
              "picture to see all of one. <code>template --ratings</code> reads the ratings that are saved.</p>",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from ..io.replacing import replacing
 from ..io.tables import write_cells
 from ..io.written_map import write_map
 from ..mesh.arrays import FloatArray
-from .files import file_names
+from .files import file_names, write_mean
 from .series import Series
 
 #: The archive in a series' folder.
@@ -51,9 +50,7 @@ def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[
     over = {"drift": found.drift, "area": found.areas.mean(axis=0), "growth": found.areas[-1] / found.areas[0]}
     for name, values in zip(feature_names, np.moveaxis(found.features, 2, 0), strict=True):
         over |= {name: values.mean(axis=0), f"{name}_sd": values.std(axis=0)}
-    for ending in (".ply", ".vtk", *(".surf.gii",) * bool(find_spec("nibabel"))):
-        write_mesh(place / f"mean{ending}", mean, found.faces, force=True,
-                   metadata={"vertex_properties": over, "point_data": over})
+    write_mean(place, mean, found.faces, over, force=True)
     return mean
 
 

@@ -125,7 +125,7 @@ def write_page(
     body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
             made_by(command, datetime.fromisoformat(began)),
             f"<p>Files {escape(where)}</p>" if where else "",
-            f'<div class="plots">{"".join(_histograms(rows, limits))}</div>',
+            f'<div class="plots">{"".join(_histograms(rows, limits, sheet.nouns))}</div>',
             f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
             f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
             f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
@@ -226,12 +226,12 @@ def _card(row: JobRow, name: str, address: str, short: str, limits: Mapping[str,
                 shlex.join(("igl-spheremap", *sheet.command(row))), address, reasons, row.status == "certified")
 
 
-def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float]) -> list[str]:
+def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float], nouns: str) -> list[str]:
     plots = []
     for name, label in figures_of(rows).items():
         values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         if len(values := values[np.isfinite(values)]):
-            plots.append(histogram(name, label, values, limits[name], _AXES[name.rpartition("_")[2]]))
+            plots.append(histogram(name, label, values, limits[name], _AXES[name.rpartition("_")[2]], nouns))
     return plots
 
 

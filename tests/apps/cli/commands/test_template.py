@@ -1,6 +1,7 @@
 """The command template: the files of a group, what is left out, and members that are added."""
 
 import csv
+import importlib.util
 import json
 import shutil
 from pathlib import Path
@@ -62,6 +63,10 @@ def test_the_folder_holds_the_group_in_several_formats(group, folder):
     assert "open surface" in reasons["open"]
     means = read_scalars(group / "mean.ply")
     assert np.allclose((means["height"], means["height_sd"]), 1)
+    if importlib.util.find_spec("nibabel"):
+        gifti = read_scalars(group / "mean.shape.gii")
+        assert gifti.keys() == means.keys()
+        assert np.allclose(gifti["spread"], found.spread)
     assert [float(row["mode_1"]) for row in table[:3]] == found.scores[:, 0].tolist()
     assert ism.read_map(group / "members" / "body1.npz").certificate.folding_free
     assert (group / "mode_1.gif").read_bytes().startswith(b"GIF")
