@@ -351,7 +351,6 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
     kept = {path.stem: path.read_text("utf-8") for path in (BENCHMARKS / "results").glob("*.md")}
     [made] = [ast.literal_eval(line.value) for line in ast.parse((BENCHMARKS / "tables.py").read_text("utf-8")).body
               if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES"]
-    assert set(made) == set(kept)
     assert all(text.startswith(f"`python -m benchmarks {made[name]}`\n\n|") for name, text in kept.items())
     shown = set()
     for page in {*PAGES, BENCHMARKS / "tried.md"} - {DOCS / "reproduction.md"}:
