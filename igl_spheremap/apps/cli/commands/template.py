@@ -164,7 +164,8 @@ def _add(args: Namespace) -> Exit:
     rows = _earlier(table)
     names = expand(args.add)
     lines, refused = [], False
-    for name, short in zip(names, file_names(names), strict=True):
+    others = [name for name in rows if name not in names]  # whose files stay
+    for name, short in zip(names, file_names([*others, *names])[len(others):], strict=True):
         args.progress.stage(f"placing {name}")
         cells: tuple[object, ...]
         try:

@@ -81,11 +81,15 @@ def test_the_folder_holds_the_group_in_several_formats(group, folder):
 def test_what_is_added_changes_no_other_file(group, folder, capsys):
     before = {path: path.read_bytes() for path in group.rglob("*") if path.is_file()}
     assert main(["template", "--add", str(folder / "body3.ply"), "--out", str(group)]) == 0
-    assert main(["template", "--add", str(folder / "open.ply"), "--out", str(group)]) == Exit.FAILED
+    (folder / "other").mkdir()
+    shutil.copy(folder / "body3.ply", folder / "other")
+    again = [str(folder / "open.ply"), str(folder / "other" / "body3.ply")]
+    assert main(["template", "--add", *again, "--out", str(group)]) == Exit.FAILED
     assert "left out" in capsys.readouterr().out
     assert all(path.read_bytes() == data for path, data in before.items())
     table = rows(group / "added.tsv")
-    assert [row["status"] for row in table] == ["added", "left out"]
+    assert [row["status"] for row in table] == ["added", "left out", "added"]
+    assert len([*(group / "added").glob("body3*.npz")]) == 2
     placed = ism.read_group(group).place(ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=0.9))
     assert float(table[0]["mode_1"]) == placed.scores[0]
     assert ism.read_map(group / "added" / "body3.npz").certificate.folding_free
