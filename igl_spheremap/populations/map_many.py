@@ -33,6 +33,7 @@ def map_many(
     polish: Polish | None = None,
     balance: float = 0.0,
     repair: bool = False,
+    weld: float = 0.0,
     keep_largest: bool = False,
     holes: Literal["refuse", "fill"] = "refuse",
     handles: Literal["refuse", "cut"] = "refuse",
@@ -70,7 +71,7 @@ def map_many(
         As of `igl_spheremap.balanced_spherical_map`; 0, the default, is conformal.
     repair : bool
         Repair the meshes first.
-    keep_largest, holes, handles
+    weld, keep_largest, holes, handles
         How to repair them, and by default, as of `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
@@ -125,7 +126,7 @@ def map_many(
     check_listener(listener)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
-    repairs = {"keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
+    repairs = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
     if method != Auto.name and polish is not None:
         raise TypeError("polish: an option of method 'auto' only; give another method its options in its record")
     chosen = Auto(polish=polish) if method == Auto.name else method_of(method)

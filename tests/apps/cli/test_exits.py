@@ -109,6 +109,7 @@ def test_a_batch_names_its_own_flags(tmp_path):
     assert main([*words, "--summary", str(summary), "-q"]) == 2
     assert "(--repair --fill-holes does)" in summary.read_text()
     assert "(--repair --weld 1e-06 does)" in summary.read_text()
+    assert main([*words, "--repair", "--fill-holes", "--weld", "1e-06", "-q"]) == 0
 
 
 def test_a_file_that_is_there_is_replaced_by_an_argument_or_a_flag(tmp_path, capsys):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import FileError, MeshError
+from ....errors import FileError, MeshError, import_optional
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
@@ -70,6 +70,8 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     """Map, write, certify what was written, and report."""
     check_outputs(args, surface=not is_patch(args.target) and args.target != STREAM)
     check_plots(args)
+    if args.target.lower().endswith(".glb"):
+        import_optional("PIL.Image", "a texture", "io")
     source = _load(args)
     shown = args.progress.listener(source.f)
 
@@ -100,7 +102,10 @@ def _findings(source: InputDisk, args: Namespace, result: PlaneMap, written: Cer
         if label in labels:
             found.add(label, text)
     found.extend(plane_findings(result))
-    as_written = "certified as written" if written.folding_free else f"but as written it is {written}"
+    as_written = "certified as written"
+    if not written.folding_free:
+        exact = "; .obj and .npz files hold all digits" if result.certificate.folding_free else ""
+        as_written = f"but as written it is {written}{exact}"
     found.add("written", f"{args.target}, {as_written}")
     found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
     return found

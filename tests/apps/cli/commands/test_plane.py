@@ -108,6 +108,16 @@ def test_a_closed_surface_is_cut_and_holes_but_one_are_filled(tmp_path, capsys):
         one_line(capsys)
 
 
+def test_what_float32_folds_is_said_with_the_formats_that_do_not(tmp_path, capsys):
+    pytest.importorskip("trimesh")
+    pytest.importorskip("PIL")
+    ism.write_mesh(tmp_path / "thin.obj", W * [1, 1e-9, 0], G)
+    thin = str(tmp_path / "thin.obj")
+    assert main(["flatten", thin, str(tmp_path / "a.npz"), "-q"]) == Exit.OK
+    assert main(["flatten", thin, str(tmp_path / "a.glb")]) == Exit.UNCERTIFIED
+    assert ".obj and .npz files hold all digits" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_plot_is_drawn(face, tmp_path):
     pytest.importorskip("matplotlib")
     plot = tmp_path / "a.png"
