@@ -17,6 +17,7 @@ from .records import Metadata, RawMesh, of_triangles
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _RGB = ("red", "green", "blue")
+_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
@@ -66,15 +67,23 @@ def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:
         raise MeshError(f"its nodes lie more than {_DEEPEST} deep, or in a cycle; write the mesh as one node")
 
 
+def standing(body: Any, up: str) -> Any:
+    """The scene of a mesh, whose y is up, as the standard says: where it is z, a node turns the mesh about x."""
+    scene = import_optional("trimesh", "glTF", "io").Scene()
+    scene.add_geometry(body, transform=_Z_UP if up == "z" else None)
+    return scene
+
+
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write one mesh in float32, with the mark as the generator; the suffix decides which of the two kinds.
 
-    Colours ``red``, ``green`` and ``blue`` of the metadata's ``vertex_properties`` become vertex colours.
+    Colours ``red``, ``green`` and ``blue`` of the metadata's ``vertex_properties`` become vertex colours. Where its
+    ``up`` is "z", the scene turns the mesh.
     """
     trimesh = import_optional("trimesh", "glTF", "io")
     properties = metadata.get("vertex_properties", {})
     rgb = np.column_stack([properties[name] for name in _RGB]) if set(_RGB) <= set(properties) else None
-    scene = trimesh.Scene(trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb))
+    scene = standing(trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb), metadata.get("up", "y"))
 
     def sign(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])

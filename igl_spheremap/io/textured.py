@@ -18,14 +18,11 @@ from ..mesh.arrays import FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..shapes.texture import Atlas
 from .formats import PathLike, format_of
-from .gltf import joined, parts
+from .gltf import joined, parts, standing
 from .obj import read, texture
 from .reading import check_regular, reading
 from .replacing import check_writable, replacing
 from .text import write_text
-
-#: Turns a surface whose z is up so that its y is: a quarter turn about x.
-Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 
 def read_picture(path: PathLike) -> NDArray[np.uint8]:
@@ -231,8 +228,7 @@ def _write_glb(
     )
     visual = trimesh.visual.TextureVisuals(uv=atlas.uv, material=material)
     body = trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
-    scene = trimesh.Scene()
-    scene.add_geometry(body, transform=Z_UP if up == "z" else None)
+    scene = standing(body, up)
 
     def sign(tree: dict[str, Any]) -> None:
         known = dict(extras)

@@ -74,7 +74,7 @@ def run_export(args: Namespace) -> None:
     else:
         values = vertex_maps(source.v, source.f, pair.unit)[args.show]
         if Path(target).name.lower().endswith(_COLOURED):
-            metadata = {"vertex_properties": {**colours(values), "quality": values}}
+            metadata = {"vertex_properties": {**colours(values), "quality": values}, "up": up}
             write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
         else:
             write_scalars(target, {args.show: values}, surface=(source.v, source.f), force=args.force,

@@ -88,7 +88,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.stage(f"writing {args.target}")
         written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
-                                  up="z" if args.up is None and guess_up(source.name) in Z_UP else "y")
+                                  up="z" if (args.up or guess_up(source.name)) in Z_UP else "y")
         return written, _findings(source, args, result, written)
 
     return map_and_report(args, source.name, solved, [show], write, lambda result: _draw(args, source, result))

@@ -97,6 +97,17 @@ def test_a_baked_texture_shows_what_the_source_s_own_does(of, source, target, pa
         assert {"factor", "corner"} <= written.metadata.keys()
 
 
+@pytest.mark.parametrize("show", ["angles", "checkerboard"])
+def test_a_scene_is_turned_so_that_y_is_up(show, files, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("PIL")
+    source = "sample:spheroid:n_vertices=600"  # whose z is up
+    assert main(["export", source, files[1], str(tmp_path / "a.glb"), "--show", show, "-q"]) == 0
+    upright = trimesh.load_scene(tmp_path / "a.glb").to_mesh().vertices
+    v = read_mesh(source).v[:, [0, 2, 1]] * [1, 1, -1]
+    assert cKDTree(upright).query(v)[0].max() < 1e-6 * np.ptp(v)
+
+
 @pytest.mark.parametrize("target", ["a.glb", "a.obj"])
 def test_a_carried_texture_keeps_its_coordinates(target, painted, files, tmp_path):
     import trimesh
