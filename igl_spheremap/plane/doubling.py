@@ -16,8 +16,8 @@ from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
 from ..untangle.plan import Large
 
-#: As of `igl_spheremap.Auto`: with its default the reflection is so rough that errors fall by less than 4 where edges
-#: are halved (`python -m benchmarks disks exact`).
+#: The option of `igl_spheremap.Auto`. With its default of 1e-3 the reflection is found too roughly: errors fall by less
+#: than 4 when edges are halved (`python -m benchmarks disks exact`).
 _TOLERANCE = 1e-5
 
 

@@ -25,8 +25,8 @@ from .plane_map import in_space, upright
 from .problem import RADIUS, CircleProblem, ConformalEnergy
 from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
-#: Weights of the areas where only they are to count: .97, with which it begins, leaves them 7 percent off (median of
-#: 24 disks), these 4 and 3: a circle bends what a sphere or a free boundary would not.
+#: Weights of the areas at balance 1, after a first stage with .97. That stage leaves areas 7 percent off (median of 24
+#: disks), these two 4 and 3 percent. Spheres and flat maps need no such stages, as no circle bends their boundary.
 _EVEN_WEIGHTS = (0.99, 0.997)
 #: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
 #: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
@@ -88,7 +88,7 @@ def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArra
 
 
 def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
-    """A conformal map without foldings by sliding alone, if rounding folds not every start."""
+    """A conformal map by sliding alone: without foldings, unless rounding folds every start."""
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = BalancedEnergy(source, 0.0, _POWER, np.zeros(len(disk.f)))
     found: list[tuple[FloatArray, Run]] = []

@@ -27,8 +27,8 @@ from .layout import Layout, Placed, centred, onto_sphere
 from .local_repair import small_moves
 from .match_angles import covers_once
 
-#: Nepers: rounding turns the edges of a body whose limbs are no deeper by .001, float64's eps times exp(29), at the
-#: most. With 18 a part of a robot ends at 11.8 degrees, not 9.2.
+#: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
+#: With 18 a part of a robot ends at 11.8 degrees, not 9.2.
 _DEEPEST = 29.0
 #: Faces whose angles are compared where gauges are.
 _SAMPLE = 1000
@@ -48,16 +48,16 @@ def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[Flo
     """
     badness, folded = Badness(mesh), list[tuple[float, FloatArray, FloatArray]]()
     for y in maps:
-        mended = small_moves(y, mesh.f)
-        if badness.folded(mended):
+        after_moves = small_moves(y, mesh.f)
+        if badness.folded(after_moves):
             y = least_folded(y, badness)
-            mended = small_moves(y, mesh.f)
-        if folded_faces(mended, mesh.f).any():
-            folded.append((badness(y), y, mended))
+            after_moves = small_moves(y, mesh.f)
+        if folded_faces(after_moves, mesh.f).any():
+            folded.append((badness(y), y, after_moves))
         else:
-            yield y, mended
-    for _, y, mended in sorted(folded, key=itemgetter(0)):
-        yield y, mended
+            yield y, after_moves
+    for _, y, after_moves in sorted(folded, key=itemgetter(0)):
+        yield y, after_moves
 
 
 def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:

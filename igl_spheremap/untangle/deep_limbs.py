@@ -229,8 +229,8 @@ def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> N
         W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
 
     w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
-    depth_b that of the deepest. Of the gain u_b is of use: all of it, except where coordinates are finer. There they
-    are coarser again by what a vertex gains, as long as they are of normal numbers.
+    depth_b that of the deepest. A gain is of use up to u_b: in general all of it. At an end of an axis float64 holds
+    normal numbers of any size, so that only what lifts a vertex to normal numbers is of use.
     """
     at = limb.bins(limb.log_distance)
     bins = int(at.max()) + 1

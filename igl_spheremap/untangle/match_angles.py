@@ -66,10 +66,11 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     """Lower the angle differences of a map free of foldings, by damped Newton steps; what further ones would gain.
 
     The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain. The gain of one
-    that had to be damped more than the first predicts little: after it they end when it is below the square of the
-    least gain, and what steps would gain that begin anew is not predicted: infinite. It is not if `rough`, either: then
-    what steps fold is repaired by small moves only.
+    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain.
+
+    The gain of a step that was damped more than the first predicts little. After such a step the steps end when its own
+    gain is below the square of the least gain, and what new steps would gain is infinite, which means unknown. It is
+    unknown, too, if `rough`: then small moves alone repair what steps fold.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
     steps = Levenberg(system, np.full(len(x), damping), systems)
