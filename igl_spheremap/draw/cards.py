@@ -31,7 +31,8 @@ class Card:
     key : str
         Its address on the page.
     row : mapping
-        Its figures by name, for JSON; `source`, by which it is rated, and `status` among them.
+        Its figures by name, `source`, by which it is rated, and `status` among them. What is not finite is null on the
+        page.
     name, text : str
         What stands on the card.
     caption, command : str
@@ -59,8 +60,10 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
     """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels."""
     entries = []
     for rank, card in enumerate(cards):
+        row = {name: None if isinstance(value, float) and not math.isfinite(value) else value
+               for name, value in card.row.items()}
         more = [f"and {len(card.reasons) - _BADGES} more"] if len(card.reasons) > _BADGES else []
-        entries.append(asdict(card) | {"rank": rank, "badges": [*card.reasons[:_BADGES], *more]})
+        entries.append(asdict(card) | {"rank": rank, "row": row, "badges": [*card.reasons[:_BADGES], *more]})
     sorts = "".join(f'<option value="{key}">{escape(label)}</option>'
                     for key, label in {"rank": "worst first", "source": "name", **figures}.items())
     shown = ["all", *sorted({card.row["status"] for card in cards}), "outliers", "passed", "failed by you", "not rated"]
@@ -79,7 +82,13 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
 
 def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str,
               nouns: str) -> str:
-    """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal."""
+    """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
+
+    Empty where no value is finite.
+    """
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return ""
     if np.ptp(values) == 0:
         return f"<figure><figcaption>{label}: {values[0]:.3g} in all</figcaption></figure>"
     ends = float(values.min()), min(limit, float(values.max()))

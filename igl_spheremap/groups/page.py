@@ -93,7 +93,7 @@ def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray)
         cards.append(Card(f"m{k}", row, member.name, f"{member.distance:.3g} from the mean, size {member.size:.3f}, "
                           f"correlation {member.correlation:.3f}", "Laid on the mean, from the front and from behind.",
                           shlex.join(("igl-spheremap", "view", f"{path.parent}/members/{shorts[k]}.npz")),
-                          f"pictures/{quote(shorts[k])}.png", far))
+                          f"pictures/{quote(shorts[k], errors='surrogateescape')}.png", far))
     return cards
 
 

@@ -117,7 +117,7 @@ def series(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> v, f = ism.samples.make("pear", n_vertices=300)
+    >>> v, f = ism.samples.make("pear", n_vertices=100)
     >>> ism.series([(v * [1, 1, 1 + 0.05 * k], f) for k in range(3)], target="ico:2").vertices.shape
     (3, 162, 3)
     """

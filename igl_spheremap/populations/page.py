@@ -122,10 +122,12 @@ def write_page(
              for row, name, address in zip(shown, names, addresses, strict=True)]
     left_out = f" The worst {MOST:,} have pictures." if len(rows) > len(pictured) else ""
     where = " ".join(filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}")))
+    plots = [histogram(name, label, np.array([getattr(row, name) for row in rows], dtype=np.float64), limits[name],
+                       _AXES[name.rpartition("_")[2]], sheet.nouns) for name, label in figures_of(rows).items()]
     body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
             made_by(command, datetime.fromisoformat(began)),
             f"<p>Files {escape(where)}</p>" if where else "",
-            f'<div class="plots">{"".join(_histograms(rows, limits, sheet.nouns))}</div>',
+            f'<div class="plots">{"".join(plots)}</div>',
             f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
             f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
             f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
@@ -224,14 +226,3 @@ def _card(row: JobRow, name: str, address: str, short: str, limits: Mapping[str,
     reasons = [f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}" for key in outlying(row, limits)]
     return Card(name, plain(row), short, f"{row.status}: {text}", sheet.caption(row),
                 shlex.join(("igl-spheremap", *sheet.command(row))), address, reasons, row.status == "certified")
-
-
-def _histograms(rows: Sequence[JobRow], limits: Mapping[str, float], nouns: str) -> list[str]:
-    plots = []
-    for name, label in figures_of(rows).items():
-        values = np.array([getattr(row, name) for row in rows], dtype=np.float64)
-        if len(values := values[np.isfinite(values)]):
-            plots.append(histogram(name, label, values, limits[name], _AXES[name.rpartition("_")[2]], nouns))
-    return plots
-
-

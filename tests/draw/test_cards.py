@@ -1,0 +1,25 @@
+"""Cards of pages: whatever a figure or a name is, the page can read it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+
+from igl_spheremap.draw.cards import Card, card_sheet, histogram
+
+
+def test_what_is_not_finite_is_null_and_no_name_ends_the_script():
+    row = {"source": "</script>\udc80", "status": "member", "size": math.nan}
+    html = card_sheet([Card("a", row, "</script>", "", "", "", reasons="abcde")], {"size": "size"}, [])
+    data = html.partition('class="cards">')[2].partition("</script>")[0]
+    (card,) = json.loads(data, parse_constant=lambda word: 1 / 0)
+    assert card["row"] == row | {"size": None}
+    assert card["name"] == "</script>"
+    assert card["badges"] == ["a", "b", "c", "and 2 more"]
+
+
+def test_bars_hold_what_is_finite():
+    assert histogram("size", "size", np.array([np.nan, np.inf]), 1.0, "", "members") == ""
+    assert "size: 2 in all" in histogram("size", "size", np.array([np.nan, 2.0]), 3.0, "", "members")
