@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError, own_errstate
+from ..errors import FileError, MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
@@ -86,13 +86,14 @@ def write_plane_map(
     square = UnitSquare.of(result.plane)
     known = {"factor": square.factor, "corner": square.corner.tolist()}
     if is_patch(path):
+        if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
+            raise FileError(f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
+                            "cut or filled to .obj, .glb or .npz")
         border = np.zeros(len(mesh.v), dtype=bool)
         border[mesh.rim] = True
         write_patch(path, Patch(vertex, result.image, border), force=force)
     elif format_of(path).name == "OBJ":
-        new = vertex < 0
-        _, first, number = np.unique(np.where(new, vertex.max() + np.cumsum(new), vertex), return_index=True,
-                                     return_inverse=True)
+        first, number = _numbered(vertex)
         corners = np.stack((number[mesh.f], mesh.f), axis=-1).reshape(-1, 6) + 1
         groups: list[tuple[str, NDArray[Any]]] = [("f %r/%r %r/%r %r/%r\n", corners[mesh.surface])]
         if mesh.caps is not None:
@@ -209,6 +210,18 @@ def read_images(path: PathLike) -> PlaneImages:
         raise MeshError(f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
                         "coordinates; give a flat mesh, or a surface with texture coordinates")
     return PlaneImages(np.ascontiguousarray(x[:, :2]))
+
+
+def _numbered(vertex: IntArray) -> tuple[IntArray, IntArray]:
+    """The first row of each vertex, in their order, and the number of that of each row; rows of -1 are their own.
+
+    >>> _numbered(np.array([7, 3, 7, -1, -1]))[1].tolist()
+    [0, 1, 0, 2, 3]
+    """
+    new = vertex < 0
+    key = np.where(new, vertex.max() + np.cumsum(new), vertex)
+    _, first, index = np.unique(key, return_index=True, return_inverse=True)
+    return np.sort(first), np.searchsorted(np.sort(first), first[index])
 
 
 def _unseamed(known: ObjTexture, n: int) -> PlaneImages:

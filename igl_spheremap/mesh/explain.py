@@ -39,7 +39,7 @@ class Refusal:
         repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
         if len(repeated):
             self.refuse(f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
-                         "remove them")
+                        "remove them")
         start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
         keys, edge, first, second = shared_edges(f, n)
         ends, faces_at = np.column_stack((keys // n, keys % n)), np.bincount(edge)
@@ -58,9 +58,9 @@ class Refusal:
         forward, backward = direction_components(first // 3, second // 3, clash, len(f))
         if (forward == backward).any():
             self.refuse("not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
-                         f"projective plane), it fails {_edges(bad[:1])}", "give an orientable surface")
+                        f"projective plane), it fails {_edges(bad[:1])}", "give an orientable surface")
         self.refuse(f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
-                     f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}", "reverse faces until they agree")
+                    f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}", "reverse faces until they agree")
 
     def unreferenced(self, bad: IntArray) -> NoReturn:
         """Vertices in no face."""
@@ -70,7 +70,7 @@ class Refusal:
         """Several surfaces, by the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
         self.refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
-                     "second one", "give one closed surface" if self._closed else "give one of them")
+                    "second one", "give one closed surface" if self._closed else "give one of them")
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Pinched vertices, else handles."""
@@ -82,27 +82,27 @@ class Refusal:
             loop = short_loop(own_unit(self.v)[0], self.f)
             where = f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
         self.refuse(f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
-                     "cut and fill the handles")
+                    "cut and fill the handles")
 
     def pinched(self, bad: IntArray) -> None:
         """Vertices with several fans of faces, if there are any."""
         if len(bad):
             self.refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-                         f"{examples(bad)}", "give each sheet a vertex of its own")
+                        f"{examples(bad)}", "give each sheet a vertex of its own")
 
     def _open(self, edges: IntArray) -> NoReturn:
         """Edges with one face: holes, or seams whose two sides have vertices at the same places."""
         work, _, near = self._cleaned
         if near:
             self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "
-                         f"coincide: within {near:g} of the diagonal of the bounding box", "weld them")
+                        f"coincide: within {near:g} of the diagonal of the bounding box", "weld them")
         if not work.sound or len(work.f) < _LEAST_PART * len(self.f):
             self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes")
         if not work.rims:
             self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
-                         "weld the coincident vertices along them")
+                        "weld the coincident vertices along them")
         self.refuse(f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
-                     "close the holes")
+                    "close the holes")
 
     @cached_property
     def _cleaned(self) -> tuple[Surface, int, float]:

@@ -28,7 +28,7 @@ def seam(v: FloatArray, f: IntArray, points: IntArray | int) -> IntArray:
     given = None if isinstance(points, int) else np.unique(points)
     tree = np.array([np.argmax(dijkstra(graph, indices=0))]) if given is None else given[:1]
     edges: list[tuple[int, int]] = []
-    for _ in range((points if isinstance(points, int) else len(np.unique(points))) - 1):
+    for _ in range((points if isinstance(points, int) else len(points)) - 1):
         distance, before, _ = dijkstra(graph, indices=tree, return_predecessors=True, min_only=True)
         left = np.arange(len(v)) if given is None else np.setdiff1d(given, tree)
         if not len(left):

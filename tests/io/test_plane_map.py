@@ -68,6 +68,10 @@ def test_a_seam_has_each_vertex_once_and_coordinates_by_corner(tmp_path):
     assert len(theirs.vertices) == len(disk.v)
     certificate = ism.certify(np.asarray(theirs.visual.uv), theirs.faces)
     assert certificate.folding_free
+    with pytest.raises(ism.FileError, match="each once"):
+        ism.write_plane_map(tmp_path / "lh.a.patch.flat", flat, rows=disk.vertex_source)
+    assert ism.write_plane_map(tmp_path / "b.obj", FLAT, rows=ROWS[::-1]).folding_free  # in any order
+    assert np.array_equal(ism.read_mesh(tmp_path / "b.obj").v, W)
     ism.write_plane_map(tmp_path / "a.npz", flat, rows=disk.vertex_source)
     assert np.array_equal(np.load(tmp_path / "a.npz")["vertex_source"], disk.vertex_source)
 
