@@ -42,7 +42,7 @@ TABLES = {
     "disks_cortex": "disks programs --only cortex",
     "disks_programs": "disks programs --largest 2200 --corpus CORPUS",
     "disks_sliding": "disks sliding --largest 2200 --corpus CORPUS",
-    "disks_long": "disks long --sizes 1000 4000 16000",
+    "disks_long": "disks long --sizes 1000 4000 16000 100000",
     "balance_maps": "balanced_maps maps CORPUS --bodies 32",
     "balance_programs": "balanced_maps programs corpus:choi_maxplanck corpus:paper_brain_15002 "
                         "corpus:choi_hippocampus corpus:armadillo_oded",
