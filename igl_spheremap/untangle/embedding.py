@@ -36,6 +36,8 @@ _PATIENCE = 8
 #: A vertex is tried at the centre of its kernel, then at these shares of the way there from the target of its collapse.
 _SHARES = (1.0, 0.3, 0.1, 0.01, 1e-3)
 #: How often vertices without a position are tried; in between the vertices around them are relaxed, which makes room.
+#: With 1 every eighth part of the set tune ends the same (`python -m benchmarks versions . FOLDER/tune --every 8 --set
+#: untangle.embedding._ATTEMPTS=1`).
 _ATTEMPTS = 3
 #: The vertices present are relaxed each time their number has grown by this factor: some 25 times on the way from a
 #: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times.
