@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap import FileError
-from igl_spheremap.io.textured import read_picture, write_picture, write_textured
+from igl_spheremap import FileError, MeshError
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.textured import read_picture, read_textured, write_picture, write_textured
 from igl_spheremap.shapes.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
@@ -158,3 +159,34 @@ def test_devices_and_pipes_are_refused_without_reading(tmp_path):
     for path in ("/dev/zero", tmp_path / "pipe"):
         with pytest.raises(FileError, match="a device or a pipe"):
             read_picture(path)
+
+
+SQUARE = """mtllib a square.mtl
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+f 1/1 2/2 3/3 4/4
+"""
+
+
+@pytest.mark.parametrize(("material", "words"), [
+    ("newmtl a\nmap_Kd -s 1 1 1 one picture.png\n", None),
+    ("newmtl a\nmap_Kd one picture.png\nnewmtl b\nmap_Kd other.png\n", "2 pictures; join them"),
+    ("newmtl a\nKd 1 1 1\n", "it names no texture"),
+    ("newmtl a\nmap_Kd nowhere.png\n", "nowhere.png"),
+    (None, "a square.mtl"),
+])
+def test_polygons_have_the_texture_that_their_material_names(material, words, tmp_path):
+    for name, size in (("one picture.png", 8), ("other.png", 16)):
+        write_picture(tmp_path / name, checker_image(size, 2))
+    (tmp_path / "square.obj").write_text(SQUARE)
+    if material is not None:
+        (tmp_path / "a square.mtl").write_text(material)
+    if words is not None:
+        with pytest.raises((FileError, MeshError), match=words):
+            read_textured(tmp_path / "square.obj")
+        return
+    found = read_textured(tmp_path / "square.obj")
+    assert np.array_equal(found.image, checker_image(8, 2))
+    assert np.array_equal(found.uv, found.v[..., :2])
+    v, f = read_mesh(tmp_path / "square.obj", triangulate=True)
+    assert np.array_equal(found.v, v[f])
