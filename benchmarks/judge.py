@@ -146,7 +146,7 @@ def read_positions(task: Task, path: Path) -> np.ndarray:
         if path.name.lower().endswith(_PLAIN):
             x = np.column_stack(list(read_scalars(path).values()))
         elif task.kind == "disk":
-            x, faces = read_images(path), ism.read_mesh(path).f
+            x, faces = read_images(path).plane, ism.read_mesh(path).f
         else:
             x, faces = read_sphere(path) if task.kind == "sphere" else ism.read_mesh(path)
     except Exception as error:  # whatever a file holds is a row
