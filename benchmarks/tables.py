@@ -28,7 +28,7 @@ TABLES = {
     "repair_rings": "repairs rings",
     "repair_gauges": "repairs gauges sample:spring corpus:sword_oded corpus:syn_needle_1_1_100 "
                      "corpus:syn_dumbbell_neck corpus:comb corpus:paper_dilo_9731 corpus:octopus_low worm:40",
-    "repair_bodies": "random_meshes bodies --count 240",
+    "repair_bodies": "random_meshes bodies --count 600",
     "repair_programs": "repairs foldings CORPUS/public CORPUS/hard",
     "repair_embedding": "repairs embedding",
     "repair_polish": "repairs polish corpus:choi_maxplanck corpus:paper_bimba_15002 corpus:choi_hippocampus "
