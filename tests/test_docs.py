@@ -314,6 +314,26 @@ def test_summaries_are_whole_sentences():
         assert not re.search(r"\b(eqs?|Figs?|Sect|vs|cf)\.$", first), first
 
 
+#: One word for each unit, and for what has none.
+UNIT = re.compile(r"degrees|radians|logarithm|units?\b|share|seconds|MB|megabytes|times|norm|weight|factor|ratio|energy"
+                  r"|correlation|exponent|step size|conformal|from -1 to 1", re.IGNORECASE)
+
+
+def described(doc: str) -> list[tuple[str, str, str]]:
+    """Name, type and text of each parameter, attribute and result of a numpydoc text."""
+    rows = re.findall(r"^(\S.*?) : (.*)\n((?:    .*\n?|\n(?=    ))+)", doc, re.MULTILINE)
+    return [(name, kind, " ".join(text.split())) for name, kind, text in rows]
+
+
+def test_positions_and_numbers_say_their_unit():
+    public = [getattr(ism, name) for name in ism.__all__ if name != "samples"]
+    members = [value for one in public if inspect.isclass(one) for value in vars(one).values() if callable(value)]
+    rows = [(one.__qualname__, *row) for one in (*public, *members) for row in described(inspect.getdoc(one) or "")]
+    numbers = [row for row in rows if row[2].startswith("float") or (row[1] == "v" and "array_like" in row[2])]
+    assert len(numbers) > 60
+    assert [row for row in numbers if not UNIT.search(row[3])] == []
+
+
 IMAGES = DOCS / "images"
 #: What benchmarks measure, and write with their pages.
 MEASURED = {"benchmarks.png", "convergence.png"}

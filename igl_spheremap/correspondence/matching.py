@@ -88,10 +88,10 @@ def match(
         the target's curve is at the same share of its length; between them the one curve lies as near to the other as
         points are apart.
     feature_weight : float
-        Of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
+        Weight of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
     position_weight : float
-        Of the squared distances between points of both after a similarity, likewise; 0 by default, 1 lowers them a
-        little.
+        Weight of the squared distances between points of both after a similarity, likewise; 0 by default, 1 lowers them
+        a little.
     soft : bool
         Draw landmarks together instead of meeting them, where they may contradict each other.
     reflect : bool

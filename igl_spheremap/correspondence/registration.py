@@ -107,7 +107,7 @@ class Registration(Result):
 
     @property
     def margin(self) -> float:
-        """How much better the rotation that was taken correlates than the next one; NaN if there is none."""
+        """Correlation of the rotation that was taken less that of the next one; NaN if there is none."""
         return self.candidates[0].correlation - self.candidates[1].correlation if len(self.candidates) > 1 else np.nan
 
 

@@ -32,11 +32,11 @@ class Member:
     map : SphereMap or None
         The surface with its map in the template's frame, certified free of foldings; None if the group was read.
     correlation : float
-        Of its depth potential with the template's, at corresponding points.
+        Of its depth potential with the template's, at corresponding points; from -1 to 1.
     size : float
-        Beside the geometric mean of all members; 1 if only rigid motions were taken away.
+        Its size over the geometric mean of all members' sizes, a ratio; 1 if only rigid motions were taken away.
     distance : float
-        Root mean square distance from the mean surface at corresponding points, over the area.
+        Root mean square distance from the mean surface at corresponding points, over the area, in the members' units.
     """
 
     name: str
@@ -62,29 +62,31 @@ class Group:
     sphere : (n, 3) float64 array
         The icosphere's points: where the members' maps have the points that correspond.
     shapes : (members, n, 3) float64 array
-        The corresponding points of the members, after generalised Procrustes.
+        The corresponding points of the members, after generalised Procrustes, in the members' units.
     modes : (k, n, 3) float64 array
-        Principal components of the shapes: displacements of mean square 1 over the area.
+        Principal components of the shapes: displacements of mean square 1 over the area, without unit.
     variances : (k,) float64 array
-        Variances of the scores, the largest first.
+        Variances of the scores, the largest first, in the square of the members' units.
     scores : (members, k) float64 array
         How much of each mode is in each member, in the members' units.
     members : tuple of Member
         In the order of the sources.
     areas : (n,) float64 array
-        The members' own area around each point, on average. The mean surface has less: averaging takes folds away.
+        The members' own area around each point, on average, in the square of the members' units. The mean surface has
+        less: averaging takes folds away.
     spread : (n,) float64 array
-        Standard deviation of position at each point: the root of the variance of all three coordinates together.
+        Standard deviation of position at each point, in the members' units: the root of the variance of all three
+        coordinates together.
     feature_mean, feature_sd : (n, k) float64 arrays
-        Mean and standard deviation of the members' features; k is 0 without them.
+        Mean and standard deviation of the members' features, in their units; k is 0 without them.
     left_out : mapping of str to str
         Names of sources that are not in the group, and why.
     changes : tuple of float
-        How far the mean surface moved in each round, over its root mean square radius.
+        How far the mean surface moved in each round, as a share of its root mean square radius.
     rigid : bool
         Whether members kept their sizes.
     balance : float
-        Of the members' maps, where they were made for the group.
+        Of the members' maps, where they were made for the group: 0 is conformal, 1 preserves areas.
     feature_names : tuple of str
         Of the features; empty if they have none.
     """
@@ -202,9 +204,9 @@ class PlacedMember:
     member : Member
         As those of the group.
     shape : (n, 3) float64 array
-        Its points that correspond to the group's vertices, laid on the mean surface.
+        Its points that correspond to the group's vertices, laid on the mean surface, in the members' units.
     scores : (k,) float64 array
-        How much of each mode is in it.
+        How much of each mode is in it, in the members' units.
     """
 
     member: Member

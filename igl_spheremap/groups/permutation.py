@@ -24,14 +24,14 @@ class PointTest:
     Attributes
     ----------
     statistic : (n,) float64 array
-        F at each point, the squares of all coordinates together.
+        F at each point, a ratio: the squares of all coordinates together.
     p : (n,) float64 array
-        Chance that the largest F anywhere is as large, if nothing depends on the variable.
+        Probability, from 0 to 1, that the largest F anywhere is as large if nothing depends on the variable.
     effect : (q, n, d) float64 array
         How far the points move from the first level of the variable to each other one, or with a unit of a number;
-        covariates being equal.
+        covariates being equal; in the units of the data, by default the members' own.
     error : (q, n) float64 array
-        Standard error of one coordinate of the effect.
+        Standard error of one coordinate of the effect, in the effect's units.
     explained : (n,) float64 array
         Share of the variance, beside what covariates explain (partial R squared).
     threshold : float

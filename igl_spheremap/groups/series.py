@@ -30,20 +30,20 @@ class Series:
     Attributes
     ----------
     vertices : (frames, n, 3) float64 array
-        The points in each frame, where the frames lie.
+        The points in each frame, where the frames lie, in their units.
     faces : (m, 3) int64 array
         Faces of all frames, those of an icosphere.
     sphere : (n, 3) float64 array
         Where the maps have the points.
     areas : (frames, n) float64 array
-        The frame's own area around each point.
+        The frame's own area around each point, in the square of the frames' units.
     features : (frames, n, k) float64 array
         Data of the frames at the points; k is 0 without them.
     maps : tuple of SphereMap
         The frames with their maps, registered and certified.
     drift : (n,) float64 array
         Distance of the points of the last frame, which came there frame by frame, from those of its map that is
-        registered to the first frame directly.
+        registered to the first frame directly, in the frames' units.
     """
 
     vertices: FloatArray
@@ -70,12 +70,12 @@ class Series:
 
     @property
     def surface_areas(self) -> FloatArray:
-        """Area of each frame, as it came."""
+        """Area of each frame, as it came, in the square of the frames' units."""
         return np.array([surface_area(each.vertices, each.faces) for each in self.maps])
 
     @property
     def volumes(self) -> FloatArray:
-        """Volume of each frame, as it came."""
+        """Volume of each frame, as it came, in the cube of the frames' units."""
         return np.array([enclosed_volume(each.vertices, each.faces) for each in self.maps])
 
 
@@ -100,7 +100,7 @@ def series(
     target : str, default ``ico:4``
         The mesh whose points are followed.
     balance : float, default 1
-        Of the maps, as of `template`.
+        Of the maps: 0 is conformal, 1 preserves areas.
 
     Returns
     -------

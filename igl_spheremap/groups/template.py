@@ -70,7 +70,7 @@ def template(
         The mesh of the mean surface, on which members are registered: ``ico:4`` has 2,562 vertices, ``ico:5``, which
         cortices need, 10,242.
     balance : float, default 1
-        Of the maps: 1, area-preserving, for bodies with limbs; .85 is better for cortices.
+        Of the maps: 0 is conformal, 1 preserves areas and is for bodies with limbs; .85 is better for cortices.
     rigid : bool, default False
         Take place and pose of the members away, but keep their sizes.
     farthest : float, default 6

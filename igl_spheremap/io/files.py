@@ -110,7 +110,7 @@ def write_mesh(
     path : str or path-like
         The new file.
     v : (n, 3) array_like
-        Positions; or a mesh object, which needs no `f`.
+        Vertex positions, any units; or a mesh object, which needs no `f`.
     f : (m, 3) array_like
         0-based faces.
     force : bool

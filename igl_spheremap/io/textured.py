@@ -166,7 +166,7 @@ def write_textured(
     path : str or path-like
         A new .glb file, or an .obj file, which gets an .mtl and a .png file beside it.
     v : (n, 3) array_like
-        Source positions.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces of the source.
     atlas : Atlas

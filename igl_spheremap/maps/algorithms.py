@@ -32,7 +32,7 @@ def algorithm_1(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     start : (n, 3) array_like, optional
@@ -86,7 +86,7 @@ def algorithm_2(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     start : (n, 3) array_like, optional

@@ -35,7 +35,7 @@ def balanced_spherical_map(
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     balance : float
-        0 is the conformal map, bit for bit; 1 is area-preserving; .75 by default.
+        0 is conformal, the map of `spherical_conformal_map` bit for bit; 1 preserves areas; .75 by default.
     method : str or Method
         How the conformal map is made that it starts from, "auto" by default, or a record of options; see
         `spherical_conformal_map`.

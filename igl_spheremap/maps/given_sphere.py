@@ -37,7 +37,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions of the source.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     x : (n, 3) array_like
@@ -107,7 +107,7 @@ def repair_foldings(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions of the source.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     x : (n, 3) array_like

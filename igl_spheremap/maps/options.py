@@ -185,7 +185,8 @@ class Lai2014(Method):
     delta : float, default 0.1
         Factor by which a refused step is shortened.
     xi : float, default 0.85
-        Memory of the nonmonotone search: 0 is the monotone Armijo search, 1 averages over all iterates.
+        Weight of earlier energies in the nonmonotone search: 0 is the monotone Armijo search, 1 averages over
+        all iterates.
     bb : {"alternating", "tau_1", "tau_2"}, default "alternating"
         Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
         iterations and tau_2 at even ones.

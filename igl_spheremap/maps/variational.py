@@ -85,7 +85,7 @@ def p_harmonic_map(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     p : float
@@ -166,7 +166,7 @@ def fidelity_map(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     fidelity : callable
@@ -280,7 +280,7 @@ def landmark_map(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     landmarks : (k,) array_like

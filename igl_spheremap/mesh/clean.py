@@ -88,7 +88,7 @@ def repair_mesh(
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions.
+        Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     weld : float

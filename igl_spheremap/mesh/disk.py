@@ -70,7 +70,8 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions, any real dtype whose numbers float64 holds, byte order and memory layout. Never mutated.
+        Vertex positions, any units, any real dtype whose numbers float64 holds, byte order and memory layout. Never
+        mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
     caps : (m,) array_like of bool, optional

@@ -130,7 +130,7 @@ def balanced_disk_map(
         Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
         are none.
     balance : float
-        0 is the map of `disk_conformal_map`, bit for bit; 1 preserves areas; .75 by default, as on the sphere.
+        0 is conformal, the map of `disk_conformal_map` bit for bit; 1 preserves areas; .75 by default.
     listener : callable, optional
         Called with every `Iterate`, those of the conformal map first; may raise StopIteration to stop with the current
         map.

@@ -51,7 +51,7 @@ class JobRow:
     vertices, foldings : int
         Of the mesh; folded faces in the file.
     seconds : float
-        Wall time of reading, computing and writing.
+        Wall seconds of reading, computing and writing.
     memory : float
         Peak memory of the worker's process during the job, in MB.
     worker : str
@@ -91,7 +91,7 @@ class Row(JobRow):
     vertices, foldings : int
         Of the mesh; folded faces in the file.
     seconds : float
-        Wall time of reading, mapping and writing.
+        Wall seconds of reading, mapping and writing.
     memory : float
         Peak memory of the worker's process during the job, in MB.
     worker : str
@@ -105,9 +105,9 @@ class Row(JobRow):
     mean_angle, p99_angle, max_angle : float
         Mean, 99th percentile and maximum of the sizes of angle differences, in degrees.
     mean_area, p99_area, max_area : float
-        The same of the logarithms of image area over source area, each surface having area 1.
+        The same of the natural logarithms of image area over source area, each surface having area 1.
     mean_edge, p99_edge, max_edge : float
-        The same of the logarithms of image length over source length.
+        The same of the natural logarithms of image length over source length.
     stretch : float
         Limbs too deep for float64 are mapped as if up to this many times shorter; 1 if there is none.
     """
@@ -141,7 +141,8 @@ class RegistrationRow(JobRow):
     unlike : float
         1 less the mean correlation of the depth potentials of surface and target.
     mean_area, p95_area : float
-        Mean and 95th percentile of the sizes of the logarithms of areas after the registration over those before.
+        Mean and 95th percentile of the sizes of the natural logarithms of areas after the registration over
+        those before.
     unsure : float
         Share of the vertices whose label has a margin below one half; NaN without labels.
     """

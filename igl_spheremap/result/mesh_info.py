@@ -79,7 +79,7 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     Parameters
     ----------
     v : (n, 3) array_like
-        Vertex positions, finite or not.
+        Vertex positions, any units, finite or not.
     f : (m, 3) array_like
         Faces as 0-based vertex indices, in range or not.
 

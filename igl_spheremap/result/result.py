@@ -53,7 +53,7 @@ class Result:
 
     @property
     def seconds(self) -> float:
-        """Wall time from arrays to result."""
+        """Wall seconds from arrays to result."""
         return self.run.seconds
 
     @property
@@ -98,7 +98,7 @@ class Result:
 
     @property
     def stretch(self) -> float:
-        """How many times limbs too deep for float64 are shortened; 1 if there is none."""
+        """Factor by which limbs too deep for float64 are shortened; 1 if there is none."""
         return self.run.stretch
 
     @property

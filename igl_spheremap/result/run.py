@@ -45,7 +45,7 @@ class Iterate:
     energy : float
         Harmonic energy, or the objective that is minimised.
     residual : float
-        What the stage's stopping rule looks at; NaN where there is none.
+        What the stage's stopping rule looks at, in the units of its tolerance; NaN where there is none.
     tau : float
         Step size that led here; 0 for a start.
     details : dict
@@ -210,7 +210,7 @@ class Run:
     rounds : tuple of Round
         Foldings before and after each round of folding removal.
     seconds : float
-        Wall time from arrays to result.
+        Wall seconds from arrays to result.
     timings : dict
         Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
         "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.

@@ -322,8 +322,8 @@ def spherical_harmonics(
     degree : int
         The largest degree L, at most 1,000; 15 by default.
     oversampling : float
-        Rows of the grid for each degree, at least 1. At 4, the default, coefficients are within some 1e-4 of the exact
-        integrals of the piecewise linear function, relatively; the error falls with the square.
+        Rows of the grid as a factor of the degree, at least 1. At 4, the default, coefficients are within some 1e-4 of
+        the exact integrals of the piecewise linear function, relatively; the error falls with the square.
 
     Returns
     -------

@@ -31,7 +31,7 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     Parameters
     ----------
     v : (n, 3) array_like
-        Source positions.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
 
@@ -92,7 +92,7 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
     Parameters
     ----------
     v : (n, 3) array_like
-        Source positions.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     x : (n, 3) array_like

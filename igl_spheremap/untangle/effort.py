@@ -37,7 +37,7 @@ class Effort:
         Steps end when all further ones together would lower the mean angle difference by less than this share, on
         small meshes; on large ones, where a step costs more, by up to eight times as much (`price`).
     polish_gain : float, default 0.004
-        The same for a polish, of meshes of all sizes.
+        The share at which a polish ends, on meshes of all sizes.
 
     Raises
     ------

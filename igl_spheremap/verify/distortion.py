@@ -24,7 +24,7 @@ def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Parameters
     ----------
     v : (n, 3) array_like
-        Source positions.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     x : (n, 3) array_like
@@ -163,8 +163,8 @@ def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (m, 3) float64 array
-        Column k belongs to the edge opposite corner ``f[:, k]``, so that every edge is there twice. Zero for an
-        isometry up to scale.
+        Natural logarithms. Column k belongs to the edge opposite corner ``f[:, k]``, so that every edge is there twice.
+        Zero for an isometry up to scale.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     Parameters
     ----------
     v : (n, 3) array_like
-        Source positions.
+        Source positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     x : (n, 3) array_like
@@ -218,7 +218,7 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     Returns
     -------
     dict of (n,) float64 arrays
-        ``factor``: half the logarithm of the conformal factor, u of eq. (14), the source being scaled to the
+        ``factor``: half the natural logarithm of the conformal factor, u of eq. (14), the source being scaled to the
         area of the sphere; 0 for an isometry. ``angles``: mean size of the angle differences at the vertex,
         in degrees.
 

@@ -285,7 +285,7 @@ def play(
     Parameters
     ----------
     v : (n, 3) array_like of float
-        Vertices of a closed, oriented, connected mesh of genus 0.
+        Vertex positions, any units, of a closed, oriented, connected mesh of genus 0.
     f : (m, 3) array_like of int
         Faces.
     method : str or options of a method
