@@ -44,7 +44,8 @@ EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "displa
           "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window, take long or go on from those; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "match", "template", "--modes", "--report", "--plot"}
+ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "match", "template", "spharm-pdm", "--modes",
+             "--report", "--plot"}
 #: A sample that is as large as it is for the reader only.
 SMALLER = {"sample:bunny": "sample:bunny:n_vertices=2000"}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")

@@ -277,6 +277,20 @@ COMMANDS = (
         choice("--hemi", ("L", "R"), "the side, where neither the name nor the file tells it"),
         *shared.MANY,
     )),
+    Command("spharm-pdm", "spharm_pdm", (
+        *shared.SOURCES,
+        argument("--out", "DIR", "the folder for X_surf.vtk, X_para.vtk (the map), X_surf_SPHARM.vtk and .coef, and "
+                 "X_surf_SPHARM_ellalign.vtk and .coef of X_surf.vtk or X.*; {folder} is that of IN", required=True),
+        argument("--degree", "L", "the largest degree (default: 15)", type=number(
+            f"from 1 to {LARGEST_DEGREE}", lambda n: 1 <= n <= LARGEST_DEGREE, int), default=15),
+        argument("--subdivision", "N", "parts of the icosahedron's edges: 10 N^2 + 2 points (default: 10)",
+                 type=number("from 1 to 1000", lambda n: 1 <= n <= 1000, int), default=10),
+        argument("--template", "FILE", "an ellalign.coef, by which each body's axes are directed; default: by "
+                 "its own third moments"),
+        argument("--balance", "T", "of the maps: 1, area-preserving as those of SPHARM-PDM (default), to 0, conformal",
+                 type=shared.FROM_0_TO_1, default=1.0),
+        *shared.MANY,
+    )),
     Command("summarise", "batch", (
         argument("table", "TABLE", "a table of `batch --summary`, or a manifest of `batch`"),
         shared.RATINGS,
