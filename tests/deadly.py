@@ -2,7 +2,7 @@
 
 import errands
 
-from igl_spheremap.populations.manifest import Result
+from igl_spheremap.populations.manifest import JobResult
 from igl_spheremap.populations.table import Row
 
 
@@ -12,4 +12,4 @@ def run_job(job, options):
         errands.die()
     if "slow" in job.source:
         errands.wait()
-    return Result(Row(job.source, job.target), None, (None,))
+    return JobResult(Row(job.source, job.target), None, (None,))

@@ -80,6 +80,11 @@ def use(code):
     return json.loads(figures)
 
 
+def command(*words):
+    """Run the command line, without errors, and return the lines that it prints."""
+    return _forked(f"from igl_spheremap.apps.cli import main\nassert main({[*map(str, words)]!r}) == 0")[0]
+
+
 def _forked(code, **environment):
     """Lines that code prints to stdout, and its stderr."""
     parent = _parent()

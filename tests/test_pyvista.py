@@ -1,5 +1,7 @@
 """PyVista's meshes are mapped, balanced, certified and drawn; what is not a closed triangle mesh is refused."""
 
+import doctest
+
 import numpy as np
 import pytest
 from drawing import drive, needs_drawing
@@ -19,6 +21,10 @@ def mesh():
 
 def arrays(mesh):
     return mesh.points, mesh.regular_faces
+
+
+def test_its_examples_run():
+    assert doctest.testmod(ours) == doctest.TestResults(failed=0, attempted=6)
 
 
 def test_the_sphere_is_that_of_the_arrays_with_the_data_of_the_mesh(mesh):

@@ -11,7 +11,7 @@ import numpy as np
 import igl_spheremap as ism
 from igl_spheremap.draw.plot import draw_surfaces
 
-v, f = ism.samples.make("bunny", n_vertices=5000)
+v, f = ism.samples.make("bunny", n_vertices=2500)
 gauss = ism.gauss_map(v, f)
 certificate = ism.certify(gauss, f)
 print(certificate)

@@ -11,7 +11,7 @@ import numpy as np
 import igl_spheremap as ism
 from igl_spheremap.draw.plot import draw_surfaces, fit
 
-a, b = (ism.samples.make(name, n_vertices=2000) for name in ("dino", "bunny"))
+a, b = (ism.samples.make(name, n_vertices=1200) for name in ("dino", "bunny"))
 onto = ism.match(a, b)
 assert onto.map.certificate.folding_free
 

@@ -2,7 +2,7 @@
 A group and its modes
 =====================
 
-Six pears of different bend and width, each on a mesh of its own, have a mean and modes: no one of them is the
+Four pears of different bend and width, each on a mesh of its own, have a mean and modes: no one of them is the
 reference.
 """
 
@@ -13,7 +13,7 @@ from igl_spheremap.draw.plot import draw_surfaces
 
 rng = np.random.default_rng(0)
 sources = []
-for k in range(6):
+for k in range(4):
     v, f = ism.samples.make("pear", n_vertices=300 + 20 * k)
     v = v * [1.2, 0.9, 1]
     bend, width = rng.normal(size=2)

@@ -58,7 +58,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     >>> import tempfile
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=100)
-    >>> group = ism.template([(v * [1, 1, 1 + 0.1 * k], f) for k in range(3)], target="ico:1")
+    >>> group = ism.template([(v * [1.3 + 0.1 * k, 1, 1], f) for k in range(3)], target="ico:1")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ism.write_group(folder, group)
     ...     again = ism.read_group(folder)

@@ -104,7 +104,7 @@ def permutation_test(
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=100)
-    >>> group = ism.template([(v * [1, 1, 1 + 0.1 * k], f) for k in range(3)], target="ico:1")
+    >>> group = ism.template([(v * [1.3 + 0.1 * k, 1, 1], f) for k in range(3)], target="ico:1")
     >>> ism.permutation_test(group, [30, 40, 50], permutations=19).effect.shape  # for instance ages
     (1, 42, 3)
     """

@@ -118,8 +118,8 @@ def series(
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("pear", n_vertices=100)
-    >>> ism.series([(v * [1, 1, 1 + 0.05 * k], f) for k in range(3)], target="ico:2").vertices.shape
-    (3, 162, 3)
+    >>> ism.series([(v * [1.3, 1, 1 + 0.1 * k], f) for k in range(2)], target="ico:2").vertices.shape
+    (2, 162, 3)
     """
     check_number(balance, "balance", most=1)
     x, f = sphere_mesh(target)

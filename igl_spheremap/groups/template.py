@@ -96,9 +96,8 @@ def template(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> pears = [ism.samples.make("pear", n_vertices=300) for _ in range(3)]
-    >>> stretched = [(v * [1, 1, 1 + 0.1 * k], f) for k, (v, f) in enumerate(pears)]
-    >>> ism.template(stretched, target="ico:2", modes=2)
+    >>> v, f = ism.samples.make("pear", n_vertices=100)
+    >>> ism.template([(v * [1.3 + 0.1 * k, 1, 1], f) for k in range(3)], target="ico:2", modes=2)
     Group(3 members, 162 vertices, 2 modes with 100% of the variance)
     """
     check_whole(modes, "modes", 1)

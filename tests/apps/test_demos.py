@@ -131,7 +131,7 @@ sys.argv = ['every_iteration', 'sample:dino:n_vertices=1200', 'unused.png']
 runpy.run_path({str(ROOT / "demos" / "every_iteration.py")!r}, run_name='__main__')
 view, seen = apps[0], []
 ps.set_user_callback(lambda: app.draw_app(view))
-for frame in np.linspace(0, view.frames() - 1, 12).astype(int):
+for frame in np.linspace(0, view.frames() - 1, 7).astype(int):
     view.go_to(int(frame))
     image = window.grab()
     captions = [body.caption for body in view.grid.bodies.values()]

@@ -11,6 +11,12 @@ def maps():
 
 
 @pytest.fixture(scope="session")
+def three(maps):
+    """The group of three of them."""
+    return ism.template(maps[:3], target="ico:2")
+
+
+@pytest.fixture(scope="session")
 def group(maps):
-    """Their group."""
+    """The group of all."""
     return ism.template(maps, target="ico:2", features=[each.vertices for each in maps])
