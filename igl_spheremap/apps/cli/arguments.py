@@ -276,14 +276,18 @@ def repair_options(args: Namespace) -> dict[str, Any] | None:
             "holes": "fill" if args.fill_holes else "refuse", "handles": "cut" if args.cut_handles else "refuse"}
 
 
-def chosen_method(args: Namespace) -> Method:
-    """The method of --method with the options whose flags were given, which it must know."""
+def chosen_method(args: Namespace, **defaults: object) -> Method:
+    """The method of --method with the options whose flags were given, which it must know.
+
+    `defaults` are the command's own, of options that the method knows.
+    """
     known = {name: [option.name for option in fields(record)] for name, record in METHODS.items()}
     options = given(args, *sorted(set().union(*known.values())))
     options |= {"polish": None} if options.get("polish") == "none" else {}
     if unknown := set(options) - set(known[args.method]):
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")
+    options = {name: value for name, value in defaults.items() if name in known[args.method]} | options
     if args.as_printed and args.method != Lai2014.name:
         raise UsageError(f"--as-printed goes with --method {Lai2014.name}")
     try:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ....io.replacing import check_writable
-from ....maps.options import Auto
 from ....populations.executors import connect
 from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
@@ -48,9 +47,7 @@ def run_batch(args: Namespace) -> Exit:
     igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
     igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
     """
-    if args.method == Auto.name and args.polish is None:
-        args.polish = "none"  # all members are treated alike
-    sources, method = _sources(args), chosen_method(args)
+    sources, method = _sources(args), chosen_method(args, polish=None)  # all members are treated alike
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
     manifest = args.manifest or manifest_of(pattern)
