@@ -203,8 +203,8 @@ class OwnEnergy:
         given.flags.writeable = False
         found = self.function(given)
         if not isinstance(found, tuple | list) or len(found) != 2 or np.ndim(found[0]) != 0:
-            raise TypeError(f"the fidelity term returned no number and array; return its value and its ({len(x)}, 3) "
-                            "derivatives")
+            raise TypeError(f"the fidelity term did not return a number and an array; return its value and its "
+                            f"({len(x)}, 3) derivatives")
         value, derivatives = float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")
         if np.isfinite(value) and not np.isfinite(derivatives).all():
             bad = np.flatnonzero(~np.isfinite(derivatives).all(axis=1))

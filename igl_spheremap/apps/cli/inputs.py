@@ -310,5 +310,5 @@ def subjects(folder: str, surfaces: str) -> list[str]:
     """Surfaces, named with commas between them, of each subject in a FreeSurfer folder, there or missing."""
     found = sorted(str(path) for path in Path(folder).glob("*/surf") if path.is_dir())
     if not found:
-        raise UsageError(f"--subjects-dir {folder} holds no subject: no folder */surf")
+        raise UsageError(f"--subjects-dir {folder} has no subject: give a folder whose subfolders have a folder surf")
     return [os.path.join(surf, name) for surf in found for name in surfaces.split(",")]

@@ -105,7 +105,7 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     """Which surfaces the user leaves out, and why."""
     unknown = [name for name in args.exclude if name not in names]
     if unknown:
-        raise UsageError(f"--exclude {unknown[0]} is none of the surfaces that were given")
+        raise UsageError(f"--exclude {unknown[0]} is not one of the surfaces that were given")
     ratings = {} if args.ratings is None else read_ratings(args.ratings, names)
     failed = {name: str(rating) for name, rating in ratings.items() if rating.rating == FAIL}
     return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
