@@ -135,6 +135,18 @@ def test_landmarks_far_from_each_other_are_met_on_split_faces(pair):
     assert bool(onto.notes) == (len(onto.map.sphere) > len(a.sphere))
 
 
+def test_landmarks_are_vertices_of_coarse_levels():
+    """Which surfaces of more vertices go through."""
+    a, b = mapped("pear", 700), mapped("pear", 100)
+    chosen, goals = [3, 200, 600], np.argmax(b.sphere @ a.sphere[[3, 200, 600]].T, axis=0)
+    coarse = Level.of(a, "A", np.array(chosen)).coarser(642)
+    assert np.array_equal(coarse.x[coarse.landmarks], a.sphere[chosen])
+    assert coarse.map.certificate.folding_free
+    onto = ism.match(a, b, landmarks=(chosen, goals))
+    assert np.array_equal(onto.map.sphere[chosen], b.sphere[goals])
+    assert onto.map.certificate.folding_free
+
+
 def test_features_agree_more_than_without_them(pair, found):
     a, b = pair[:2]
     values = tuple(np.sin(3 * each.vertices / size(each.vertices)) for each in (a, b))
