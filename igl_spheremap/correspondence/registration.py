@@ -19,6 +19,7 @@ from ..mesh.measure import face_areas, weighted_quantile
 from ..result.result import Result
 from ..result.run import History, Iterate, Listener, Run
 from ..shapes.rotation import RotationCandidate
+from ..untangle.local_repair import unfolded
 from ..verify.certificate import Certificate
 from . import STAGES, USUAL
 from .descent import Descent, Stage
@@ -208,6 +209,21 @@ def register(
     result = certified(source.mesh, course.x)
     run = history.complete(result.run, "register")
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
+
+
+def continue_registration(source: SphereMap, target: SphereMap, y: FloatArray) -> tuple[FloatArray, float]:
+    """Where a registration goes on from the map y of the source's vertices, on their own meshes, if the target moved a
+    little; and the correlation there.
+
+    It is the last level of `register`, without features, at its stiffness.
+    """
+    own = Level.of(source, "the source"), Level.of(target, "the target")
+    _, share, widths = _CHAIN[-1]
+    pair = FeaturePair(*own, None, WIDTHS)
+    a, b = pair.smoothed(_SMOOTHING)
+    stage = Stage(None, share, widths, 1 / (0.5 * len(widths)), _GUARD, _STEPS)
+    _, y = Descent(a, b, [stage], pair, np.empty((0, 3))).lowered(a, b, unfolded(source.mesh, y), [stage])
+    return y, float(pair.correlation(y).mean())
 
 
 class _Course:

@@ -162,9 +162,13 @@ def file_names(names: Sequence[str]) -> list[str]:
     ['one_1', 'one_2', 'two']
     """
     stems = [Path(name).stem for name in names]
-    count, seen = Counter(stems), Counter[str]()
+    several, taken = Counter(stem.lower() for stem in stems), set[str]()  # of which a disk may make no difference
     found = []
     for stem in stems:
-        seen[stem] += 1
-        found.append(f"{stem}_{seen[stem]}" if count[stem] > 1 else stem)
+        name, k = stem, 0
+        while name.lower() in taken or several[name.lower()] > 1:
+            k += 1
+            name = f"{stem}_{k}"
+        taken.add(name.lower())
+        found.append(name)
     return found

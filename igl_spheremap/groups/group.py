@@ -142,7 +142,7 @@ class Group:
         ModelFigures
             By the number of modes. Correspondences stay as they are: only modes are computed anew.
         """
-        return model_figures(self.shapes - self.vertices, self.areas, len(self.modes))
+        return model_figures(self.shapes, self.areas, len(self.modes), self.vertices)
 
     @own_errstate
     def shape(self, scores: ArrayLike) -> FloatArray:

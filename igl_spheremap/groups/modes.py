@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh
 
 from ..mesh.arrays import FloatArray
+from .procrustes import blocks
 
 _RANK = 1e-12  # share of the largest variance that is rounding
 _FOLDS = 10  # of cross-validation above _EACH members, which are left out one by one below
@@ -31,20 +33,49 @@ class Modes(NamedTuple):
     scores: FloatArray
 
 
-def principal_modes(deviations: FloatArray, weights: FloatArray, count: int) -> Modes:
-    """Modes of deviations (members, n, 3) from their mean, by the areas of the points.
+def principal_modes(shapes: FloatArray, weights: FloatArray, count: int, mean: FloatArray | float = 0.0) -> Modes:
+    """Modes of shapes (members, n, 3), which may lie in a file, about their mean, by the areas of the points.
 
     Of a mode's two signs the one is taken for which the cubes of the scores have a positive sum.
     """
-    weights = weights / weights.sum()
-    rows = (deviations * np.sqrt(weights)[:, None]).reshape(len(deviations), -1)
-    values, vectors = np.linalg.eigh(rows @ rows.T)
+    variances, scores = _principal(shapes, weights, count, mean)
+    scores = scores * np.where((scores**3).sum(axis=0) < 0, -1.0, 1.0)
+    dual = scores / (variances * max(len(shapes) - 1, 1))
+    modes = np.zeros((len(variances), *shapes.shape[1:]))
+    for part in blocks(shapes):
+        modes += np.tensordot(dual[part].T, shapes[part] - mean, 1)
+    return Modes(modes, variances, scores)
+
+
+def _principal(shapes: FloatArray, weights: FloatArray, count: int, mean: FloatArray | float) -> tuple[
+        FloatArray, FloatArray]:
+    """Variances (k,) and scores (members, k) of at most `count` modes, by the smaller one of two matrices of products.
+
+    These are those of members with each other, or of coordinates with each other.
+    """
+    root, members, columns = np.sqrt(weights / weights.sum())[:, None], len(shapes), shapes[0].size
+
+    def rows(part: slice) -> FloatArray:
+        return ((shapes[part] - mean) * root).reshape(-1, columns)
+
+    if members <= columns:
+        products = np.empty((members, members))
+        for part in blocks(shapes):
+            left = rows(part)
+            for other in blocks(shapes):
+                if other.start <= part.start:
+                    products[part, other] = left @ rows(other).T
+                    products[other, part] = products[part, other].T
+    else:
+        products = sum((rows(part).T @ rows(part) for part in blocks(shapes)), np.zeros((columns, columns)))
+    first = max(len(products) - count, 0)
+    values, vectors = eigh(products, subset_by_index=(first, len(products) - 1))
     values, vectors = values[::-1], vectors[:, ::-1]
-    found = min(count, len(rows) - 1, int(np.count_nonzero(values > _RANK * values[0])))
+    found = min(count, members - 1, int(np.count_nonzero(values > _RANK * values[0])))
     values, vectors = values[:found], vectors[:, :found]
-    vectors = vectors * np.where((vectors**3).sum(axis=0) < 0, -1.0, 1.0)
-    modes = np.tensordot(vectors / np.sqrt(values), deviations, (0, 0))
-    return Modes(modes, values / max(len(rows) - 1, 1), vectors * np.sqrt(values))
+    scores = vectors * np.sqrt(values) if members <= columns else np.concatenate(
+        [rows(part) @ vectors for part in blocks(shapes)])
+    return values / max(members - 1, 1), scores
 
 
 class ModelFigures(NamedTuple):
@@ -70,24 +101,25 @@ class ModelFigures(NamedTuple):
     specificity: FloatArray
 
 
-def model_figures(deviations: FloatArray, weights: FloatArray, count: int, samples: int = 1000) -> ModelFigures:
+def model_figures(shapes: FloatArray, weights: FloatArray, count: int, mean: FloatArray | float = 0.0,
+                  samples: int = 1000) -> ModelFigures:
     """Compactness, generalisation and specificity of models of shapes of 1 ... `count` modes.
 
     Random shapes have normal scores of a fixed seed.
     """
-    whole = principal_modes(deviations, weights, len(deviations))
-    scores, share = whole.scores, np.cumsum(whole.variances) / whole.variances.sum()
+    variances, scores = _principal(shapes, weights, len(shapes), mean)
+    share = np.cumsum(variances) / variances.sum()
     folds = np.arange(len(scores)) % (_FOLDS if len(scores) > _EACH else len(scores))
-    count = min(count, len(whole.variances), int(np.count_nonzero(folds)) - 1)  # modes of those outside of a fold
+    count = min(count, len(variances), int(np.count_nonzero(folds)) - 1)  # modes of those outside of a fold
     squares = np.zeros((count, len(scores)))
     for fold in range(folds.max() + 1):
         out = folds == fold
-        mean = scores[~out].mean(axis=0)
-        _, _, axes = np.linalg.svd(scores[~out] - mean, full_matrices=False)
-        rest = scores[out] - mean
+        centre = scores[~out].mean(axis=0)
+        _, _, axes = np.linalg.svd(scores[~out] - centre, full_matrices=False)
+        rest = scores[out] - centre
         inside = np.cumsum((rest @ axes[:count].T) ** 2, axis=1).T
         squares[:, out] = (rest**2).sum(axis=1) - inside
-    normal = np.random.default_rng(0).normal(size=(samples, count)) * np.sqrt(whole.variances[:count])
+    normal = np.random.default_rng(0).normal(size=(samples, count)) * np.sqrt(variances[:count])
     nearest = np.empty(count)
     total = (scores**2).sum(axis=1)
     for k in range(count):

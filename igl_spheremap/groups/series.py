@@ -66,7 +66,7 @@ class Series:
     @property
     def aligned(self) -> FloatArray:
         """The points with the body's motion taken away, (frames, n, 3): moved and turned to agree best, not scaled."""
-        return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).aligned
+        return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).laid(self.vertices)
 
     @property
     def surface_areas(self) -> FloatArray:

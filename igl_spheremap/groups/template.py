@@ -3,41 +3,51 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
-from hashlib import sha256
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..correspondence.registration import Registration, register
-from ..errors import MeshError, check_number, check_whole, one_line, own_errstate
+from ..errors import FileError, MeshError, check_number, check_whole, one_line, own_errstate
+from ..io import npz
+from ..io.replacing import replacing
+from ..io.written_map import read_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_values
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
-from ..mesh.measure import vertex_areas
-from ..mesh.timings import counted
-from ..shapes.basis import power
-from ..shapes.harmonics import spherical_harmonics
-from ..shapes.transfer import resample, sphere_mesh, transfer
+from ..mesh.objects import vertices_and_faces
+from ..mesh.timings import log_share
+from ..populations.executors import executor_of
+from ..populations.job import Task
+from ..populations.run_many import run_many
+from ..populations.table import MAPPED
+from ..shapes.transfer import sphere_mesh
 from ..sphere.moebius import best_rotation, orientation_target
-from ..sphere.rows import weighted_sum
+from ..sphere.rows import row_lengths, weighted_sum
 from ..untangle.local_repair import unfolded
 from . import FARTHEST
-from .crew import Crew
+from .features import FeatureFiles
+from .files import file_names
 from .group import Group, Member
+from .jobs import MapJob, MapMember, MemberJob, PlaceMember, RegisterMember, columns_of, read_arrays, write_arrays
 from .modes import principal_modes
-from .placing import Source, areas_of, at_points, carried, mapped
-from .procrustes import generalised_procrustes, placed
+from .placing import Source
+from .procrustes import Alignment, blocks, generalised_procrustes, placed
 
-#: Of the mean's moves, over its root mean square radius: on 2,562 points its faces are as far from the body.
-_TOLERANCE = 5e-3
-_ROUNDS = 6  # at most: 3 to 5 are usual
+#: The manifest in a group's folder.
+MANIFEST = "manifest.jsonl"
+_ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
 _FEWEST = 3  # members: two have one mode and no median
-_DEGREE = 8  # of the harmonics whose powers distinguish the members
 
 
 @own_errstate
@@ -50,7 +60,14 @@ def template(
     balance: float = 1.0,
     rigid: bool = False,
     farthest: float = FARTHEST,
-    processes: int = 1,
+    out: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    processes: int | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    timeout: float | None = None,
+    memory: float | None = None,
+    retries: int = 1,
 ) -> Group:
     """Make the unbiased template of surfaces: their mean, its modes, and each member in correspondence with it.
 
@@ -75,6 +92,12 @@ def template(
         Take place and pose of the members away, but keep their sizes.
     farthest : float, default 6
         Members are left out whose distance from the mean is larger than this many times the median of all.
+    out : path-like, optional
+        A folder for what the work leaves: the members' maps in its folder ``members``, what is between in ``work``,
+        and a manifest, by which another call continues where this one ended. Without it a temporary folder is used,
+        and the members hold their maps.
+    executor, processes, resume, retry_failed, timeout, memory, retries
+        As of `igl_spheremap.map_many`. Workers on other machines need to see `out`.
 
     Returns
     -------
@@ -103,153 +126,234 @@ def template(
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
     check_number(farthest, "farthest", 1)
-    check_whole(processes, "processes", 1)
-    x, f = sphere_mesh(target)
+    if processes is not None:
+        check_whole(processes, "processes", 1)
+    mesh = sphere_mesh(target)
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
-    left_out: dict[str, str] = {}
-    found: list[_Surface] = []
-    names = [os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
-             for k, source in enumerate(sources)]
-    with Crew(processes) as crew:
-        jobs = [(k, name, source, x, f, balance, None if features is None else features[k])
-                for k, (name, source) in enumerate(zip(names, sources, strict=True))]
-        for name, surface in zip(names, crew.each("maps", _surface, jobs), strict=True):
-            if isinstance(surface, Exception):
-                left_out[name] = one_line(surface)
-            else:
-                found.append(surface)
-        found.sort(key=lambda surface: surface.digest)
-        return _without_outliers(found, crew, x, f, balance, rigid, modes, farthest, left_out)
+    with ExitStack() as stack:
+        place = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
+        crew = stack.enter_context(executor_of(executor, processes))
+        run = partial(run_many, manifest=os.path.join(place, MANIFEST), executor=crew, resume=resume,
+                      retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries)
+        work = _Work(Path(place), run, target, *mesh, balance, rigid, farthest)
+        return work.joined(*work.fixed_point(work.mapped(sources, features)), modes, keep=out is None)
 
 
-def _without_outliers(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
-                       modes: int, farthest: float, left_out: dict[str, str]) -> Group:
-    """The group of those that lie near enough to each other's mean."""
-    changes: list[float] = []
-    while True:
-        fitted, turn = _fixed_point(found, crew, x, f, balance, rigid, changes, left_out)
-        group = _joined(fitted, turn, x, f, balance, rigid, modes, changes, left_out)
-        distances = np.array([member.distance for member in group.members])
-        usual = float(np.median(distances))
-        far = {member.name: f"it lies {member.distance / usual:.1f} times as far from the mean as half of the members: "
-                            "look at it, or raise farthest" for member in group.members
-               if member.distance > farthest * usual}
-        if not far:
-            return group
-        left_out |= far
-        found = [surface for surface in found if surface.name not in left_out]
-
-
-@dataclass(frozen=True, eq=False)
-class _Surface:
-    """A source: its map, and the same surface on the group's icosphere, which is registered in its place."""
+@dataclass
+class _Member:
+    """A member in files: its number among the sources, its name, and that of its files."""
 
     number: int
     name: str
-    map: SphereMap
-    coarse: SphereMap
-    features: FloatArray
-    powers: FloatArray
-    digest: bytes
+    short: str
+    sphere: str = ""  # the file of its last registration
 
 
-def _surface(number: int, name: str, source: Source, x: FloatArray, f: IntArray, balance: float,
-             features: ArrayLike | None) -> _Surface:
-    """Read and map a source."""
-    result = mapped(source, balance)
-    values = np.empty((len(result.sphere), 0)) if features is None else check_values(
-        features, len(result.sphere), f"features of source {name}")
-    coarse = at_points(result, x, f)
-    powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
-    digest = sha256(b"".join(array.tobytes() for array in (result.vertices, result.faces, result.sphere, values)))
-    return _Surface(number, name, result, coarse, values, powers / np.linalg.norm(powers), digest.digest())
+class _Work:
+    """The files of a group in the making: rounds of jobs for all members, and what is summed over them.
 
-
-class _Fitted(NamedTuple):
-    """A surface, how its sphere was turned, and its registration from there."""
-
-    surface: _Surface
-    turn: FloatArray
-    registration: Registration
-
-
-def _fixed_point(found: list[_Surface], crew: Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool,
-             changes: list[float], left_out: dict[str, str]) -> tuple[list[_Fitted], FloatArray]:
-    """Registrations to a template that is the mean of what is registered to it, and how its sphere is to be turned.
-
-    All have turned with the start so far; at the end they turn to the Gauss map of the mean.
+    Members are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
     """
-    target, stages = _medoid(found).coarse, ["rotation", "elastic"]
-    before = target.vertices
-    turns = {surface.number: np.eye(3) for surface in found}
-    for step in range(_ROUNDS):
-        fitted: list[_Fitted] = []
-        jobs = [(surface.coarse, turns[surface.number], target, stages) for surface in found]
-        for surface, registration in zip(found, crew.each("registrations", _registered, jobs), strict=True):
-            if isinstance(registration, Exception):
-                left_out[surface.name] = f"it could not be registered: {one_line(registration)}"
+
+    def __init__(self, folder: Path, run: Any, target: str, x: FloatArray, f: IntArray, balance: float, rigid: bool,
+                 farthest: float) -> None:
+        self._folder, self._run, self._target, self._x, self._f = folder, run, target, x, f
+        self._balance, self._rigid, self._farthest = balance, rigid, farthest
+        self._common: dict[str, Any] = {"force": False, "folder": os.getcwd()}
+        self.left_out: dict[str, str] = {}
+        self.changes: list[float] = []
+
+    def _file(self, *parts: str) -> str:
+        """The place of a file, whose folder is made if it is missing."""
+        path = self._folder.joinpath(*parts)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(f"can't make the folder {path.parent}: {error.strerror}") from error
+        return str(path)
+
+    def _each(self, name: str, members: list[_Member], jobs: Sequence[MemberJob], task: Task[Any],
+              failing: str = "") -> list[_Member]:
+        """Run a job for each member; those for which it failed are left out."""
+        done = count(1)
+        log_share(name, 0, len(jobs))
+        rows = self._run(jobs, task, listener=lambda _: log_share(name, next(done), len(jobs)))
+        for member, row in zip(members, rows, strict=True):
+            if row.status not in MAPPED:
+                self.left_out[member.name] = failing + row.notes
+        found = [member for member, row in zip(members, rows, strict=True) if row.status in MAPPED]
+        if len(found) < _FEWEST:
+            reason = "".join(f"; {name}: {why}" for name, why in list(self.left_out.items())[:1])
+            raise MeshError(f"{len(found)} of {len(found) + len(self.left_out)} members are left, and a group needs "
+                            f"{_FEWEST}{reason}")
+        return found
+
+    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None) -> list[_Member]:
+        """Map all members, in the order of their contents."""
+        names = [os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
+                 for k, source in enumerate(sources)]
+        members = [_Member(k, *each) for k, each in enumerate(zip(names, file_names(names), strict=True))]
+        jobs, known = [], []
+        for member, source in zip(members, sources, strict=True):
+            try:
+                jobs.append(self._map_job(member, source, None if features is None else features[member.number]))
+                known.append(member)
+            except MeshError as error:
+                self.left_out[member.name] = one_line(error)
+        found = self._each("maps", known, jobs, MapMember(to=self._target, balance=self._balance, **self._common))
+        digests = {member.number: read_arrays(self._points(member))["digest"].tobytes() for member in found}
+        return sorted(found, key=lambda member: digests[member.number])
+
+    def _map_job(self, member: _Member, source: Source, features: ArrayLike | None) -> MapJob:
+        """What is read and written for a member; what was given as an object is written first."""
+        path, is_map = member.name, isinstance(source, SphereMap)
+        if not isinstance(source, str | os.PathLike):
+            path = self._file("work", "given", f"{member.short}.npz")
+            if isinstance(source, SphereMap):
+                write_arrays(path, npz.arrays_of(source))
             else:
-                fitted.append(_Fitted(surface, turns[surface.number], registration))
-        found = _enough([each.surface for each in fitted], left_out)
-        shapes = np.stack([resample(each.registration.map, (x, f)).v for each in fitted])
-        areas = np.mean([vertex_areas(shape, f) for shape in shapes], axis=0)
-        mean = generalised_procrustes(shapes, areas, rigid).mean
-        moved = placed(before, mean, areas)[0] - mean
-        offset = mean - weighted_sum(areas / areas.sum(), mean)
-        changes.append(float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum())))
-        if changes[-1] < _TOLERANCE or step == _ROUNDS - 1:
-            break
-        before, target = mean, balanced_spherical_map(mean, f, balance=balance)
-        as_before = best_rotation(target.sphere, x, areas)
-        target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
-        turns = {each.surface.number: each.turn @ each.registration.rotation.T for each in fitted}
-        stages = ["elastic"]
-    mesh = check_mesh(mean, f)
-    return fitted, best_rotation(x, orientation_target(mesh), mesh.A)
+                mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
+                write_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
+                             | ({} if mesh.caps is None else {"caps": mesh.caps}))
+        columns: tuple[str, ...] = ()
+        if isinstance(features, FeatureFiles):
+            columns = features.paths
+        elif features is not None:
+            columns = columns_of(features, self._file("work", "given", f"{member.short}.features.npy"))
+        return MapJob(path, self._map(member), more=(self._points(member),), is_map=is_map, features=columns)
+
+    def _map(self, member: _Member) -> str:
+        return self._file("work", "maps", f"{member.short}.npz")
+
+    def _points(self, member: _Member) -> str:
+        return self._file("work", "points", f"{member.short}.npz")
+
+    def fixed_point(self, members: list[_Member]) -> tuple[list[_Member], FloatArray]:
+        """Members registered to a template that is their mean, and how its sphere turns to the mean's Gauss map.
+
+        All turn with the start until then. Members that lie too far off are left out where the mean stays, and it goes
+        on with the others.
+        """
+        x, f = self._x, self._f
+        tolerance = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the icosphere's faces are from the sphere
+        before = read_arrays(self._points(self._medoid(members)))["points"]
+        target, last = certified(check_mesh(before, f), x), _ROUNDS
+        for step in count(1):
+            members = self._registered(members, target, step)
+            files = [member.sphere for member in members]
+            shapes, areas, aligned = self._aligned(files)
+            self.changes.append(_change(before, aligned.mean, areas))
+            if self.changes[-1] < tolerance or step == last:
+                far = self._outliers(members, _distances(shapes, areas, aligned))
+                if not far:
+                    break
+                self.left_out |= far
+                members, last = [member for member in members if member.name not in far], step + _ROUNDS
+                _, areas, aligned = self._aligned([member.sphere for member in members])
+            before = aligned.mean
+            target = balanced_spherical_map(before, f, balance=self._balance)
+            as_before = best_rotation(target.sphere, x, areas)
+            target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
+        mesh = check_mesh(aligned.mean, f)
+        return members, best_rotation(x, orientation_target(mesh), mesh.A)
+
+    def _medoid(self, members: list[_Member]) -> _Member:
+        """Whose harmonics' powers, which neither pose nor mirroring changes, are nearest to the mean of all."""
+        powers = np.stack([read_arrays(self._points(member))["powers"] for member in members])
+        return members[int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))]
+
+    def _registered(self, members: list[_Member], target: SphereMap, step: int) -> list[_Member]:
+        """The members registered to a template, from where they were in the round before."""
+        template = self._file("work", "rounds", str(step), "template.npz")
+        write_arrays(template, {"vertices": target.vertices, "faces": target.faces, "sphere": target.sphere})
+        jobs = []
+        for member in members:
+            beside = (template, member.sphere) if member.sphere else (template,)
+            jobs.append(MemberJob(self._points(member), self._file("work", "rounds", str(step), f"{member.short}.npz"),
+                                  beside=beside))
+        found = self._each("registrations", members, jobs, RegisterMember(to=self._target, **self._common),
+                           "it could not be registered: ")
+        spheres = {job.source: job.target for job in jobs}
+        return [replace(member, sphere=spheres[self._points(member)]) for member in found]
+
+    def _outliers(self, members: list[_Member], distances: FloatArray) -> dict[str, str]:
+        """Which members lie too far from the mean, and why."""
+        usual = float(np.median(distances))
+        return {member.name: f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look "
+                             "at it, or raise farthest" for member, distance in zip(members, distances, strict=True)
+                if distance > self._farthest * usual}
+
+    def _aligned(self, files: list[str]) -> tuple[FloatArray, FloatArray, Alignment]:
+        """The points of all members in one file, their mean area around each, and how they lie on each other."""
+        areas = np.zeros(len(self._x))
+
+        def points() -> Iterator[FloatArray]:
+            nonlocal areas
+            for file in files:
+                arrays = read_arrays(file)
+                areas = areas + arrays["areas"] / len(files)
+                yield arrays["points"]
+
+        shapes = self._stored("points", points(), len(files))
+        return shapes, areas, generalised_procrustes(shapes, areas, self._rigid)
+
+    def _stored(self, name: str, shapes: Iterable[FloatArray], number: int) -> FloatArray:
+        """Shapes in a file of the folder, as an array in memory only where it is read."""
+        path = self._file("work", f"{name}.f64")
+        with replacing(path, force=True) as partial, partial.open("wb") as file:
+            for shape in shapes:
+                file.write(np.ascontiguousarray(shape).tobytes())
+        return np.asarray(np.memmap(path, np.float64, "r", shape=(number, len(self._x), 3)))
+
+    def joined(self, members: list[_Member], turn: FloatArray, modes: int, keep: bool) -> Group:
+        """The group: each registration is carried to the member's own mesh, and sampled there."""
+        frame = self._file("work", "frame.npz")
+        write_arrays(frame, {"turn": turn})
+        jobs = [MemberJob(self._map(member), self._file("members", f"{member.short}.npz"),
+                          beside=(self._points(member), member.sphere, frame),
+                          more=(self._file("work", "placed", f"{member.short}.npz"),)) for member in members]
+        members = self._each("members", members, jobs, PlaceMember(to=self._target, **self._common))
+        files = [self._file("work", "placed", f"{member.short}.npz") for member in members]
+        shapes, areas, aligned = self._aligned(files)
+        distances = _distances(shapes, areas, aligned)
+        shapes = self._stored("aligned", (aligned.laid(shapes, slice(k, k + 1))[0] for k in range(len(files))),
+                              len(files))
+        mean, several = aligned.mean, len(members) - 1
+        found = principal_modes(shapes, areas, modes, mean)
+        variance = sum((((shapes[part] - mean) ** 2).sum(axis=(0, 2)) for part in blocks(shapes)),
+                       np.zeros(len(mean))) / several
+        feature_mean = _mean_of(files, lambda values: values)
+        feature_variance = _mean_of(files, lambda values: (values - feature_mean) ** 2)
+        order = np.argsort([member.number for member in members])  # as the sources came
+        shapes = self._stored("shapes", (shapes[k] for k in order), len(files))
+        rows = [Member(member.name, read_map(self._file("members", f"{member.short}.npz")) if keep else None,
+                       float(read_arrays(member.sphere)["correlation"]), float(size), float(distance))
+                for member, size, distance in zip(members, aligned.sizes, distances, strict=True)]
+        return Group(
+            mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
+            found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance), feature_mean,
+            np.sqrt(feature_variance * len(files) / several), dict(self.left_out), tuple(self.changes), self._rigid,
+            self._balance,
+        )  # fmt: skip
 
 
-def _registered(coarse: SphereMap, turn: FloatArray, target: SphereMap, stages: list[str]) -> Registration:
-    """A surface registered to the template, its sphere turned first."""
-    turned = certified(coarse.mesh, unfolded(coarse.mesh, coarse.sphere @ turn))
-    return register(turned, target, stages=stages)
+def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
+    """How far a mean lies from the one before, over its root mean square radius."""
+    moved = placed(before, mean, areas)[0] - mean
+    offset = mean - weighted_sum(areas / areas.sum(), mean)
+    return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))
 
 
-def _medoid(found: list[_Surface]) -> _Surface:
-    """Whose harmonics' powers, which neither pose nor mirroring changes, are nearest to the mean of all: the start."""
-    mean = np.mean([surface.powers for surface in found], axis=0)
-    return found[int(np.argmin([np.linalg.norm(surface.powers - mean) for surface in found]))]
+def _distances(shapes: FloatArray, areas: FloatArray, aligned: Alignment) -> FloatArray:
+    """Root mean square distance of each shape from the mean."""
+    return np.concatenate([np.sqrt(((aligned.laid(shapes, part) - aligned.mean) ** 2).sum(axis=2)
+                                   @ (areas / areas.sum())) for part in blocks(shapes)])
 
 
-def _enough(found: list[_Surface], left_out: dict[str, str]) -> list[_Surface]:
-    if len(found) < _FEWEST:
-        reason = "".join(f"; {name}: {why}" for name, why in list(left_out.items())[:1])
-        raise MeshError(f"{len(found)} of {len(found) + len(left_out)} members are left, and a group needs {_FEWEST}"
-                        f"{reason}")
-    return found
-
-
-def _joined(fitted: list[_Fitted], turn: FloatArray, x: FloatArray, f: IntArray, balance: float, rigid: bool,
-            modes: int, changes: list[float], left_out: dict[str, str]) -> Group:
-    """The group of registered surfaces: each is carried on its own mesh, and sampled there."""
-    maps = [carried(each.surface.map, each.surface.coarse, each.registration.map.sphere @ turn)
-            for each in counted("members", fitted)]
-    shapes = np.stack([resample(each, (x, f)).v for each in maps])
-    areas = np.mean([areas_of(each, x, f) for each in maps], axis=0)
-    features = np.stack([transfer(each, fit.surface.features, (x, f))
-                         for each, fit in zip(maps, fitted, strict=True)])
-    aligned = generalised_procrustes(shapes, areas, rigid)
-    away = aligned.aligned - aligned.mean
-    found = principal_modes(away, areas, modes)
-    distances = np.sqrt(np.einsum("n,knd->k", areas / areas.sum(), away**2))
-    members = [Member(fit.surface.name, each, float(fit.registration.stages[-1].correlation.mean()), float(size),
-                      float(distance))
-               for each, fit, size, distance in zip(maps, fitted, aligned.sizes, distances, strict=True)]
-    order = np.argsort([fit.surface.number for fit in fitted])  # as the sources came
-    several = len(members) - 1
-    return Group(
-        aligned.mean, f, x, aligned.aligned[order], found.modes, found.variances, found.scores[order],
-        tuple(members[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / several),
-        features.mean(axis=0), features.std(axis=0, ddof=1), dict(left_out), tuple(changes), rigid, balance,
-    )  # fmt: skip
-
+def _mean_of(files: list[str], of: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Mean over the members of a function of their features."""
+    total: Any = 0.0
+    for file in files:
+        total = total + of(read_arrays(file)["features"])
+    return np.asarray(total / len(files))

@@ -165,6 +165,7 @@ class ProcessPool(ThreadPoolExecutor):
     """An executor whose threads each own a process, which can be ended without the others."""
 
     def __init__(self, workers: int) -> None:
+        self.size = workers
         self._children: list[Child] = []
         super().__init__(workers, initializer=lambda: self._children.append(own_child()))
 

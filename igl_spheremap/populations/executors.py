@@ -73,31 +73,41 @@ class Workers:
 
 
 @contextmanager
+def executor_of(executor: Executor | None, processes: int | None) -> Iterator[Executor]:
+    """The caller's executor, or else a pool of our own processes that ends with the context."""
+    if executor is not None:
+        yield executor
+        return
+    pool = ProcessPool(processes or os.cpu_count() or 1)
+    try:
+        yield pool
+    finally:
+        pool.end()
+
+
+@contextmanager
 def workers_of(
     executor: Executor | None, processes: int | None, timeout: float | None, memory: float | None
 ) -> Iterator[Workers]:
-    """The workers of an executor, or of a pool of our own that ends with the context."""
+    """The workers of an executor, or of `executor_of` without one."""
     limited = timeout is not None or memory is not None
     if memory is not None:
         check_memory_limit()
     in_child = partial(run_in_child, timeout=timeout, memory=memory)
-    if executor is None:
-        processes = processes or os.cpu_count() or 1
-        pool = ProcessPool(processes)
-        try:
-            yield Workers(pool, in_child, lambda: processes)
-        finally:
-            pool.end()
-    elif type(executor).__module__.partition(".")[0] == "distributed":
-        killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
-        client: Any = vars(executor)["_client"]
-        yield Workers(executor, in_child if limited else run_job, lambda: sum(client.nthreads().values()),
-                      (killed, WorkerDied))  # workers may come and go
-    elif limited:
-        raise ValueError("timeout and memory limit jobs of the own pool and of Dask, not of other executors")
-    else:
-        count = getattr(executor, "_max_workers", os.cpu_count() or 1)
-        yield Workers(executor, run_job, lambda: count)
+    with executor_of(executor, processes) as found:
+        if isinstance(found, ProcessPool):
+            size = found.size
+            yield Workers(found, in_child, lambda: size)
+        elif type(found).__module__.partition(".")[0] == "distributed":
+            killed = import_optional("distributed", "a Dask executor", "batch").KilledWorker
+            client: Any = vars(found)["_client"]
+            yield Workers(found, in_child if limited else run_job, lambda: sum(client.nthreads().values()),
+                          (killed, WorkerDied))  # workers may come and go
+        elif limited:
+            raise ValueError("timeout and memory limit jobs of the own pool and of Dask, not of other executors")
+        else:
+            count = getattr(found, "_max_workers", os.cpu_count() or 1)
+            yield Workers(found, run_job, lambda: count)
 
 
 def connect(scheduler: str, seconds: float = 6.0) -> Any:

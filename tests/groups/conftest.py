@@ -1,3 +1,5 @@
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 from family import AMOUNTS, family
 
@@ -11,12 +13,19 @@ def maps():
 
 
 @pytest.fixture(scope="session")
-def three(maps):
-    """The group of three of them."""
-    return ism.template(maps[:3], target="ico:2")
+def here():
+    """An executor of this process: starting others takes longer than some groups."""
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
 
 
 @pytest.fixture(scope="session")
-def group(maps):
-    """The group of all."""
-    return ism.template(maps, target="ico:2", features=[each.vertices for each in maps])
+def group(maps, here):
+    """Their group."""
+    return ism.template(maps, target="ico:2", features=[each.vertices for each in maps], executor=here)
+
+
+@pytest.fixture(scope="session")
+def three(maps, here):
+    """The group of the first three."""
+    return ism.template(maps[:3], target="ico:2", executor=here)

@@ -222,18 +222,22 @@ SOURCES = (
     argument("--subjects-dir", "DIR", "take --surface of each subject of a FreeSurfer folder"),
     argument("--surface", "NAMES", "with --subjects-dir; default: lh.white,rh.white", default="lh.white,rh.white"),
 )
-MANY = (
+#: Of these, what concerns who works, and when it ends.
+ENGINE = (
     argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
     argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "
              "scheduler file"),
-    argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
-             "targets, or in --subjects-dir"),
     (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
                      "action": BooleanOptionalAction, "default": True}),
     switch("--retry-failed", help="run again what failed"),
     argument("--timeout", "SECONDS", "end a job after so long", type=POSITIVE),
     argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
     argument("--retries", "N", "run a job again whose process died; default: once", type=COUNT, default=1),
+)
+MANY = (
+    *ENGINE,
+    argument("--manifest", "FILE", "inputs and results so far, as JSON lines; default: in the folder of all "
+             "targets, or in --subjects-dir"),
     argument("--summary", "FILE", "one line for each file: .tsv, .csv or .jsonl"),
     argument("--report", "PAGE", "write x.html, or index.html in a folder: all results, the worst first"),
     switch("-f", "--force", help="replace any other file at a target"),

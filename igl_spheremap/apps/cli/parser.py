@@ -240,7 +240,7 @@ COMMANDS = (
         shared.RATINGS,
         argument("--farthest", "X", "leave out what lies so many times as far from the mean as half of the members "
                  f"(default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
-        argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
+        *shared.ENGINE,
         argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
                  default=[]),
         argument("--design", "TABLE", "test where the shapes of the group in DIR depend on each column of this .tsv "

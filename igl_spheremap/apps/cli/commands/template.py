@@ -1,8 +1,8 @@
 """`template`: the mean of many surfaces, its modes, and new surfaces in a group that stays."""
 
-import os
 import re
 import shlex
+import shutil
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,6 +27,7 @@ from ....io.files import read_mesh
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
+from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ..exits import Exit, UsageError
@@ -56,13 +57,16 @@ def _make(args: Namespace) -> Exit:
     kept, excluded, features = _given(args, ARCHIVE)
     out = prepared(args.out)
     group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     farthest=args.farthest, processes=args.jobs or os.cpu_count() or 1)
+                     farthest=args.farthest, out=out, processes=args.jobs, resume=args.resume,
+                     executor=None if args.scheduler is None else connect(args.scheduler), timeout=args.timeout,
+                     memory=args.memory, retries=args.retries, retry_failed=args.retry_failed)
     failed = Exit.FAILED if group.left_out else Exit.OK
     group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
     args.progress.stage("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
     write_mode_film(out / _FILM, group)
+    shutil.rmtree(out / "work" / "rounds", ignore_errors=True)  # the maps stay, for another group of these surfaces
     _describe(args, group)
     return failed
 
@@ -130,7 +134,7 @@ def _feature_files(args: Namespace, sources: Sequence[str]) -> list[FeatureFiles
         files = [[filled(pattern, source, "feature ") for pattern in patterns] for source in sources]
     except ValueError as error:
         raise UsageError(f"--{error}") from None
-    return [FeatureFiles(paths) for paths in files] if patterns else None
+    return [FeatureFiles(tuple(paths)) for paths in files] if patterns else None
 
 
 def _describe(args: Namespace, group: Group) -> None:
