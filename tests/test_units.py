@@ -62,6 +62,7 @@ CALLS = {
     "balanced_spherical_map": lambda u: ism.balanced_spherical_map(u * V, F).sphere,
     "check_disk": lambda u: ism.check_disk(u * D, H).unit,
     "check_mesh": lambda u: ism.check_mesh(u * V, F).unit,
+    "coefficients_from_mesh": lambda u: ism.coefficients_from_mesh(u * V, F, 6) / u,
     "conformal_factor": lambda u: ism.conformal_factor(u * V, F, X),
     "depth_potential": lambda u: depth_potential(u * V, F),
     "disk_conformal_map": lambda u: ism.disk_conformal_map(u * D, H).plane,

@@ -378,6 +378,7 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
 
 
 @takes_mesh
+@own_errstate
 def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
                            balance: float = 1.0) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
@@ -423,5 +424,5 @@ def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Ba
     check_degree(degree)
     shape = spherical_harmonics(balanced_spherical_map(v, f, balance=balance), degree=degree)
     for note in shape.notes:
-        warnings.warn(note, stacklevel=3)  # an array has no notes
+        warnings.warn(note, stacklevel=4)  # an array has no notes
     return shape.in_basis(basis)
