@@ -27,6 +27,7 @@ from disks import cut, half, polar
 
 import igl_spheremap as ism
 from igl_spheremap.errors import FactorisationFailed
+from igl_spheremap.mesh.disk import Disk
 from igl_spheremap.plane.doubling import centred, double_map
 from igl_spheremap.plane.plane_map import in_space
 from igl_spheremap.plane.sliding import slid_map
@@ -155,7 +156,7 @@ def figures(v: np.ndarray, f: np.ndarray, p: np.ndarray) -> dict[str, float]:
             "area": area, "edge": edge}
 
 
-def slid_over_doubled(disk: ism.Disk) -> tuple[float, float] | None:
+def slid_over_doubled(disk: Disk) -> tuple[float, float] | None:
     """Mean angle differences of the map by doubling, and of that by sliding alone; None if doubling folds faces."""
     try:
         doubled, _ = double_map(disk, None)
@@ -167,7 +168,7 @@ def slid_over_doubled(disk: ism.Disk) -> tuple[float, float] | None:
     return mean_angle_difference(disk, in_space(doubled)), mean_angle_difference(disk, in_space(slid))
 
 
-def given(args: Namespace) -> Iterator[tuple[str, ism.Disk]]:
+def given(args: Namespace) -> Iterator[tuple[str, Disk]]:
     """The disks that were asked for; those that are refused are named."""
     for name, (v, f) in disks(args.corpus, args.only):
         if args.only in name and len(v) <= args.largest:
@@ -221,12 +222,12 @@ def exact(_: Namespace) -> None:
             print(f"| {by}: {name} | {cells} | {order:.1f} | {cpu:.2g} |", flush=True)
 
 
-def _unslid(disk: ism.Disk) -> np.ndarray:
+def _unslid(disk: Disk) -> np.ndarray:
     """The first start of sliding."""
     return tutte_map(disk, centred(tutte_map(disk, by_harmonic_measure(disk)), disk)[disk.rim])
 
 
-def revolved(surface: SurfaceOfRevolution, degrees: float, rings: int) -> tuple[ism.Disk, np.ndarray]:
+def revolved(surface: SurfaceOfRevolution, degrees: float, rings: int) -> tuple[Disk, np.ndarray]:
     """The part of a surface of revolution around its pole, and its conformal map to the unit disk."""
     p, f = polar(rings)
     theta = np.hypot(p[:, 0], p[:, 1]) * np.radians(degrees)

@@ -17,7 +17,6 @@ from .groups.files import read_group as read_group
 from .groups.files import write_group as write_group
 from .groups.group import Group as Group
 from .groups.permutation import permutation_test as permutation_test
-from .groups.series import Series as Series
 from .groups.series import series as series
 from .groups.template import template as template
 from .io.coefficients import read_coefficients as read_coefficients
@@ -48,7 +47,6 @@ from .maps.variational import p_harmonic_map as p_harmonic_map
 from .mesh.check import Mesh as Mesh
 from .mesh.check import check_mesh as check_mesh
 from .mesh.clean import repair_mesh as repair_mesh
-from .mesh.disk import Disk as Disk
 from .mesh.disk import check_disk as check_disk
 from .mesh.opening import repair_disk as repair_disk
 from .plane.disk_map import DiskMap as DiskMap
