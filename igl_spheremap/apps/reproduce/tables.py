@@ -87,10 +87,6 @@ rule was met (1e-10 as printed, 1e-3 made safe); "plateau": the energy fell by l
 iterations; "cap": the most iterations allowed; "no step": no step was acceptable. Seconds are CPU time of one thread,
 everything included; the paper's are those of its machine and programs, so that only ratios compare.
 """
-_GU_YAU_NOTE = """\
-Terms are those of Table 1. "Gu-Yau" is method "gu-yau" from the Gauss map; it ends by the rules of "made safe", or
-after 20,000 iterations.
-"""
 
 
 @dataclass(frozen=True)
@@ -185,7 +181,9 @@ def table_2(runs: Runs) -> Table:
                          _counts(outcomes, lambda one: one.foldings), _ended(one)])
     head = ("surface", "algorithm", "iterations", "seconds", "Gu-Yau's seconds over these",
             "to one energy: iterations / Gu-Yau's, ratio of seconds", "mean angle", "folded faces", "ended by")
-    note = _GU_YAU_NOTE + """\
+    note = """\
+Terms are those of Table 1. "Gu-Yau" is method "gu-yau" from the Gauss map; it ends by the rules of "made safe", or
+after 20,000 iterations.
 "Laplacian's metric" divides by sums of the Laplacian's rows, `Lai2014(metric="laplacian")`, in place of areas, eqs. (9)
 and (13). Each run ends by its own rule; "to one energy" compares two down to the lowest energy that both reach.
 """
@@ -210,9 +208,9 @@ def table_3(runs: Runs) -> Table:
                          _seconds(one.seconds), _ended(one)])
     head = ("surface", "algorithm", "iterations by step", "folded faces before → after each step", "left",
             "energy", "mean angle", "seconds", "ended by")
-    note = _GU_YAU_NOTE + """\
-"Delaunay weights" are those of the intrinsic Delaunay triangulation, `Lai2014(edge_weights="delaunay")`, "Laplacian's
-metric" is `Lai2014(metric="laplacian")`. As printed and made safe a run has at most three eigen-projections.
+    note = """\
+Terms are those of Tables 1 and 2. "Delaunay weights" are those of the intrinsic Delaunay triangulation,
+`Lai2014(edge_weights="delaunay")`. As printed and made safe a run has at most three eigen-projections.
 """
     return Table("Table 3. Algorithm 2 and the algorithm of Gu and Yau", note + _tolerance(found, _WAYS_3), head, rows,
                  _removal(found))
@@ -236,29 +234,24 @@ def _removal(found: Sequence[Line]) -> list[str]:
     return findings
 
 
-def _begin(way: str) -> str:
-    return way[0].upper() + way[1:]
-
-
 def _names(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]])) or "none of these surfaces"
 
 
 def _speed(found: Sequence[Line]) -> str:
     """How Algorithm 1 compares with the algorithm of Gu and Yau, in a sentence for each way to run it."""
-    sentences = []
+    parts = []
     for way in (_PRINTED, _SAFE, _METRIC):
         pairs = [to_common_energy(line.outcome(way), line.outcome(_GU_YAU)) for line in found]
         ratios = [theirs[0] / max(ours[0], 1) for ours, theirs in filter(None, pairs)]
         seconds = [theirs[1] / max(ours[1], 1e-3) for ours, theirs in filter(None, pairs)]
         if ratios:
-            sentences.append(
-                f"{_begin(way)}, Algorithm 1 needs {min(ratios):.1f} to {max(ratios):.1f} times fewer iterations and "
-                f"{min(seconds):.1f} to {max(seconds):.1f} times fewer seconds than Gu-Yau for one and the same energy "
-                f"(medians {np.median(ratios):.1f} and {np.median(seconds):.1f}, {len(ratios)} surfaces).")
+            factors = [f"{min(each):.1f} to {max(each):.1f} ({np.median(each):.1f})" for each in (ratios, seconds)]
+            parts.append(f"{way}: {' and '.join(factors)} on {len(ratios)} surfaces")
     paper = [row.their_iterations / row.iterations[0] for row in TABLE_2 if row.their_iterations]
-    return (f"**Iterations for one energy.** {' '.join(sentences)} The paper's own counts differ by {min(paper):.1f} "
-            f"to {max(paper):.1f} times.")
+    return (f"**Iterations for one energy.** Gu-Yau's iterations and seconds over those of Algorithm 1, medians in "
+            f"brackets: {'; '.join(parts)}. The paper's own counts differ by {min(paper):.1f} to "
+            f"{max(paper):.1f} times.")
 
 
 def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
@@ -276,10 +269,11 @@ def _tolerance(found: Sequence[Line], ways: Sequence[str]) -> str:
         iterations = max(_range([one.iterations for one in each]) for each in spreads)
         folds = max(max(one.foldings for one in each) - min(one.foldings for one in each) for each in spreads)
         angles = max(_range([one.mean_angle for one in each]) for each in spreads)
-        parts.append(f"{way}: iterations {iterations:.0%}, mean angle differences {angles:.0%}, folded faces {folds:,}")
-    return (f"\nIn brackets: the range over {copies} renumbered copies, which only rounding changes; "
-            f"another machine may differ by as much. Largest ranges, in shares of the median, or faces: "
-            f"{'; '.join(parts)}.\n")
+        parts.append(f"{way} {iterations:.0%}, {angles:.0%}, {folds:,}")
+    how = (f"In brackets: the range over {copies} renumbered copies, which only rounding changes; another machine may\n"
+           "differ by as much. Largest ranges of iterations and mean angle differences, in shares of the median, and\n"
+           "of folded faces") if ways is _WAYS_1 else "Largest ranges over renumbered copies, as in Table 1"
+    return f"\n{how}: {'; '.join(parts)}.\n"
 
 
 def _range(values: Sequence[float]) -> float:

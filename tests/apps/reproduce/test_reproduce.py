@@ -114,7 +114,7 @@ def test_copies_differ_by_their_order_alone_and_the_range_of_their_counts_is_sho
     lines = []
     text = page(tmp_path, "table1", max_iterations=90, spread=True, report=lines.append)
     assert planned_and_made(lines) == (54, 54)
-    assert re.search(r"5 renumbered copies.*as printed: iterations 0%", text, re.DOTALL)
+    assert re.search(r"5 renumbered copies.*as printed 0%", text, re.DOTALL)
     outcomes = [runs.Outcome("", 0, iterations=k, foldings=0) for k in (1200, 900, 1400)]
     assert tables._counts(outcomes, lambda one: one.iterations) == "1,200 (900 to 1,400)"
     assert tables._counts(outcomes, lambda one: one.foldings) == "0"
