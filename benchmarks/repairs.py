@@ -88,7 +88,7 @@ def gauges(sources: list[str]) -> None:
 
 def rings(_: list[str]) -> None:
     """Mean angle differences of long tubes, and the floor that rings of 20 vertices set."""
-    print("| worm of so many circumferences | vertices | floor | result | CPU, s |\n|---|---|---|---|---|")
+    print("| worm, length in circumferences | vertices | floor | result | CPU, s |\n|---|---|---|---|---|")
     for circumferences in (14, 40, 199):
         v, f = worm(circumferences)
         floor = ring_floor(v, f, np.arange(1, len(v) - 1).reshape(-1, 20))

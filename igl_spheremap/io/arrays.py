@@ -156,7 +156,8 @@ def write_mat(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> No
     """Write columns by their names, as MATLAB allows them; the head without scipy's date, to be the same each time."""
     names = [re.sub(r"\W", "_", name if name[:1].isalpha() else f"x{name}", flags=re.ASCII)[:31] for name in maps]
     if len(set(names)) < len(names):
-        raise FileError(f"{path}: MATLAB's names would be the same for two of {', '.join(maps)}; write another format")
+        raise FileError(f"{path}: two of {', '.join(maps)} would have one name in MATLAB; rename one, or write "
+                        "another format")
     file = io.BytesIO()
     savemat(file, dict(zip(names, _columns(maps, metadata).T, strict=True)), oned_as="column")
     data = file.getvalue()

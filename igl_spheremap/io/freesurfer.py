@@ -52,7 +52,7 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     with path.open("rb") as file:
         if file.read(3) != CURVATURE:
-            raise MeshError("the file holds no data over vertices; give a curvature file, as lh.thickness")
+            raise MeshError("the file holds no data over vertices; give a curvature file, such as lh.thickness")
         _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
     return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 

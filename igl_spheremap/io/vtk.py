@@ -160,7 +160,7 @@ def read(path: Path) -> RawMesh:
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind]:
                 if kind.upper() != "POLYDATA":
-                    raise MeshError(f"it holds {kind[:30]!a} where POLYDATA is read; extract the surface")
+                    raise MeshError(f"it holds {kind[:30]!a} but only POLYDATA is read; extract the surface")
             case ["POINTS", n, kind]:
                 v = file.array(3 * int(n), kind).reshape(-1, 3)
             case ["POLYGONS", n, size]:

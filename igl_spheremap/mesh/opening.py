@@ -46,8 +46,8 @@ def repair_disk(
     rim : int or (3,) array_like, optional
         The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
     cut : int or (k,) array_like of int, optional
-        Cut a closed surface along a tree of shortest paths through these vertices, two or more, or through so many of
-        its tips: each is the vertex farthest from the tree so far. The vertices of the tree are doubled.
+        Cut a closed surface along a tree of shortest paths that joins these vertices, two or more, or as many of its
+        tips as a number says: each tip is the vertex farthest from the tree so far. The tree's vertices are doubled.
 
     Returns
     -------

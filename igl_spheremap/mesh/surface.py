@@ -167,7 +167,7 @@ class Surface:
         self.rims = left
 
     def cut_open(self, points: IntArray | int) -> None:
-        """Cut a closed surface along a tree through vertices, or through so many tips."""
+        """Cut a closed surface along a tree through vertices, or through as many tips as a number says."""
         edges = seam(self.v, self.f, points)
         self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)
         through = f"{points} tips" if isinstance(points, int) else f"{len(points)} vertices"

@@ -183,7 +183,7 @@ def filled(pattern: str, source: str, option: str = "") -> str:
     'a/lh.white.thickness'
     """
     if set("{}") & set(_FIELD.sub("", pattern)):
-        raise ValueError(f"{option}{pattern}: known are {{folder}}, {{name}} and {{stem}}")
+        raise ValueError(f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it")
     path = Path(source)
     parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
     return _FIELD.sub(lambda field: parts[field[1]], pattern)

@@ -41,7 +41,7 @@ def read_ratings(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[s
             raise MeshError("it has no columns 'source' and 'rating'; give a file that a page saved")
         wrong = [row for row in rows if row["rating"] not in ("", PASS, FAIL)]
         if wrong:
-            raise MeshError(f"{wrong[0]['source']} is rated {wrong[0]['rating']!a}; known are {PASS} and {FAIL}")
+            raise MeshError(f"{wrong[0]['source']} is rated {wrong[0]['rating']!a}; give {PASS} or {FAIL}")
         given = {os.path.realpath(row["source"]): Rating(row["rating"], row.get("comment") or "")
                  for row in rows if row["rating"]}
         found = {source: given[place] for source in sources if (place := os.path.realpath(source)) in given}

@@ -391,7 +391,7 @@ def hemisphere_jobs(
     if unknown := [convention for convention in names if convention not in CONVENTIONS]:
         raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
-        raise ValueError(f"out {out}: known are {{folder}} and {{subject}}")
+        raise ValueError(f"out {out}: only {{folder}} and {{subject}} can stand in it")
     asked = SIDES.get(hemisphere or "")
     template, fit = cache(_template), cache(_fit)  # of many subjects each file is looked for and read once
     places: dict[str, str] = {}

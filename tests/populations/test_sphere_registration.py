@@ -248,7 +248,7 @@ def test_neuromaps_takes_data_and_spheres(made):
         ({"to": ["mine=a.ply,b.ply"]}, OSError, "b.ply"),
         ({"names": ["spm"]}, ValueError, "unknown names 'spm': choose from bids"),
         ({"labels": ["lh.short.annot"]}, ism.MeshError, "has 3 labels, but mine has 642 vertices"),
-        ({"out": "{here}"}, ValueError, "known are {folder} and {subject}"),
+        ({"out": "{here}"}, ValueError, "only {folder} and {subject} can stand in it"),
         ({"out": "lh.white"}, ism.FileError, "lh.white is a file"),
         ({"sources": ["lh.white", "lh.white"]}, ValueError, r"use \{subject\}"),
         ({"sources": ["white.ply"]}, ism.FileError, "does not say which hemisphere it is"),

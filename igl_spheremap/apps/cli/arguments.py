@@ -206,8 +206,8 @@ PLANE = (
     *REPAIR,
     argument("--rim", "VERTEX|X,Y,Z", "with --fill-holes: the hole that stays is the one nearest to this vertex or "
              "point (--rim=-1,0,0); default: the longest", type=_rim),
-    argument("--cut", "K|V,V,...|LIST", "cut a closed surface open along a tree of short paths through so many of its "
-             "tips, through vertices, or through those of a .pinned or .vts list", type=_cut),
+    argument("--cut", "K|V,V,...|LIST", "cut a closed surface open along a tree of short paths that joins K of its "
+             "tips, these vertices, or those of a .pinned or .vts list", type=_cut),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds, such as lh.cortex.patch.3d"),
     *target("the map: .obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the "
             "image as a mesh"),
@@ -230,9 +230,9 @@ ENGINE = (
     (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
                      "action": BooleanOptionalAction, "default": True}),
     switch("--retry-failed", help="run again what failed"),
-    argument("--timeout", "SECONDS", "end a job after so long", type=POSITIVE),
+    argument("--timeout", "SECONDS", "end a job that takes longer", type=POSITIVE),
     argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
-    argument("--retries", "N", "run a job again whose process died; default: once", type=COUNT, default=1),
+    argument("--retries", "N", "how often a job is run again whose process died (default: 1)", type=COUNT, default=1),
 )
 MANY = (
     *ENGINE,

@@ -102,8 +102,8 @@ COMMANDS = (
         shared.method("lai2014", "default: lai2014, the paper's"),
         *shared.TOLERANCES,
         shared.AS_PRINTED,
-        argument("--max-iterations", "N", "of each round; default: the method's", type=COUNT),
-        argument("--rounds", "N", "of Algorithm 2 at most; default: the method's", type=COUNT),
+        argument("--max-iterations", "N", "the most iterations of each round; default: the method's", type=COUNT),
+        argument("--rounds", "N", "the most rounds of Algorithm 2; default: the method's", type=COUNT),
         argument("--keep", "MB", f"megabytes of iterations to keep (default {KEEP:g}); of a run that takes more, "
                  "starts, ends and changes of foldings stay", type=POSITIVE, default=KEEP),
         *shared.pictures(PLAYER_SIZE),
@@ -157,8 +157,8 @@ COMMANDS = (
         shared.DATA,
         switch("--align", help="put the shape into the frame of its first-order ellipsoid; of many surfaces, with the "
                "directions of axes that agree best"),
-        argument("--modes", "K", "of many surfaces: so many principal components, scores in front of the coefficients",
-                 type=POSITIVE_COUNT),
+        argument("--modes", "K", "of many surfaces: how many principal components; their scores come before the "
+                 "coefficients", type=POSITIVE_COUNT),
         argument("--template", "FILE", "with --align: coefficients of an aligned shape, which decide the directions of "
                  "the axes"),
         argument("--surface", "FILE", "write the surface that the coefficients describe, on the mesh of --to"),
@@ -238,8 +238,8 @@ COMMANDS = (
         argument("--exclude", "IN", "leave this one of the surfaces out; may be given again", action="append",
                  default=[]),
         shared.RATINGS,
-        argument("--farthest", "X", "leave out what lies so many times as far from the mean as half of the members "
-                 f"(default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
+        argument("--farthest", "X", "leave out members that lie more than X times as far from the mean as the median "
+                 f"member (default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
         *shared.ENGINE,
         argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
                  default=[]),

@@ -51,7 +51,7 @@ def test_subjects_are_registered_and_the_missing_side_has_its_row(desk, capsys):
     [
         (["lh.none"], Exit.USAGE, "--out"),
         (["--out", "x"], Exit.USAGE, "give mesh files"),
-        (["lh.a", "--out", "{x}"], Exit.USAGE, "--out {x}: known are"),
+        (["lh.a", "--out", "{x}"], Exit.USAGE, "--out {x}: only {folder} and {subject}"),
         (["lh.a", "--out", "x", "--to", "me"], Exit.USAGE, "--to me: give NAME=SURFACE,SPHERE"),
         (["a.ply", "--out", "x", "--to", "fsLR"], Exit.FILE, "or give --hemi L or R"),
         (["lh.a", "--out", "x", "--to", "fsLR"], Exit.FILE, "templateflow"),
