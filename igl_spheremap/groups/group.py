@@ -30,7 +30,8 @@ class Member:
     name : str
         The file that it came from, or its number among the sources.
     map : SphereMap or None
-        The surface with its map in the template's frame, certified free of foldings; None if the group was read.
+        The surface with its map in the template's frame, certified free of foldings; None if it lies in the folder of
+        the group.
     correlation : float
         Of its depth potential with the template's, at corresponding points; from -1 to 1.
     size : float

@@ -103,7 +103,8 @@ def template(
     -------
     Group
         The mean surface, modes and scores, and the members with their registered maps. What could not be read, mapped
-        or registered, or lies too far off, is in its ``left_out``.
+        or registered, or lies too far off, is in its ``left_out``. With `out`, its members hold no maps, and its shapes
+        are read from a file there as they are used.
 
     Raises
     ------
