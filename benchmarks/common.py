@@ -119,7 +119,7 @@ def time_limit(seconds: int | None) -> dict[str, Any]:
 
 
 def limit_time(seconds: int) -> None:
-    """Let this process end after so many further CPU seconds, or as many more as it may at most; not on Windows."""
+    """End this process after this many further CPU seconds, or at its hard limit if that is less; not on Windows."""
     if os.name == "nt":
         return
     import resource

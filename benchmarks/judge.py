@@ -390,6 +390,9 @@ def main(argv: list[str]) -> None:
     if folders:
         tasks = read_tasks(meshes)
         judged = [row for program, folder in folders.items() for row in judge(folder, tasks, program)]
+        for name in {args.program or path.resolve().name for path in args.folders} - {row["program"] for row in judged}:
+            words.error(f"{folders[name]} has no file that is named after a mesh of {meshes}, such as "
+                        f"{tasks[0].name}.ply")
         rows = [row for row in rows if row["program"] not in folders] + judged
         write_table(args.table, rows)
         rows = [row for row in read_table(args.table) if row["mesh"] in {task.name for task in tasks}]

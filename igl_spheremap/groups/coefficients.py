@@ -61,7 +61,7 @@ def in_common_frame(shapes: Sequence[SphericalHarmonics]) -> list[SphericalHarmo
 
 
 def coefficient_table(names: Sequence[str], shapes: Sequence[SphericalHarmonics], modes: int = 0) -> CoefficientTable:
-    """The table of surfaces, and so many modes of it."""
+    """The table of surfaces, with this number of its principal modes."""
     rows = np.stack([shape.coefficients for shape in shapes])
     if not modes:
         return CoefficientTable(tuple(names), rows, None)

@@ -22,7 +22,7 @@ from .group import Group
 from .permutation import LEVEL, PointTest
 
 _SIZE = 480  # pixels of a view
-_PALE = 0.25  # share of colour that is left where chance explains an effect
+_PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
 
 
 def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[str, NDArray[np.generic]]:

@@ -100,8 +100,7 @@ class MapMember(MemberTask):
         powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
         content = (result.vertices, result.faces, result.sphere, values)
         digest = sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in content)).digest()
-        with replacing(self.place(job.target), force=True) as partial:
-            npz.write_arrays(partial, npz.arrays_of(result) | {"values": values})
+        self.write(job.target, npz.arrays_of(result) | {"values": values})
         self.write(job.more[0], {"points": coarse.vertices, "powers": powers / np.linalg.norm(powers),
                                  "digest": np.frombuffer(digest, dtype=np.uint8)})
         return replace(self.empty(job), vertices=n)

@@ -29,7 +29,7 @@ from .series_files import frame_rows
 
 _SHOWN = 3  # modes with pictures
 _SIZE = 200  # pixels of each of the two views of a member
-_FAR = 3.0  # colours end at so many times the usual distance of a member: in a normal one few points lie farther
+_FAR = 3.0  # colours end at this many root mean square distances of the members: few points of one lie farther
 
 
 def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:

@@ -12,10 +12,8 @@ from numpy.typing import ArrayLike
 from ..correspondence.registration import register
 from ..draw.markup import table
 from ..errors import MeshError, check_number, own_errstate
-from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_values
-from ..mesh.check import check_mesh
 from ..mesh.measure import enclosed_volume, surface_area
 from ..mesh.timings import counted
 from ..shapes.transfer import resample, sphere_mesh, transfer
@@ -138,7 +136,7 @@ def series(
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))
-        before = certified(check_mesh(resample(maps[-1], (x, f)).v, f), x)
+        before = at_points(maps[-1], x, f)
         first = first or before
     assert first is not None
     direct = carried(result, coarse, register(coarse, first).map.sphere)

@@ -1,4 +1,4 @@
-"""Disks of surfaces that are none: repaired, their holes filled but one, or cut open along a seam; on request only."""
+"""Disks made of other surfaces: repaired, all holes but one filled, or cut open along a seam; on request only."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def repair_disk(
     MeshError
         If that is not enough, or `cut` is given and the surface is open already.
     ValueError
-        If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` are no vertices.
+        If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` names what is not a vertex.
 
     References
     ----------

@@ -158,7 +158,7 @@ class Surface:
             self._note("split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch")
 
     def fill_holes(self, kept: int | None = None) -> None:
-        """Close every rim by a cap, but the one that is to be kept."""
+        """Close every rim by a cap, except the one that is to be kept."""
         left = [] if kept is None else [self.rims.pop(kept)]
         if self.rims:
             text = holes_text(self.v, self.rims)

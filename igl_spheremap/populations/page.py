@@ -99,8 +99,8 @@ def write_page(
     """Write a page with all rows and a picture of each, the worst first, and return its path.
 
     It is one file if `place` ends in .html, with pictures of the worst, else `index.html` in that folder with the
-    pictures beside it, which are kept for the next page. They are drawn by processes. `began` is when the run did, by
-    ISO 8601.
+    pictures beside it, which are kept for the next page. They are drawn by processes. `began` is when the run began,
+    by ISO 8601.
     """
     path = check_page(place)
     path.parent.mkdir(parents=True, exist_ok=True)

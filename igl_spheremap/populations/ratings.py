@@ -29,7 +29,7 @@ class Rating:
 def read_ratings(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str, Rating]:
     """The ratings in a table of those sources that have one.
 
-    A MeshError says if the table holds none of these, or is no table of ratings.
+    Raises a MeshError if the table holds none of these, or is not a table of ratings.
     """
     path = Path(path)
     with reading(path):

@@ -32,9 +32,13 @@ from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ..exits import Exit, UsageError
 from ..inputs import expand
-from ..output import LISTED, Findings, paragraph
+from ..output import LISTED, Findings
 
 _PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
+_COMMON = ("sources", "out", "json", "quiet")
+#: Uses of the command besides the one that makes a group, and the flags that each takes.
+_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force"), "add": ("farthest",),
+          "design": ("permutations",)}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -47,9 +51,23 @@ def run_template(args: Namespace) -> Exit:
     """
     if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
         raise UsageError("give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists")
+    _refuse_unused(args)
     if args.add or not args.sources:
         return _add(args) if args.add else _test(args)
     return _follow(args) if args.series else _make(args)
+
+
+def _refuse_unused(args: Namespace) -> None:
+    """Refuse flags that this use of the command would ignore."""
+    way = next((way for way in _TAKEN if getattr(args, way)), "")
+    unused = []
+    for names, options in args.row.arguments:
+        name = names[-1].removeprefix("--").replace("-", "_")
+        used = name in (*_COMMON, way, *_TAKEN[way]) if way else name not in _TAKEN["design"]
+        if not used and getattr(args, name) != options.get("default", False if "action" in options else None):
+            unused.append(names[-1])
+    if unused:
+        raise UsageError(f"{f'--{way}' if way else 'a new group'} takes no {' and no '.join(unused)}")
 
 
 def _make(args: Namespace) -> Exit:
@@ -80,14 +98,14 @@ def _follow(args: Namespace) -> Exit:
     mean = write_series(out, found, kept, names)
     write_series_film(out / _SERIES_FILM, found, mean)
     write_series_page(out / _PAGE, found, mean, _SERIES_FILM, kept, names, shlex.join(("igl-spheremap", *args.words)))
-    told, off = Findings(), np.sqrt((found.drift**2).mean())
-    told.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
+    summary, off = Findings(), np.sqrt((found.drift**2).mean())
+    summary.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
     for label, values in (("area", found.surface_areas), ("volume", found.volumes)):
-        told.add(label, f"{values[0]:.5g} in the first frame, {values[-1]:.5g} in the last", **{label: values})
-    told.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of the "
-                      "first frame and the last", drift=off, largest_drift=found.drift.max())
-    told.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
-    told.report(args)
+        summary.add(label, f"{values[0]:.5g} in the first frame, {values[-1]:.5g} in the last", **{label: values})
+    summary.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of "
+                         "the first frame and the last", drift=off, largest_drift=found.drift.max())
+    summary.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
+    summary.report(args)
     return Exit.OK
 
 
@@ -167,7 +185,7 @@ def _add(args: Namespace) -> Exit:
     usual = float(np.median([member.distance for member in group.members]))
     rows = _earlier(table)
     names = expand(args.add)
-    lines, refused = [], False
+    found, refused = Findings(), False
     others = [name for name in rows if name not in names]  # whose files stay
     for name, short in zip(names, file_names([*others, *names])[len(others):], strict=True):
         args.progress.stage(f"placing {name}")
@@ -181,17 +199,16 @@ def _add(args: Namespace) -> Exit:
             if member.map is not None:
                 write_map(folder / f"{short}.npz", member.map, force=True)
             cells = (name, "added", *member_row(member, placed.scores)[2:])
-            lines.append(paragraph("added", f"{name}: {member.distance:.4g} from the mean"))
+            found.add("added", f"{name}: {member.distance:.4g} from the mean")
         except (MeshError, FileError, MapError) as error:
             refused, cells = True, (name, "left out", one_line(error))
-            lines.append(paragraph("left out", f"{name}: {one_line(error)}"))
+            found.add("left out", f"{name}: {one_line(error)}")
         rows[name] = cells
     header = ("member", "status", "reason", "correlation", "size", "distance",
               *(f"mode_{k + 1}" for k in range(len(group.modes))))
     write_cells(table, [header, *rows.values()], force=True)
-    args.progress.close()
-    if not args.quiet:
-        print(*lines, sep="\n", flush=True)
+    found.figures["members"] = [dict(zip(header, rows[name], strict=False)) for name in names]
+    found.report(args)
     return Exit.FAILED if refused else Exit.OK
 
 
