@@ -236,7 +236,9 @@ def _test(args: Namespace) -> Exit:
                         f"moves them by {figures['effect']:.3g} (standard error of a coordinate "
                         f"{figures['error']:.2g}) and explains {figures['explained']:.0%}", **{name: figures})
     header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained")
-    write_cells(Path(args.out) / "tests.tsv", [header, *rows], force=True)
+    table = Path(args.out) / "tests.tsv"
+    write_cells(table, [header, *rows], force=True)
+    found.add("written", f"{table}, and beside it arrays, surface and picture of each test")
     found.report(args)
     return Exit.OK
 

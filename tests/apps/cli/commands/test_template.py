@@ -99,7 +99,9 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     table = tmp_path / "design.tsv"
     table.write_text("member\tage\nbody2\t3\nbody0\t1\nbody1\t2.5\n")
     assert main(["template", "--design", str(table), "--out", str(group), "--permutations", "19"]) == 0
-    assert "age" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "age" in said
+    assert "written" in said
     (row,) = rows(group / "tests.tsv")
     found = ism.permutation_test(ism.read_group(group), [1, 2.5, 3], permutations=19)
     assert float(row["smallest_p"]) == found.p.min()
