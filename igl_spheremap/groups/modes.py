@@ -115,15 +115,17 @@ def model_figures(shapes: FloatArray, weights: FloatArray, count: int, mean: Flo
     for fold in range(folds.max() + 1):
         out = folds == fold
         centre = scores[~out].mean(axis=0)
-        _, _, axes = np.linalg.svd(scores[~out] - centre, full_matrices=False)
-        rest = scores[out] - centre
-        inside = np.cumsum((rest @ axes[:count].T) ** 2, axis=1).T
+        others, rest = scores[~out] - centre, scores[out] - centre
+        last = scores.shape[1] - 1
+        _, axes = eigh(others.T @ others, subset_by_index=(last - count + 1, last))
+        inside = np.cumsum((rest @ axes[:, ::-1]) ** 2, axis=1).T
         squares[:, out] = (rest**2).sum(axis=1) - inside
     normal = np.random.default_rng(0).normal(size=(samples, count)) * np.sqrt(variances[:count])
     nearest = np.empty(count)
     total = (scores**2).sum(axis=1)
     for k in range(count):
         drawn = normal[:, : k + 1]
-        apart = (drawn**2).sum(axis=1)[:, None] + total - 2 * drawn @ scores[:, : k + 1].T
-        nearest[k] = np.sqrt(np.maximum(apart.min(axis=1), 0)).mean()
+        apart = -2 * drawn @ scores[:, : k + 1].T
+        apart += total
+        nearest[k] = np.sqrt(np.maximum(apart.min(axis=1) + (drawn**2).sum(axis=1), 0)).mean()
     return ModelFigures(share[:count], np.sqrt(np.maximum(squares, 0).mean(axis=1)), nearest)
