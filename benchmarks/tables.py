@@ -59,6 +59,10 @@ TABLES = {
     "judge_spheres": "judge --kind sphere",
     "judge_disks": "judge --kind disk",
     "judge_maps": "judge --kind map",
+    "groups_planted": "groups",
+    "groups_weights": "groups --weights 4 --members 10",
+    "groups_sizes": "groups --sizes 10 100 1000 --vertices 300 --to ico:2",
+    "groups_meshes": "groups --sizes 100 --vertices 10000",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
 }
