@@ -52,16 +52,14 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
 
 
 def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None,
-                   after_moves: FloatArray | None = None) -> FloatArray:
+                   after: FloatArray | None = None) -> FloatArray:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
-    `after_moves` is what small moves make of the map, if that is known.
+    `after` is what small moves make of the map, if that is known.
     """
     x = fix_orientation(x, mesh.f)
-    if after_moves is None:
-        after_moves = small_moves(x, mesh.f, listener)
-    y = progressive_embedding(after_moves, mesh.f, listener)
+    y = progressive_embedding(small_moves(x, mesh.f, listener) if after is None else after, mesh.f, listener)
     moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
     around = touching(mesh.f, moved)
     return relax_angles(y, mesh.f[around], AngleLoss(mesh.angles[around].T), moved, sweeps=_SWEEPS,

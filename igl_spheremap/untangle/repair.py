@@ -139,17 +139,16 @@ class _Repair:
         """A layout, those around other holes, and a map that mostly folds."""
         maps = layouts(self.mesh, placed, self._system, self.plan.holes)
         itself = [self.x] if self.plan.embeds and not self.plan.itself else []
-        for y, after_moves in unfolded_first(self.mesh, chain(maps, itself)):
-            if start := self.record("angles", y) or self.embedded(y, after_moves):
+        for y, after in unfolded_first(self.mesh, chain(maps, itself)):
+            if start := self.record("angles", y) or self.embedded(y, after):
                 yield start
 
-    def embedded(self, x: FloatArray, after_moves: FloatArray | None = None, stretch: float = 1.0,
+    def embedded(self, x: FloatArray, after: FloatArray | None = None, stretch: float = 1.0,
                  gauge: str = "centred") -> Candidate | None:
         """A map repaired locally, given what small moves make of it, if that is known; None if the plan has no such."""
-        if not self.plan.embeds:
-            return None
-        with self.attempt("embedding"):
-            return self.record("embedding", repair_locally(self.mesh, x, after_moves=after_moves), stretch, gauge)
+        if self.plan.embeds:
+            with self.attempt("embedding"):
+                return self.record("embedding", repair_locally(self.mesh, x, after=after), stretch, gauge)
         return None
 
     def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
