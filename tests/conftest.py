@@ -6,6 +6,10 @@ import signal
 import pytest
 from corpus import CORPUS
 
+# BLAS threads fight the tests' own processes for the cores; NumPy reads this when a test file first imports it.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def pytest_configure():
     """Take Ctrl-C as on a terminal: a run in the background ignores it, and so would the programs that tests start."""
