@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import igl
@@ -286,6 +286,15 @@ def raster(
             seen[_blocks(pixels, near, size)] = len(f) + 1
     palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
     return palette[seen].reshape(size, size, 3)
+
+
+def both_sides(
+    bodies: Sequence[FloatArray], f: IntArray, colours: FloatArray, view: FloatArray, size: int,
+    folded: IntArray | None = None,
+) -> NDArray[np.uint8]:
+    """A picture of bodies with the same faces in shaded colours, side by side: from the front, then from behind."""
+    return np.concatenate([raster(v @ turn, f, colours * shading(v, f, turn)[:, None], size, folded)
+                           for turn in (view, view * BEHIND) for v in bodies], axis=1)
 
 
 def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:

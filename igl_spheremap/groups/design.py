@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draw.palette import round_up, sizes
-from ..draw.plot import BEHIND, pose, raster, shading
+from ..draw.plot import both_sides, pose
 from ..errors import MeshError
 from ..io import npz
 from ..io.files import write_mesh
@@ -64,8 +64,5 @@ def write_test(place: str, group: Group, found: PointTest) -> None:
     colours = ramp.colours(lengths[group.faces].mean(axis=1))
     sure = (found.p[group.faces] <= LEVEL).all(axis=1)
     colours[~sure] = 1 - _PALE + _PALE * colours[~sure]
-    view = pose(group.vertices).T
-    tiles = [raster(group.vertices @ turn, group.faces,
-                    colours * shading(group.vertices, group.faces, turn)[:, None], _SIZE)
-             for turn in (view, view * BEHIND)]
-    write_picture(f"{place}.png", np.concatenate(tiles, axis=1), force=True)
+    picture = both_sides([group.vertices], group.faces, colours, pose(group.vertices).T, _SIZE)
+    write_picture(f"{place}.png", picture, force=True)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..correspondence.registration import continue_registration, register
 from ..io import npz
+from ..io.npz import read_arrays
 from ..io.replacing import replacing
 from ..io.written_map import read_map, write_map
 from ..maps.given_sphere import certified
@@ -147,11 +146,6 @@ class PlaceMember(MemberTask):
         self.write(job.more[0], {"points": resample(onto, there).v, "areas": areas_of(onto, *there),
                                  "features": transfer(onto, arrays["values"], there)})
         return replace(self.empty(job), vertices=len(onto.sphere))
-
-
-def read_arrays(path: str) -> dict[str, NDArray[Any]]:
-    """The arrays of a file of these tasks."""
-    return npz.read_arrays(Path(path))
 
 
 def write_arrays(path: str, arrays: dict[str, Any]) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from ..draw.cards import Card, card_sheet, histogram
 from ..draw.markup import View, legend, made_by, page, scene, table
 from ..draw.palette import Ramp, round_up, sizes
-from ..draw.plot import BEHIND, pose, raster, shading
+from ..draw.plot import both_sides, pose
 from ..io.replacing import replacing
 from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray, IntArray
@@ -83,10 +83,8 @@ def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray)
     for k in counted("pictures", order.tolist()):
         member, shape = group.members[k], group.shapes[k]
         off = np.linalg.norm(shape - group.vertices, axis=1)
-        colours = _by_face(ramp, off, group.faces)
-        tiles = [raster(shape @ view, group.faces, colours * shading(shape, group.faces, view)[:, None], _SIZE)
-                 for view in (turn.T, turn.T * BEHIND)]
-        write_picture(folder / f"{shorts[k]}.png", np.concatenate(tiles, axis=1), force=True)
+        picture = both_sides([shape], group.faces, _by_face(ramp, off, group.faces), turn.T, _SIZE)
+        write_picture(folder / f"{shorts[k]}.png", picture, force=True)
         row = {"source": member.name, "status": "member", **{name: getattr(member, name) for name in FIGURES},
                **{f"mode_{j + 1}": score for j, score in enumerate(group.scores[k].tolist())}}
         far = [f"distance {member.distance:.3g} > {limit:.3g}"] if member.distance > limit else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, check_whole, own_errstate
 from ..mesh.arrays import FloatArray
@@ -164,8 +164,12 @@ def _columns(variable: ArrayLike, count: int) -> tuple[FloatArray, tuple[str, ..
     names = given.astype(str).reshape(-1)
     if len(names) != count:
         raise MeshError(f"the variable has {len(names)} values for {count} members; give one for each")
-    levels = np.unique(names)
-    return (names[:, None] == levels[1:]).astype(float), tuple(levels.tolist())
+    return indicators(names), tuple(np.unique(names).tolist())
+
+
+def indicators(names: NDArray[np.generic]) -> FloatArray:
+    """A column of zeros and ones for each level but the first, in the order of sorting."""
+    return (names[:, None] == np.unique(names)[1:]).astype(np.float64)
 
 
 def _numbers(values: ArrayLike, count: int, name: str) -> FloatArray:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError, check_number, check_whole, one_line, own_errstate
 from ..io import npz
+from ..io.npz import read_arrays
 from ..io.replacing import replacing
 from ..io.written_map import read_map
 from ..maps.balanced import balanced_spherical_map
@@ -39,7 +40,7 @@ from . import FARTHEST
 from .features import FeatureFiles
 from .files import file_names
 from .group import Group, Member
-from .jobs import MapJob, MapMember, MemberJob, PlaceMember, RegisterMember, columns_of, read_arrays, write_arrays
+from .jobs import MapJob, MapMember, MemberJob, PlaceMember, RegisterMember, columns_of, write_arrays
 from .modes import principal_modes
 from .placing import Source
 from .procrustes import Alignment, blocks, generalised_procrustes, placed

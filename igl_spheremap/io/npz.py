@@ -21,6 +21,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Status, Step
 from ..verify.certificate import Certificate
+from .formats import PathLike
 from .reading import check_expansion
 from .records import Label, Metadata, RawMesh, of_triangles
 
@@ -84,9 +85,9 @@ def arrays_of(result: SphereMap) -> dict[str, Any]:
     return arrays | {"json": json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)}
 
 
-def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
     """All arrays of an archive, in memory bounded by its size; numpy.load takes as much as headers announce."""
-    data = path.read_bytes()
+    data = Path(path).read_bytes()
     with zipfile.ZipFile(BytesIO(data)) as archive:
         members = archive.infolist()
         check_expansion(sum(member.file_size for member in members), len(data))

@@ -109,7 +109,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     SurfaceMap(300 vertices onto 300, 3 landmarks)
     """
     with reading(Path(path)):
-        arrays = npz.read_arrays(Path(path))
+        arrays = npz.read_arrays(path)
         if not {*_OWN, _TARGET + "sphere"} <= arrays.keys():
             raise MeshError("the archive holds no map between surfaces; give a file that was written by "
                             "write_surface_map or `igl-spheremap match`")

@@ -19,7 +19,7 @@ import numpy as np
 from ..draw.cards import Card, card_sheet, histogram
 from ..draw.markup import data_address, made_by, page, page_file, small_png
 from ..draw.palette import FOLDED, Colour, Ramp, areas
-from ..draw.plot import BEHIND, pose, raster, shading
+from ..draw.plot import both_sides, pose
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
 from ..io.gifti import structure_of
@@ -209,9 +209,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
     view = (pose(v) if side is None else side).T
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
-    tiles = [raster(y @ turn, mesh.f, colours * shading(y, mesh.f, turn)[:, None], SIZE, folded)
-             for turn in (view, view * BEHIND) for y in (v, x)]
-    write_picture(path, np.concatenate(tiles, axis=1), force=True)
+    write_picture(path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True)
     return True
 
 

@@ -503,18 +503,19 @@ def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task:
         regions = (depth > 0).astype(np.int64) if atlas is None else next(iter(
             read_scalars(task.place(atlas.path)).values())).astype(np.int64)
         pairs = ((own, transfer(template, regions, own, labels=True)), (template, regions))
-        tiles = [_tile(surface, labels, view) for view in (side, side * BEHIND) for surface, labels in pairs]
-        drawn.append(np.concatenate(tiles, axis=1))
+        views = [_views(surface, labels, (side, side * BEHIND)) for surface, labels in pairs]
+        drawn.append(np.concatenate([tile for tiles in zip(*views, strict=True) for tile in tiles], axis=1))
     write_picture(path, np.concatenate(drawn), force=True)
     return True
 
 
-def _tile(surface: SphereMap, labels: IntArray, view: FloatArray) -> NDArray[np.uint8]:
-    """A view of a surface, grey by its folds, with the borders of labels."""
+def _views(surface: SphereMap, labels: IntArray, views: Sequence[FloatArray]) -> Iterator[NDArray[np.uint8]]:
+    """Views of a surface, grey by its folds, with the borders of labels."""
     v, f = surface.vertices, surface.faces
     depth = depth_potential(v, f, ell=_SULC)
     grey = np.clip(depth[f].mean(axis=1) / (4 * depth.std()) + 0.5, 0, 1)
-    colours = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
-    colours *= shading(v, f, view, _AMBIENT)[:, None]
-    colours[np.ptp(labels[f], axis=1) > 0] = _BORDER
-    return raster(v @ view, f, colours, _SIZE)
+    folds = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
+    for view in views:
+        colours = folds * shading(v, f, view, _AMBIENT)[:, None]
+        colours[np.ptp(labels[f], axis=1) > 0] = _BORDER
+        yield raster(v @ view, f, colours, _SIZE)

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....errors import FileError, MapError, MeshError, import_optional, one_line
 from ....groups.design import read_design, write_test
@@ -18,7 +17,7 @@ from ....groups.files import ARCHIVE, file_names, member_row, prepared, read_gro
 from ....groups.film import write_mode_film, write_series_film
 from ....groups.group import Group
 from ....groups.page import write_group_page, write_series_page
-from ....groups.permutation import LEVEL, permutation_test
+from ....groups.permutation import LEVEL, indicators, permutation_test
 from ....groups.series import series
 from ....groups.series_files import ARCHIVE as SERIES
 from ....groups.series_files import write_series
@@ -221,7 +220,7 @@ def _test(args: Namespace) -> Exit:
     found = Findings()
     for name, values in columns.items():
         args.progress.stage(f"testing {name}")
-        others = [other for key, each in columns.items() if key != name for other in _numbers(each)]
+        others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]
         test = permutation_test(group, values, covariates=np.column_stack(others) if others else None,
                                 permutations=args.permutations)
         safe = "".join(letter if letter.isalnum() else "_" for letter in name)
@@ -241,13 +240,6 @@ def _test(args: Namespace) -> Exit:
     found.add("written", f"{table}, and beside it arrays, surface and picture of each test")
     found.report(args)
     return Exit.OK
-
-
-def _numbers(values: NDArray[np.generic]) -> list[NDArray[np.float64]]:
-    """A covariate: itself, or a column for each of its levels but the first."""
-    if values.dtype.kind == "f":
-        return [values.astype(np.float64)]
-    return [(values == level).astype(np.float64) for level in np.unique(values)[1:]]
 
 
 def _earlier(table: Path) -> dict[str, tuple[object, ...]]:
