@@ -66,6 +66,7 @@ def test_archive_and_paper_are_of_the_authors_and_the_title_of_the_citation():
     assert re.findall(r"^  - name: (.+)$", (ROOT / "paper" / "paper.md").read_text("utf-8"), re.M) == authors
     assert f'\ntitle: "{deposit["title"]}"\n' in own
     assert f"\nversion: {deposit['version']}\n" in own
+    assert f"\ndate-released: {deposit['publication_date']}\n" in own
     assert f"\nlicense: {deposit['license']}\n" in own
     assert PROJECT["license"] == deposit["license"]
     assert PROJECT["keywords"] == deposit["keywords"]
