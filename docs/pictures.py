@@ -165,7 +165,8 @@ def flat_maps(path: Path) -> list[str]:
              fit(disk.image, np.eye(3)), f),
         Part(f"area-preserving disk\nareas differ by {np.abs(even.log_area_ratios()).mean():.0%}",
              fit(even.image, np.eye(3)), f),
-        Part(f"flat map\nlengths differ by {np.abs(flat.log_length_ratios()).mean():.0%}", fit(flat.image, np.eye(3)), f),
+        Part(f"flat map\nlengths differ by {np.abs(flat.log_length_ratios()).mean():.0%}",
+             fit(flat.image, np.eye(3)), f),
     ]  # fmt: skip
     return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
 

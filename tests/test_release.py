@@ -84,7 +84,7 @@ def test_the_workflow_runs_what_contributing_says_on_the_oldest_and_the_newest_v
     text = (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
     jobs = pytest.importorskip("yaml").safe_load(text)["jobs"]
     contributing = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    for command in ("python -m pytest", "ruff check igl_spheremap tests demos benchmarks && mypy",
+    for command in ("python -m pytest", "ruff check igl_spheremap tests demos benchmarks docs && mypy",
                     "sphinx-build -W -b html docs docs/_build", ".ci/release"):
         assert command in contributing
         assert f"- run: {command}" in text

@@ -18,9 +18,9 @@ result = ism.spherical_conformal_map(v, f)
 assert result.certificate.folding_free
 
 # %%
-# Squares of the sphere, as many around a tip that the map shrinks most as around another one: the logarithm of a chart
-# that has one of them at 0 and the other at infinity is conformal, too. Faces are divided, so that squares have straight
-# sides.
+# Squares on the sphere, the same number around each of two tips: the logarithm of a chart that has one tip at 0 and the
+# other at infinity is conformal, too. One is the tip that the map shrinks most. Faces are divided, so that squares have
+# straight sides.
 
 x, factor = result.sphere, result.conformal_factor()
 one = int(np.argmin(factor))
