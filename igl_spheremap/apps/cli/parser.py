@@ -8,7 +8,7 @@ import ast
 import difflib
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -356,8 +356,8 @@ class _Parser(ArgumentParser):
         (file or sys.stderr).write(message)
 
 
-def build_parser() -> _Parser:
-    """The parser of the command line."""
+def build_parser(words: Collection[str] | None = None) -> _Parser:
+    """The parser of the command line; with its words, commands not among them get no arguments, which takes time."""
     suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
     parser = _Parser(
         prog="igl-spheremap",
@@ -379,7 +379,7 @@ def build_parser() -> _Parser:
             epilog=f"{_examples(command.examples)}\n{status_help(command.module == 'plane')}",
             formatter_class=RawDescriptionHelpFormatter,
         )
-        for names, options in command.arguments:
+        for names, options in command.arguments if words is None or command.name in words else ():
             subparser.add_argument(*names, **options)
         subparser.set_defaults(row=command)
     return parser

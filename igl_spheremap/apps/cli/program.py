@@ -53,7 +53,7 @@ def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> in
     """
     from .parser import build_parser
 
-    parser = build_parser()
+    parser = build_parser(words)
     if not words:
         parser.print_help(sys.stdout)
         return Exit.OK
