@@ -20,8 +20,6 @@ R = TypeVar("R")
 #: Control characters, ends of lines, and marks that turn the direction of writing.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
-
-
 #: Options of repairs, in the order in which these are made.
 _REPAIRS = ("weld", "keep_largest", "holes", "handles", "cut")
 
@@ -50,7 +48,7 @@ class Remedy:
 
 
 class MeshError(ValueError):
-    """The input is not a closed, oriented, connected genus-0 triangle mesh.
+    """A mesh, or an array that goes with it, is not what a call takes; most take a closed genus-0 triangle mesh.
 
     The message is one line: what is wrong, where (the first indices), and what repairs it.
 
@@ -58,7 +56,7 @@ class MeshError(ValueError):
     ----------
     remedy : dict or None
         Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``; of errors of
-        disks those of `repair_disk`. None where it can't, or the error is of something else.
+        disks those of `repair_disk`. None, the default, where it can't, or the error is of something else.
     """
 
     def __init__(self, message: object = "", remedy: Mapping[str, Any] | None = None) -> None:
@@ -76,7 +74,7 @@ class MapError(RuntimeError):
     Attributes
     ----------
     result : SphereMap or None
-        The map as far as it came, with its certificate, so that nothing is lost.
+        The map as far as it came, with its certificate, so that nothing is lost; None, the default, if there is none.
     """
 
     def __init__(self, message: str, result: Any = None) -> None:

@@ -50,12 +50,12 @@ def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> Fl
     array = array.reshape(n_vertices, -1).astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
     if len(bad):
-        raise MeshError(f"{name} are not finite at {len(bad)} vertices, e.g. {bad[:3].tolist()}; fill them in")
+        raise MeshError(f"{name} are not finite at {count(bad, 'vertex', 'vertices')}, {examples(bad)}; fill them in")
     return array
 
 
 def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions", columns: int = 3) -> FloatArray:
-    """Real numbers of any dtype, byte order and layout as a C-contiguous (n, 3) float64 array, finite or not.
+    """Real numbers of any dtype, byte order and layout as C-contiguous (n, columns) float64 rows, finite or not.
 
     Raises MeshError for anything else, for numbers that float64 would round, so that every verdict is of the numbers
     that were given, and for another number of rows than `n_vertices` where that is given.
@@ -80,7 +80,7 @@ def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArr
         large = np.abs(rows) >= _LARGEST_WHOLE
         if isinstance(given, np.ndarray) or not large.any():
             return np.zeros(rows.shape, dtype=bool)
-        # Of whole numbers beside others in a list numpy makes float64, too.
+        # Numpy has rounded whole numbers already where a list mixes them with floats: compare the list itself.
         each = np.array(given, dtype=object)
         large[large] = [isinstance(a, (int, np.integer)) and int(a) != int(b)
                         for a, b in zip(each[large], rows[large].tolist(), strict=True)]
@@ -122,6 +122,7 @@ def check_triangles(f: ArrayLike) -> IntArray:
 
 
 def _transposed(array: NDArray[Any]) -> str:
+    """A hint for errors where rows and columns seem to be swapped."""
     return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
 
 
@@ -131,6 +132,7 @@ def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
 
 
 def listed(items: NDArray[Any], most: int = 5) -> str:
+    """`0, 1, 2, 3, 4, ...`: the first whole numbers."""
     shown = ", ".join(str(int(item)) for item in items[:most])
     return shown + (", ..." if len(items) > most else "")
 
@@ -165,14 +167,15 @@ def place(points: FloatArray, v: FloatArray) -> str:
     >>> place(np.array([[2, 4, 1], [2, 4.001, 3]]), 100 * np.eye(3))
     '(2, 4, 2)'
     """
-    own, unit = own_unit(v)
-    size = float(np.ldexp(np.ptp(own, axis=0).max(), unit))
+    own, power = own_unit(v)
+    size = float(np.ldexp(np.ptp(own, axis=0).max(), power))
     digits = 3 - math.floor(math.log10(size)) if 0 < size < math.inf else 3
-    mean = np.ldexp(np.ldexp(points, -unit).mean(axis=0), unit)
+    mean = np.ldexp(np.ldexp(points, -power).mean(axis=0), power)
     return "(" + ", ".join(f"{round(x, digits) + 0.0:.12g}" for x in mean.tolist()) + ")"  # no negative zeros
 
 
 def examples(indices: NDArray[Any]) -> str:
+    """`e.g. 7, 8, 9`: three of some indices."""
     return "e.g. " + listed(indices, 3).removesuffix(", ...")
 
 

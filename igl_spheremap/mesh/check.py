@@ -20,9 +20,11 @@ from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
 from .timings import stage
 
 _EPS = np.finfo(float).eps
-#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale.
+#: Least ratio of area to squared extent. Faces on a line have areas of up to eps times their longest sides, which add up
+#: to some hundreds of extents: below, the area is rounding, and the extent sets the scale.
 _FLAT = 512 * _EPS
-#: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all.
+#: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all, and what is
+#: added changes the sum in the ninth digit at most.
 _LEAST_AREA = 1e-9
 
 
@@ -268,7 +270,7 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
     v = np.ascontiguousarray(vertices.T) / (size or 1.0)  # long inner loops
     v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
     extent = float(np.abs(v).max())
-    if extent < 4 * _EPS:
+    if extent < 4 * _EPS:  # coordinates of up to 1 that differ by rounding
         raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent")
     v /= extent
     areas = face_areas(v.T, f)

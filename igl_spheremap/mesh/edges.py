@@ -1,4 +1,8 @@
-"""The half-edges of a closed mesh, which are the pattern of its sparse matrices; faces at vertices; components."""
+"""The half-edges of a closed mesh, which are the pattern of its sparse matrices; faces at vertices; components.
+
+Half-edges have one of two numberings, both used below: 3 i + k is the side of face i opposite corner k in matrices
+(`HalfEdges`, `operators.flips.twins`), the side from corner k to the next elsewhere (`shared_edges`).
+"""
 
 from __future__ import annotations
 
@@ -27,9 +31,9 @@ class HalfEdges:
         A copy of the faces.
     indptr, indices : int32 arrays
         The pattern, as of `scipy.sparse.csr_matrix`.
-    half : (6 n - 12 + n,) int32 array
+    half : (7 n - 12,) int32 array
         Of each entry, the half-edge that runs from its row to its column.
-    twin : (6 n - 12 + n,) int32 array
+    twin : (7 n - 12,) int32 array
         The half-edge that runs back.
     diagonal : (n,) int32 array
         The entry on the diagonal of each row.
@@ -47,7 +51,7 @@ class HalfEdges:
 
 
 def marked(rows: IntArray, n: int) -> BoolArray:
-    """Which of n vertices are among the given ones, which may be the corners of some faces."""
+    """Whether each of n vertices is among the given ones; these may be corners of faces, of any shape."""
     mask = np.zeros(n, dtype=bool)
     mask[rows] = True
     return mask

@@ -17,7 +17,8 @@ from .seam import TIPS
 from .surface import Surface, holes_text
 from .welding import weld_tolerance
 
-#: Least share of the faces that the largest component has where the others may be dropped: smaller ones are pieces.
+#: Share of the faces that the largest component must have for the others to be dropped. If even it is smaller, the mesh
+#: is a heap of pieces, none of which is the surface. A tenth is a choice: real files have one large part, or hundreds.
 _LEAST_PART = 0.1
 
 

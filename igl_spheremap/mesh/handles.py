@@ -39,10 +39,10 @@ def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
         found = [loops.shortest(_evenly_spaced(loop, _ROOTS), reach) for loop in basis]
         for loop in sorted((loops.tightened(loop) for loop in found if loop is not None), key=loops.length):
             loops.cut(loop)  # unless it meets another one that was shorter
-        alone = [loop for loop, near in zip(basis, found, strict=True) if near is None]
-        if loops.cuts and len(alone) == len(basis):
+        without = [loop for loop, short in zip(basis, found, strict=True) if short is None]
+        if loops.cuts and len(without) == len(basis):
             break
-        basis, reach = alone, 2 * reach
+        basis, reach = without, 2 * reach
     return loops.cuts
 
 
@@ -80,7 +80,7 @@ class _Loops:
         entries.data = np.arange(1, len(self._edge) + 1)
         self._entries = entries
         distance, self._previous = dijkstra(self._graph, indices=0, return_predecessors=True)
-        self._crossing = self._dual_loops(distance, there // 3, back // 3, len(f))
+        self._leftover, self._crossing = self._dual_loops(distance, there // 3, back // 3, len(f))
         rank = len(self._leftover)
         self._functionals = np.eye(rank, dtype=np.int64)  # of classes: 0 on the loops that were cut
         self._rng = np.random.default_rng(0)
@@ -88,36 +88,36 @@ class _Loops:
         self.cuts: list[IntArray] = []
         self._draw_functional()
 
-    def _dual_loops(self, distance: FloatArray, left: IntArray, right: IntArray, m: int) -> csr_matrix:
-        """How often, with sign, each dual loop crosses each edge from its left face to its right one."""
+    def _dual_loops(self, distance: FloatArray, left: IntArray, right: IntArray, m: int) -> tuple[IntArray, csr_matrix]:
+        """The edges in neither tree, and how often, with sign, each dual loop crosses each edge from left to right."""
         previous, tail, head = self._previous, self._tail, self._head
         free = np.flatnonzero((previous[tail] != head) & (previous[head] != tail))
         around = (distance[tail] + distance[head] + self._length)[free]
-        free = free[np.argsort(-around, kind="stable")]  # the longest first: short loops are left
+        free = free[np.argsort(-around, kind="stable")]  # the tree takes the longest, so that leftover edges close short loops
         pair = np.minimum(left, right)[free] * m + np.maximum(left, right)[free]
         _, first = np.unique(pair, return_index=True)  # two faces may share two edges
         pair, edge = pair[np.sort(first)], free[np.sort(first)]
         weights = np.arange(1, len(pair) + 1)
         dual = minimum_spanning_tree(csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))).tocoo()
         tree = edge[dual.data.astype(np.int64) - 1]
-        self._leftover = np.setdiff1d(free, tree)
+        leftover = np.setdiff1d(free, tree)
         links = coo_matrix((np.ones(len(tree)), (left[tree], right[tree])), shape=(m, m)).tocsr()
         _, parent = breadth_first_order(links, 0, directed=False, return_predecessors=True)
         up, sign = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
         outward = parent[left[tree]] == right[tree]
         up[left[tree[outward]]], sign[left[tree[outward]]] = tree[outward], 1
         up[right[tree[~outward]]], sign[right[tree[~outward]]] = tree[~outward], -1
-        rank = len(self._leftover)
-        rows, columns, values = [self._leftover], [np.arange(rank)], [np.ones(rank, dtype=np.int64)]
+        rank = len(leftover)
+        rows, columns, values = [leftover], [np.arange(rank)], [np.ones(rank, dtype=np.int64)]
         above = parent.tolist()
-        for k, edge_left in enumerate(self._leftover.tolist()):
+        for k, edge_left in enumerate(leftover.tolist()):
             for face, way in ((int(right[edge_left]), 1), (int(left[edge_left]), -1)):
                 path = np.array(_to_root(above, face)[:-1], dtype=np.int64)
                 rows.append(up[path])
                 columns.append(np.full(len(path), k))
                 values.append(way * sign[path])
         entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return csr_matrix(entries, shape=(len(tail), rank))
+        return leftover, csr_matrix(entries, shape=(len(tail), rank))
 
     @property
     def uncut(self) -> int:

@@ -23,7 +23,7 @@ _SHORT = 1e-70
 FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
 #: Vectors shorter than this have lost digits of their length, for its square underflows.
 _SHORTEST = np.sqrt(np.finfo(float).tiny)
-#: Sums of unit vectors shorter than this are rounding.
+#: Sums of unit vectors shorter than this are rounding, of up to 4,096 of them.
 _CANCELLED = 4096 * np.finfo(float).eps
 
 

@@ -37,12 +37,14 @@ def repair_disk(
         Vertex positions, any units.
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
-    weld, keep_largest
-        As of `repair_mesh`.
+    weld : float
+        Distance as of `repair_mesh`, in diagonals of the bounding box; 0 by default.
+    keep_largest : bool
+        As of `repair_mesh`: by default several components are refused.
     holes : {"refuse", "fill"}
-        "fill" closes each hole by a cap, but the one of `rim`; with `cut` all of them.
+        "fill" closes each hole by a cap, but the one of `rim`; with `cut` all of them. By default they are refused.
     handles : {"refuse", "cut"}
-        With `cut`: "cut" first cuts each handle and fills both sides.
+        With `cut`: "cut" first cuts each handle and fills both sides. By default handles are refused.
     rim : int or (3,) array_like, optional
         The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
     cut : int or (k,) array_like of int, optional
@@ -131,11 +133,11 @@ def _point(rim: ArrayLike | None, v: FloatArray) -> FloatArray | None:
 
 def _kept(work: Surface, near: FloatArray | None) -> int:
     """The boundary loop that stays: the longest, or the one nearest to a point."""
-    own, unit = own_unit(work.v)
+    own, power = own_unit(work.v)
     loops = [own[rim] for rim in work.rims]
     if near is None:
         return int(np.argmax([np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum() for loop in loops]))
-    return int(np.argmin([np.linalg.norm(loop - np.ldexp(near, -unit), axis=1).min() for loop in loops]))
+    return int(np.argmin([np.linalg.norm(loop - np.ldexp(near, -power), axis=1).min() for loop in loops]))
 
 
 def _images(work: Surface, points: IntArray) -> IntArray:

@@ -13,6 +13,8 @@ from .measure import corner_angles, enclosed_volume, face_areas
 
 #: Distance of vertices that nearly coincide, in diagonals of the bounding box: files with six digits hold no less.
 _NEAR = 1e-6
+#: Share of the mean area up to which a face has none: sides that are off by eps leave about as much.
+_NO_AREA = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
         smallest_angle=float(np.degrees(angles.min())),
         largest_angle=float(np.degrees(angles.max())),
         slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
-        zero_area_faces=int((areas <= 4 * np.finfo(float).eps * areas.mean()).sum()),
+        zero_area_faces=int((areas <= _NO_AREA * areas.mean()).sum()),
         non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),  # the sum is pi in rectangles, to rounding
         coincident_vertices=n - len(places),
         near_vertices=int((nearest < _NEAR * np.linalg.norm(np.ptp(p, axis=0))).sum()),

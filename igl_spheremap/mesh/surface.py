@@ -6,7 +6,7 @@ import igl
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place
-from .edges import components, direction_components, edge_keys, next_corners, shared_edges
+from .edges import components, direction_components, edge_keys, marked, next_corners, shared_edges
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
 from .measure import enclosed_volume
@@ -90,8 +90,7 @@ class Surface:
         return number
 
     def _drop_unreferenced(self) -> None:
-        used = np.zeros(len(self.v), dtype=bool)
-        used[self.f] = True
+        used = marked(self.f, len(self.v))
         given = np.arange(len(self.image))
         lost = ~used[given] & (self.image == given)  # those that were welded are not lost
         number = np.where(used, np.cumsum(used) - 1, -1)
@@ -180,13 +179,13 @@ class Surface:
         """
         cuts: list[tuple[float, str]] = []
         while self.genus > 0:
-            own, unit = own_unit(self.v)
-            v, more = own_unit(own - own.mean(axis=0))  # libigl makes float32 of positions
+            own, power = own_unit(self.v)
+            v, further = own_unit(own - own.mean(axis=0))  # libigl makes float32 of positions
             loops = cutting_loops(v, self.f)
             middles = np.array([v[loop].mean(axis=0) for loop in loops])
             inside = np.abs(igl.fast_winding_number(v, self.f, middles)) > 0.5
             for loop, kind in zip(loops, np.where(inside, "handle", "tunnel"), strict=True):
-                length = np.ldexp(np.linalg.norm(v[loop] - v[np.roll(loop, 1)], axis=1).sum(), unit + more)
+                length = np.ldexp(np.linalg.norm(v[loop] - v[np.roll(loop, 1)], axis=1).sum(), power + further)
                 text = (f"a {kind} loop of {len(loop)} edges and length {length:.3g} near "
                         f"{place(self.v[loop], self.v)}")
                 cuts.append((length, text))
@@ -198,13 +197,13 @@ class Surface:
             self.actions.append(f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}")
 
     def _close_rims(self) -> None:
-        own, unit = own_unit(self.v)
+        own, power = own_unit(self.v)
         v, f, n = [self.v], [self.f], len(self.v)
         after = np.concatenate([np.roll(rim, -1) for rim in self.rims])
         onward = conormals(own, self.f, np.concatenate(self.rims), after)
         for rim, out in zip(self.rims, np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]), strict=True):
             points, faces = cap(own[rim], out)
-            v.append(np.ldexp(points, unit))
+            v.append(np.ldexp(points, power))
             f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
             n += len(points)
         self.rims = []

@@ -277,7 +277,7 @@ def test_refusals(ball):
     n = len(values)
     with pytest.raises(ism.MeshError, match=r"features of the source have shape \(3,\)"):
         ism.register(fixed, fixed, features=([1, 2, 3], values))
-    with pytest.raises(ism.MeshError, match=r"features of the target are not finite at 1 vertices"):
+    with pytest.raises(ism.MeshError, match=r"features of the target are not finite at 1 vertex,"):
         ism.register(fixed, fixed, features=(values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0])))
     with pytest.raises(ism.MeshError, match="features of the target are constant in column 0"):
         ism.register(fixed, fixed, features=(values[:, 0], np.full(n, 3.0)))
