@@ -20,8 +20,8 @@ from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
 from .timings import stage
 
 _EPS = np.finfo(float).eps
-#: Least ratio of area to squared extent. Faces on a line have areas of up to eps times their longest sides, which add up
-#: to some hundreds of extents: below, the area is rounding, and the extent sets the scale.
+#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale. Of samples that
+#: are projected to a line it is 11 to 61 eps.
 _FLAT = 512 * _EPS
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all, and what is
 #: added changes the sum in the ninth digit at most.

@@ -18,7 +18,7 @@ from .surface import Surface, holes_text
 from .welding import weld_tolerance
 
 #: Share of the faces that the largest component must have for the others to be dropped. If even it is smaller, the mesh
-#: is a heap of pieces, none of which is the surface. A tenth is a choice: real files have one large part, or hundreds.
+#: is a heap of pieces, none of which is the surface. A tenth is a choice.
 _LEAST_PART = 0.1
 
 

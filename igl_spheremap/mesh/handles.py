@@ -93,7 +93,7 @@ class _Loops:
         previous, tail, head = self._previous, self._tail, self._head
         free = np.flatnonzero((previous[tail] != head) & (previous[head] != tail))
         around = (distance[tail] + distance[head] + self._length)[free]
-        free = free[np.argsort(-around, kind="stable")]  # the tree takes the longest, so that leftover edges close short loops
+        free = free[np.argsort(-around, kind="stable")]  # the tree takes those that close the longest loops
         pair = np.minimum(left, right)[free] * m + np.maximum(left, right)[free]
         _, first = np.unique(pair, return_index=True)  # two faces may share two edges
         pair, edge = pair[np.sort(first)], free[np.sort(first)]

@@ -20,8 +20,8 @@ _GROWTH = 1.6
 #: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims
 #: (`python -m benchmarks open_surfaces --holes`).
 _ONWARD = 2
-#: Averages (1, 2, 1) / 4 over the directions at the edges of a jagged rim: four shrink jags of two, three and four edges
-#: to 0, .004 and .06 of their size.
+#: Averages (1, 2, 1) / 4 over the directions at the edges of a jagged rim: four shrink jags of two, three and four
+#: edges to 0, .004 and .06 of their size.
 _SMOOTHINGS = 4
 _TINY = np.finfo(np.float64).tiny
 

@@ -38,7 +38,7 @@ def repair_disk(
     f : (m, 3) array_like
         Faces as 0-based vertex indices.
     weld : float
-        Distance as of `repair_mesh`, in diagonals of the bounding box; 0 by default.
+        Distance as of `repair_mesh`, a share of the diagonal of the bounding box; 0 by default.
     keep_largest : bool
         As of `repair_mesh`: by default several components are refused.
     holes : {"refuse", "fill"}

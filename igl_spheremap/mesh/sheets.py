@@ -10,8 +10,8 @@ from .arrays import BoolArray, FloatArray, IntArray
 from .edges import components, shared_edges
 from .measure import enclosed_volume
 
-#: Rounds of pairing at most: an edge that is still non-manifold after bodies were separated joins them in the next round,
-#: which may make neighbouring edges non-manifold. Of 300 random bodies of voxels none took more than two.
+#: Rounds of pairing at most: an edge that is still non-manifold after bodies were separated joins them in the next
+#: round, which may make neighbouring edges non-manifold. Of 300 random bodies of voxels none took more than two.
 _ROUNDS = 4
 
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
 
-#: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips. Meshes that no bound
-#: stopped took up to 60 rounds and 5 flips a face; without bounds, rounding can flip edges back and forth for ever.
+#: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
+#: one for the whole mesh, as small ones may take more for each. Meshes that no bound stopped took up to 60 rounds and
+#: 5 flips a face; without bounds, rounding can flip edges back and forth for ever.
 _ROUNDS = 400
-_FLIPS_PER_FACE, _FLIPS_AT_LEAST = 6, 100_000
+_FLIPS_PER_FACE, _FLIPS_BESIDE = 6, 100_000
 #: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.
 _TOLERANCE = 1e-12
 
@@ -26,7 +27,7 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
     lengths, f = lengths.copy(), f.copy()
     twin = twins(f)
     changed = np.arange(len(f))
-    flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_AT_LEAST
+    flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_BESIDE
     for _ in range(_ROUNDS):
         h = _flippable(lengths, twin, changed)
         flips_left -= len(h)

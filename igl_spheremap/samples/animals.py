@@ -1,4 +1,4 @@
-"""Animals: smooth bodies with limbs, whose Gauss maps fold badly."""
+"""Animals: smooth bodies with limbs, whose Gauss maps fold badly. Their knots and radii are chosen by eye."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _BUNNY_BODY = (  # x (forward), y (left), z (up), radius; from the rump to the n
 )
 _BUNNY_HEAD = ((0.95, 0.0, 2.2, 0.42), (1.25, 0.0, 2.42, 0.56), (1.6, 0.0, 2.34, 0.48), (1.88, 0.0, 2.22, 0.34))
 _BUNNY_TAIL = ((-1.75, 0.0, 0.75, 0.26), (-1.98, 0.0, 0.86, 0.31))
-_BUNNY_EAR = (  # the left one, as all that follow
+_BUNNY_EAR = (  # ear, haunch, legs and eye: the left ones
     (1.02, 0.22, 2.8, 0.17),
     (0.88, 0.32, 3.15, 0.25),
     (0.68, 0.44, 3.6, 0.29),

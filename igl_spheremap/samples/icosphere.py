@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
+from . import MOST_VERTICES
 
 
 @own_errstate
@@ -25,7 +26,7 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_number(n_vertices, "n_vertices", 12, 1e9)
+    check_number(n_vertices, "n_vertices", 12, MOST_VERTICES)
     k = max(round(float(np.sqrt((n_vertices - 2) / 10.0))), 1)
     corners, sides = igl.icosahedron()
     weight, triangles = _lattice(k)

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
+from . import MOST_VERTICES
 
 _NEGLIGIBLE = 20.0  # limbs this many blend lengths apart are not blended: exp(-20) = 2e-9
 
@@ -52,7 +53,7 @@ def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = 
 
     k = np.array(knots, dtype=np.float64)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(k[:, :3], axis=0), axis=1))])
-    s = np.linspace(0.0, length[-1], 8 * (len(k) - 1) + 1)
+    s = np.linspace(0.0, length[-1], 8 * (len(k) - 1) + 1)  # eight straight pieces a knot look smooth
     return Limb(CubicSpline(length, k[:, :3])(s), PchipInterpolator(length, k[:, 3])(s), squash)
 
 
@@ -100,7 +101,7 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
     keep the triangles' shape.
     """
     v, f = _march(field, box, detail)
-    check_number(n_vertices, "n_vertices", len(v) // 3, 1e9)
+    check_number(n_vertices, "n_vertices", len(v) // 3, MOST_VERTICES)  # coarser grids lose limbs
     levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
     scale = detail * np.sqrt(len(v))
     for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; one a little finer is unlikely to

@@ -11,7 +11,12 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
+from . import MOST_VERTICES
 from .rings import loft
+
+#: Points of the profile from which arc lengths are interpolated, to 1e-8 of the length; and at which a radius is
+#: tested.
+_PROFILE, _TESTED = 20001, 1001
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class SurfaceOfRevolution:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.half_length) and self.half_length > 0.0):
             raise ValueError(f"half_length must be positive, not {self.half_length}")
-        if not np.all(self._rho(np.linspace(-1.0, 1.0, 1001)) > 0.0):
+        if not np.all(self._rho(np.linspace(-1.0, 1.0, _TESTED)) > 0.0):
             raise ValueError(f"the radius polynomial {self.radius} is not positive on all of [-1, 1]")
 
     @own_errstate
@@ -68,7 +73,7 @@ class SurfaceOfRevolution:
         v : (n, 3) float64 ndarray
         f : (m, 3) int64 ndarray
         """
-        colatitude = np.linspace(np.pi, 0.0, 20001)
+        colatitude = np.linspace(np.pi, 0.0, _PROFILE)
         profile = self.embed(np.stack([np.sin(colatitude), 0.0 * colatitude, np.cos(colatitude)], axis=1))
         chord = np.linalg.norm(np.diff(profile, axis=0), axis=1)
         arc = np.concatenate([[0.0], np.cumsum(chord)])
@@ -167,7 +172,7 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_number(n_vertices, "n_vertices", 100, 1e9)
+    check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     check_number(aspect, "aspect", 0.02, 50)
     return SurfaceOfRevolution(half_length=aspect).mesh(n_vertices)
 
@@ -188,7 +193,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_number(n_vertices, "n_vertices", 300, 1e9)
+    check_number(n_vertices, "n_vertices", 300, MOST_VERTICES)
     check_number(waist, "waist", 0.05, 2)
     return SurfaceOfRevolution(half_length=2.5, radius=(waist, 0.0, 2.0)).mesh(n_vertices)
 
@@ -207,5 +212,5 @@ def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
     """
-    check_number(n_vertices, "n_vertices", 100, 1e9)
+    check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     return SurfaceOfRevolution(half_length=1.4, radius=(1.0, -0.4, 0.1, 0.2)).mesh(n_vertices)

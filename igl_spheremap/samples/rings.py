@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
+from . import MOST_VERTICES
 
 _TUBE = 0.22  # radius of the tube, where that of the coil is 1
 _PITCH = 0.8  # rise in one turn
@@ -33,7 +34,7 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     f : (m, 3) int64 ndarray
     """
     check_number(turns, "turns", 0.1, 100)
-    check_number(n_vertices, "n_vertices", 100 + 60 * turns, 1e9)
+    check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)  # 18 rings of 3 vertices a turn
     length = turns * np.hypot(2.0 * np.pi, _PITCH)
     quarter = 0.5 * np.pi * _TUBE
 

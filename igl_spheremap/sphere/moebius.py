@@ -16,10 +16,16 @@ from ..mesh.timings import stage
 from .rows import row_dots, weighted_moment, weighted_sum
 
 _EPS = np.finfo(float).eps
-#: Squared length beyond which a Moebius centre is on the boundary of the ball, to rounding.
+#: Squared length beyond which a Moebius centre is on the boundary of the ball: 1 - |c|^2, by which a Moebius map
+#: scales, has less than three digits left.
 _BOUNDARY = 1 - 512 * _EPS
-#: Length of the weighted mean below which weights are balanced; Newton steps at most (no map took more than 12).
-_BALANCED, _STEPS = 1e-12, 50
+#: Length of the weighted mean below which weights are balanced: it can't be seen, and sums over a million
+#: vertices are off by 1e-17.
+_BALANCED = 1e-12
+#: Newton steps at most; no map took more than 12.
+_STEPS = 50
+#: Newton steps longer than the first are shortened by tanh, of lengths up to the second: to .96 of the ball's radius.
+_LONG, _LONGEST = 0.5, 2.0
 #: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
 _SHORTEST = 1e-14
 #: Added to the Hessian's diagonal, whose mean is 4/3: weights at one point, where it vanishes, leave it regular.
@@ -77,8 +83,8 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
         hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _RIDGE * np.eye(3)  # algorithm (19)
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
-        if length > 0.5:
-            step = step * (np.tanh(min(length, 2.0)) / length)  # tanh keeps it inside the unit ball
+        if length > _LONG:
+            step = step * (np.tanh(min(length, _LONGEST)) / length)  # tanh keeps it inside the unit ball
         while True:
             trial = _compose(centre, step)
             if trial @ trial > _BOUNDARY:

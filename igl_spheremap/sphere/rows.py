@@ -177,7 +177,7 @@ def tangent_axes(x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def column_axes(columns: FloatArray) -> FloatArray:
-    """The same (2, 3, n) for unit vectors (3, n)."""
+    """Two unit vectors (2, 3, n) across each of the unit vectors (3, n), see `tangent_axes`."""
     x, y, z = columns
     s = np.where(z < 0, -1.0, 1.0)  # Duff et al. 2017, Building an Orthonormal Basis, Revisited
     p = -1 / (s + z)

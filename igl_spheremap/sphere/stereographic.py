@@ -26,7 +26,7 @@ def logarithm(z: ComplexArray | complex) -> ComplexArray:
 
 
 def exponential(log: ComplexArray) -> ComplexArray:
-    """Numbers of given logarithms, none larger than what is as good as infinite."""
+    """Numbers of given logarithms, none larger than `INFINITE`."""
     return np.asarray(np.exp(np.minimum(log.real, np.log(INFINITE)) + 1j * log.imag))
 
 

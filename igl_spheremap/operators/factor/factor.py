@@ -22,12 +22,14 @@ from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
-#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, less fill on folded surfaces.
+#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, less fill on folded surfaces
+#: (benchmarks/tried.md, orders and factorisations).
 _CHOLMOD_DISSECTS_FROM = 100_000
-#: Unknowns from which on SuperLU does: below, minimum degree fills and costs less; far above, its search takes longer
-#: than the factorisation.
+#: Unknowns from which on SuperLU takes nested dissection: below, minimum degree fills and costs less; far above, its
+#: search takes longer than the factorisation (benchmarks/tried.md, orders and factorisations).
 _SUPERLU_DISSECTS_FROM = 40_000
-#: Relative residual from which on SuperLU counts as having failed.
+#: Relative residual from which on SuperLU counts as having failed: half of the digits. Of the
+#: samples' Laplacians it is 7e-16 at most.
 _LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
@@ -291,11 +293,16 @@ def _factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
 def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
     """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
-    b = np.stack([np.ones_like(i), np.cos(i), np.cos(i * i % 1009.0)], axis=1)
+    b = np.stack([np.ones_like(i), np.cos(i), rough_vector(len(i))], axis=1)
     x = solve(b)
     backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
     if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:
         raise FactorisationFailed("SuperLU: the matrix is not numerically positive definite")
+
+
+def rough_vector(n: int) -> np.ndarray:
+    """A vector of n entries with parts in all directions, the same each time: cosines of squares modulo a prime."""
+    return np.cos(np.arange(n, dtype=np.float64) ** 2 % 1009.0)
 
 
 def reordered(order: np.ndarray, solve: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:

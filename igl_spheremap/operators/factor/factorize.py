@@ -22,7 +22,8 @@ _EXACT: dict[str, tuple[str, type[Analysis]]] = {
 }
 _MULTIGRID = "multigrid"
 
-#: Memory of a factor and of making it: the most that was measured (SuperLU, 240,000 vertices).
+#: Memory of a factor and of making it: the most that was measured, of SuperLU with 240,000 vertices (`python -m
+#: benchmarks factors`).
 _BYTES_PER_UNKNOWN = 3_000
 
 
@@ -87,7 +88,8 @@ def _chosen(backend: str) -> str:
     if backend not in (*_EXACT, _MULTIGRID):
         raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join((*_EXACT, _MULTIGRID))}")
     if backend not in available:
-        raise ValueError(f"backend {backend!r} needs {_EXACT[backend][0]}, which is not installed")
+        raise ValueError(f"backend {backend!r} needs {_EXACT[backend][0]}, which is not installed; install it, or "
+                         f"choose {' or '.join(map(repr, available))}")
     return backend
 
 

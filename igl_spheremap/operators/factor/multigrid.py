@@ -19,7 +19,7 @@ import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
 from .conjugate_gradients import Rows, by_rows, conjugate_gradients, times
-from .factor import Factor, Solver, SuperLU, factorise_by, reordered
+from .factor import Factor, Solver, SuperLU, factorise_by, reordered, rough_vector
 from .graph_sphere import aggregate
 from .ordering import bandwidth_order, renumbered
 
@@ -105,7 +105,7 @@ def _largest_eigenvalue(A: sp.csr_matrix, diagonal: np.ndarray) -> float:
 
     A smoother needs no more than that, and Lanczos iteration, as Gu and Yau's descent has it, would take longer.
     """
-    x = np.cos(np.arange(len(diagonal), dtype=np.float64) ** 2 % 1009.0)  # rough: squares modulo a prime
+    x = rough_vector(len(diagonal))
     for _ in range(_POWER_STEPS):
         x = A @ (x / np.sqrt(np.einsum("i,i->", x, x))) / diagonal  # no BLAS, see `rows.py`
     return float(np.sqrt(np.einsum("i,i->", x, x)))
