@@ -19,7 +19,8 @@ from .problem import Problem
 
 #: Steps over which a plateau is judged: Barzilai-Borwein energies oscillate with periods of tens.
 _WINDOW = 100
-#: Of map and energy, and over how many steps: xtol, ftol and nt of OptStiefelGBB.
+#: Changes of map and energy that are small, and the number of steps whose mean is looked at: xtol, ftol and nt of Wen
+#: and Yin's program OptStiefelGBB.
 _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 
 
@@ -31,7 +32,7 @@ class Minimum:
     status: Status
 
     def centred(self, problem: Problem) -> Minimum:
-        """In the gauge of the result, unless rounding there folds a face of a map without foldings."""
+        """The minimum in the gauge of the result, unless rounding there folds a face of a map without foldings."""
         x = problem.centred(self.last.x)
         folded, were_folded = (folded_faces(y, problem.f).any() for y in (x, self.last.x))
         if folded and not were_folded:

@@ -222,7 +222,8 @@ def remove_boosts(
     shared = weights if share is None else weights * share
     total = shared.sum()
     gram = total * np.eye(3) - weighted_moment(shared, x, x)  # inner products of the three boosts
-    e = np.linalg.solve(gram + 1e-14 * total * np.eye(3), weighted_sum(weights, t))
+    ridge = 1e-14 * total * np.eye(3)  # of a map to one point the sum is singular
+    e = np.linalg.solve(gram + ridge, weighted_sum(weights, t))
     if share is None:
         return t - e + along(x, e)[:, None] * x
     return t - share[:, None] * (e - along(x, e)[:, None] * x)

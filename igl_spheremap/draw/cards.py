@@ -80,8 +80,7 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
             f'<script type="application/json" class="cards">{data}</script><script>{code}</script>')
 
 
-def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str,
-              nouns: str) -> str:
+def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str, nouns: str) -> str:
     """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
 
     Empty where no value is finite.

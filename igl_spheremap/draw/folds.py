@@ -18,7 +18,8 @@ SEEN = 3.0
 MANY = 0.1
 #: Folded faces of an image are drawn nearer to the viewer by this share of its radius: no face of it hides them.
 NEARER = 0.1
-#: The same where they are only not to be mixed with faces of other colours, which lie at the same place.
+#: Other folded faces, and all where they are many, are drawn nearer by this share: it keeps their colours from mixing
+#: with those of faces at the same place.
 ABOVE = 0.004
 
 

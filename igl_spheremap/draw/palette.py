@@ -41,7 +41,8 @@ _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
 #: Percentage of the logarithms of area ratios, and of conformal factors, that lie within their colours.
 WITHIN = 60
-#: Where all areas agree, differences of less than a percent stay white.
+#: Where all areas agree, differences of less than a percent stay white: the logarithm of a factor that is rounded up to
+#: 1.01; that of 1.01 itself would be rounded up to 1.02.
 _LEAST = 0.0099
 #: Factors of areas are written out up to this power of ten.
 _POWERS = 5

@@ -47,7 +47,7 @@ def _png(figure: Any) -> bytes:
 
 
 def plot_angles(ax: Any, differences: FloatArray) -> None:
-    """Histogram of angle differences; it leaves out half a percent."""
+    """Histogram of angle differences; the outermost half percent are in bars of their own."""
     size = np.abs(differences)
     _histogram(ax, differences.ravel(), "of the corners")
     ax.set_xlabel("image minus source, degrees", fontsize=SMALL)
@@ -59,7 +59,7 @@ def plot_angles(ax: Any, differences: FloatArray) -> None:
 
 
 def plot_areas(ax: Any, ratios: FloatArray) -> None:
-    """Histogram of logarithms of area ratios; it leaves out half a percent."""
+    """Histogram of logarithms of area ratios; the outermost half percent are in bars of their own."""
     finite = np.abs(ratios[np.isfinite(ratios)])
     _histogram(ax, ratios[~np.isnan(ratios)], "of the faces")
     ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)

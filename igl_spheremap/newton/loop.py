@@ -24,7 +24,7 @@ _SHORTEST = 1e-3
 DAMPED = 3e-4
 #: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
 #: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
-#: With 3 and 30, 2 and 10, .03 and .3 these end alike to .3 percent in sum (the same command).
+#: With 3 and 30, 2 and 10, .03 and .3 the parts and bodies of `DAMPED` end alike to .3 percent in sum.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Added to a diagonal: without it a vertex whose faces have no weight is singular.
 _RIDGE = 1e-12
@@ -123,7 +123,7 @@ class LineSearch:
         return self.search(problem, x, model, factor)
 
     def search(self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor) -> Trial | None:
-        """The same with a factor of the model's Hessian."""
+        """The first of ever shorter steps that lowers the value enough, given a factor of the model's Hessian."""
         step = bordered_step(self.system, factor, model)
         slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
         self.predicted, self.length = -slope / 2, min(1.0, 2 * self.length)

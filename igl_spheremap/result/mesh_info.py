@@ -160,7 +160,7 @@ def mesh_findings(found: MeshInfo) -> list[Finding]:
         call = Remedy(options=found.repair).call
         rows.append(Finding("repair", f"{call} would do this: {'; '.join(found.actions)}", {}))
     elif found.error is not None:
-        rows.append(Finding("repair", "no option of repair_mesh makes a closed surface of genus 0 of it", {}))
+        rows.append(Finding("repair", "no option of repair_mesh makes it a closed surface of genus 0", {}))
     return rows
 
 

@@ -18,7 +18,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
 from .run import History, Iterate, Step
 
-#: Bytes of positions that a recording holds by default.
+#: Bytes of positions that a recording holds by default: 400 iterates of 40,000 vertices.
 BUDGET = 400_000_000
 #: Iterates on each side of the beginning of a stage that are never dropped: the step that leads there and the next one.
 _AROUND = 2

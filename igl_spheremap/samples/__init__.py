@@ -28,8 +28,6 @@ if TYPE_CHECKING:  # names for type checkers; at run time a module is imported w
 
     Arrays = tuple[FloatArray, IntArray]
 
-#: Vertices at most: a number typed with too many zeros ends in an error, and not in the swap file.
-MOST_VERTICES = 1e9
 _SHAPES = {
     "bird": "animals", "brain": "cortex", "bunny": "animals", "dino": "animals", "dumbbell": "revolution",
     "octopus": "animals", "pear": "revolution", "sphere": "icosphere", "spheroid": "revolution", "spring": "rings",

@@ -6,8 +6,8 @@ import igl
 import numpy as np
 
 from ..errors import check_number, own_errstate
+from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
-from . import MOST_VERTICES
 
 
 @own_errstate

@@ -15,7 +15,7 @@ from ..mesh.measure import angle_defects
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
-#: Halvings of a Newton step at most.
+#: Halvings of a Newton step at most: to 1e-12 of it.
 _HALVINGS = 40
 #: Added to the Hessian's diagonal, the first with which it can be factorised: a vertex whose faces are all broken has
 #: a row of zeros.

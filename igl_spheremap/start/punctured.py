@@ -56,7 +56,7 @@ class Start(NamedTuple):
 
 @stage("start")
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> Start:
-    """Map that is nearly conformal outside one face, by two solves; Moebius-centred to 1e-4 on the vertex areas.
+    """Map that is nearly conformal outside one face, by two solves; centred to `OFF_CENTRE` on the vertex areas.
 
     The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
     where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999

@@ -166,7 +166,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | No
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be.
 
-    Vertices without source area get the largest finite value, and none is below 1e-12 of the mean.
+    Vertices without source area get the largest finite value, and none is below 1e-12 of the mean: B_u stays definite.
     """
     image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.unit, mesh.f)
     factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
@@ -177,7 +177,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
 def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:
     """First three nontrivial pairs of A x = lambda B_u x, eq. (27), by shift-invert Lanczos iteration."""
     n = A.shape[0]
-    if n <= 8:  # too small for Lanczos
+    if n <= 8:  # too small for Lanczos: ARPACK keeps nine vectors for four pairs
         values, vectors = eigh(A.toarray(), B.toarray())
         return values[1:4], vectors[:, 1:4]
     P = (A - _SIGMA * B).tocsr()

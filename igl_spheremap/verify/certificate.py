@@ -153,9 +153,9 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     ----------
     x : (n, 3) or (n, 2) array_like or SphereMap
         Images of the vertices on the unit sphere, or in the plane; or a map, which needs no `f`.
-    f : (m, 3) array_like or Mesh
+    f : (m, 3) array_like or Mesh, optional
         Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh, or, for the plane, one with one
-        boundary loop and no handle.
+        boundary loop and no handle. By default those of `x`, a map.
 
     Returns
     -------
@@ -167,6 +167,8 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     MeshError
         If `f` is not such a mesh on the rows of `x`, or `x` is not an (n, 3) or (n, 2) array of real numbers, or one of
         them (longdouble, a large integer) would be rounded.
+    TypeError
+        If `f` is missing, and `x` is not a map.
 
     References
     ----------
@@ -213,11 +215,11 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
 
 
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
-    """Directions to count at: inside some faces of the image, then fixed ones."""
+    """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed."""
     proper = np.flatnonzero(signs)
     chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
     yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
-    # Points by the golden angle: on no edge of any mesh that was not made from them.
+    # Points by the golden angle: they lie on an edge of a mesh only if it was made from them.
     height = (np.arange(24) + 0.5) / 12 - 1
     turn = np.arange(24) * 2.399963229728653 + 0.1
     rim = np.sqrt(1 - height**2)

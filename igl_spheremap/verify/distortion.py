@@ -238,7 +238,8 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
     """
     vertices, faces, images = _checked(v, f, x)
     factor = (_log_conformal_factor(vertices, faces, images) - np.log(4 * np.pi)) / 2
-    corners, size = faces.ravel(), np.abs(angle_differences(v, f, x)).ravel()
+    corners = faces.ravel()
+    size = np.abs(np.degrees(corner_angles(images, faces) - corner_angles(vertices, faces))).ravel()
     angles = np.bincount(corners, size) / np.bincount(corners)
     return {"factor": factor, "angles": angles}
 

@@ -36,7 +36,7 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
 
 
 def column_signs(corners: FloatArray) -> IntArray:
-    """The same for corners (coordinate, corner, face) of finite numbers of any size that cubes may have."""
+    """Orientation of faces by their corners (coordinate, corner, face), finite numbers whose cubes do not overflow."""
     return _signs(signed_volumes(corners), np.abs(corners).max(initial=0.0),
                   lambda unsure: corners[:, :, unsure].T.reshape(-1, 3))
 

@@ -17,11 +17,11 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray, own_unit
 
-#: The longest runs, at most this many, are compared each with each.
+#: Runs at most that are compared each with each, the longest: 8,256 pairs, in one call.
 _RUNS = 128
 #: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
 _PARTS = 4
-#: Pairs of runs that are compared at once.
+#: Pairs of runs that are compared at once: temporaries take some megabytes.
 _BLOCK = 1 << 17
 #: Rectangles are made once more pairs than this for each run have had bounding boxes that meet: a run meets itself and
 #: the next one on any polygon, and one or two more on most.
@@ -67,7 +67,7 @@ class _Runs:
     p : (k, 2) float64 array
         The polygon.
     z : (k,) complex128 array
-        The same in its own unit.
+        The polygon in its own unit.
     length : int
         Edges of a run.
     """
