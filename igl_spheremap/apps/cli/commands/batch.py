@@ -85,14 +85,14 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
         rows = run(executor=executor, processes=args.jobs, resume=args.resume, retry_failed=args.retry_failed,
                    timeout=args.timeout, memory=args.memory, retries=args.retries, listener=listen)
     rows = [replace(row, notes=with_flags(row.notes, flags_of(args))) for row in rows]
+    if args.summary is not None:  # before the page, whose pictures take longer and can be interrupted
+        write_table(args.summary, rows)
     page = None
     if args.report is not None:
         args.progress.stage("drawing")
         page = write_page(args.report, rows, sheet(rows), args.jobs, began=began(manifest),
                           command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()
-    if args.summary is not None:
-        write_table(args.summary, rows)
     if not args.quiet:
         files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
         print(counts(rows, total), *files, sep="\n", flush=True)
