@@ -105,7 +105,8 @@ def _start(title: str, offscreen: bool) -> None:
     try:
         ps.init(backend)
     except RuntimeError as error:
-        ps.init("openGL_mock")  # else polyscope complains once more when the process ends
+        with contextlib.suppress(RuntimeError):  # where memory is out, this does not start either
+            ps.init("openGL_mock")  # else polyscope complains once more when the process ends
         reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
         hint = (
             f"Debian and Ubuntu: apt install {PACKAGES}"
