@@ -20,6 +20,7 @@ from ...io.formats import Format, format_of
 from ...io.replacing import check_writable, replacing
 from ...result.findings import Finding
 from ...verify.certificate import Certificate
+from ..viewer.choices import Pictures
 from .arguments import WRITTEN
 from .exits import Exit, UsageError, with_flags
 from .inputs import STREAM, InputMesh
@@ -174,6 +175,16 @@ class Findings:
         if not args.quiet:
             surface_on_stdout = getattr(args, "target", None) == STREAM
             print(*self.lines, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
+
+    def report_beside(self, args: Namespace, pictures: Pictures, show: Callable[[], object]) -> None:
+        """Print the summary, then open the window that --show asks for; or write pictures, then name them."""
+        if pictures.offscreen:
+            args.progress.stage("drawing")
+            show()
+            self.written(screenshot=pictures.screenshot, video=pictures.video)
+        self.report(args)
+        if args.show and not pictures.offscreen:
+            show()
 
 
 def mirrored(args: Namespace) -> str:

@@ -74,10 +74,8 @@ def run_match(args: Namespace) -> Exit:
     found.add("written", f"{args.target}: {held}")
     if args.overlay:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
-    found.report(args)
-    if args.show or pictures.offscreen:
-        view = CarriedView(result, up=args.up or sources[0].up, subject=args.colours)
-        run_app(view, pictures, progress=args.progress)
+    found.report_beside(args, pictures, lambda: run_app(
+        CarriedView(result, up=args.up or sources[0].up, subject=args.colours), pictures, progress=args.progress))
     return Exit.OK
 
 

@@ -54,9 +54,8 @@ def run_register(args: Namespace) -> Exit:
         found.add("note", note)
     found.add("written", f"{args.target}: {written.certificate}", target=args.target,
               certificate=certificate_numbers(written.certificate))
-    found.report(args)
-    if args.show or pictures.offscreen:
-        run_app(registration_view(*maps, result, features, names[0] if features else "depth"), pictures)
+    found.report_beside(args, pictures, lambda: run_app(
+        registration_view(*maps, result, features, names[0] if features else "depth"), pictures))
     return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
 
 

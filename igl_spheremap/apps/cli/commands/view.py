@@ -99,6 +99,7 @@ def run_play(args: Namespace) -> None:
         found = Findings(source=source.name, method=args.method, frames=frames)
         for k, frame in enumerate(frames):
             found.add(f"picture {k}", f"{frame['title']}: {frame['foldings']} folded")
+        found.written(screenshot=args.screenshot, video=args.video)
         found.report(args)
 
 
