@@ -26,6 +26,6 @@ figure
 factor = np.log(result.conformal_factor()) / 2
 figure = draw_surfaces(
     ("mean angle difference\nof each face, degrees", v, f, np.abs(differences).mean(axis=1)),
-    (f"u of the factor e²ᵘ,\nfrom {factor.min():.1f} to {factor.max():.1f}", v, f, factor),
+    ("u of the factor e²ᵘ", v, f, factor),
 )
 figure
