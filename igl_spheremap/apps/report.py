@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, small_png, table
-from ..draw.palette import FOLDED, areas, round_up, sizes
+from ..draw.palette import FOLDED, area_ramp, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import replacing
@@ -129,8 +129,8 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
     views = [
         View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
         for caption, x, ramp, values in (
-            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), areas(ratios), ratios),
-            ("Image: areas", image, areas(ratios), ratios),
+            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), area_ramp(ratios), ratios),
+            ("Image: areas", image, area_ramp(ratios), ratios),
             ("Image: angles", image, sizes_of, differences),
         )
     ]

@@ -98,15 +98,15 @@ def diverging(label: str, reach: float) -> Ramp:
     return Ramp(label, -reach, reach, _stops(_PURPLE_GREEN))
 
 
-def areas(logarithms: FloatArray, reach: float | None = None) -> Ramp:
+def area_ramp(logarithms: FloatArray, reach: float | None = None) -> Ramp:
     """The scale of all logarithms of area ratios (n,): purple where a map shrinks, its ends named by factors.
 
     Three fifths of what is finite lie within, unless a `reach` is given: limbs shrink by powers of ten, and a scale
     that holds their tips would show all else white.
 
-    >>> areas(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, areas(np.array([-9.0, 8.0])).ends
+    >>> area_ramp(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, area_ramp(np.array([-9.0, 8.0])).ends
     (('1/1.5', '1.5'), ('1/10000', '10000'))
-    >>> areas(np.array([0.01, -0.04])).ends, areas(np.array([-2000.0])).ends, areas(np.zeros(9)).ends
+    >>> area_ramp(np.array([0.01, -0.04])).ends, area_ramp(np.array([-2000.0])).ends, area_ramp(np.zeros(9)).ends
     (('1/1.05', '1.05'), ('1e-869', '1e869'), ('1/1.01', '1.01'))
     """
     if reach is None:

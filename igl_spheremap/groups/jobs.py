@@ -25,7 +25,7 @@ from ..shapes.basis import power
 from ..shapes.harmonics import spherical_harmonics
 from ..shapes.transfer import resample, sphere_mesh, transfer
 from .features import FeatureFiles, file_of
-from .placing import areas_of, at_points, carried, mapped
+from .placing import at_points, carried, mapped, own_areas
 
 _DEGREE = 8  # of the harmonics whose powers distinguish the members
 
@@ -143,7 +143,7 @@ class PlaceMember(MemberTask):
         onto = carried(npz.map_of(arrays), coarse, y @ turn)
         there = coarse.sphere, coarse.faces
         write_map(self.place(job.target), onto, force=True)
-        self.write(job.more[0], {"points": resample(onto, there).v, "areas": areas_of(onto, *there),
+        self.write(job.more[0], {"points": resample(onto, there).v, "areas": own_areas(onto, *there),
                                  "features": transfer(onto, arrays["values"], there)})
         return replace(self.empty(job), vertices=len(onto.sphere))
 

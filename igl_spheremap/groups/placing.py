@@ -39,7 +39,7 @@ def carried(result: SphereMap, coarse: SphereMap, y: FloatArray) -> SphereMap:
     return certified(result.mesh, unfolded(result.mesh, moved))
 
 
-def areas_of(result: SphereMap, x: FloatArray, f: IntArray) -> FloatArray:
+def own_areas(result: SphereMap, x: FloatArray, f: IntArray) -> FloatArray:
     """The surface's own area around each point of the sphere, its whole area together."""
     received = adaptive_area(result, (x, f)).received
     assert received is not None

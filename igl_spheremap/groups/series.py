@@ -17,7 +17,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..mesh.measure import enclosed_volume, surface_area
 from ..mesh.timings import counted
 from ..shapes.transfer import resample, sphere_mesh, transfer
-from .placing import Source, areas_of, at_points, carried, mapped
+from .placing import Source, at_points, carried, mapped, own_areas
 from .procrustes import generalised_procrustes
 
 
@@ -145,7 +145,7 @@ def series(
         check_values(values, len(each.sphere), f"features of frame {k}")
         for k, (each, values) in enumerate(zip(maps, features, strict=True))]
     return Series(
-        points, f, x, np.stack([areas_of(each, x, f) for each in maps]),
+        points, f, x, np.stack([own_areas(each, x, f) for each in maps]),
         np.stack([transfer(each, values, (x, f)) for each, values in zip(maps, data, strict=True)]), tuple(maps),
         np.linalg.norm(points[-1] - resample(direct, (x, f)).v, axis=1),
     )  # fmt: skip

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..draw.cards import Card, card_sheet, histogram
 from ..draw.markup import data_address, made_by, page, page_file, small_png
-from ..draw.palette import FOLDED, Colour, Ramp, areas
+from ..draw.palette import FOLDED, Colour, Ramp, area_ramp
 from ..draw.plot import both_sides, pose
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
@@ -142,7 +142,7 @@ def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
     """The pictures of maps: surfaces and spheres in the colours of areas."""
     ramp = scale(rows)
     return Sheet(
-        "Spherical maps", f"{certified(rows)} maps are certified free of foldings", "maps",
+        "Spherical maps", f"{share_certified(rows)} maps are certified free of foldings", "maps",
         lambda row: partial(draw_row, row, ramp=ramp, options=options), f"{ramp.high:g}",
         (ramp, ("folded face", FOLDED)),
         lambda row: f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
@@ -153,14 +153,14 @@ def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
     )  # fmt: skip
 
 
-def certified(rows: Sequence[JobRow]) -> str:
+def share_certified(rows: Sequence[JobRow]) -> str:
     """How many of the rows are certified, as "3 of 4"."""
     return f"{sum(row.status == 'certified' for row in rows):,} of {len(rows):,}"
 
 
 def scale(rows: Sequence[Row]) -> Ramp:
     """Colours of areas, the same for all maps: the mean logarithms of three fifths of them lie within."""
-    return areas(np.array([row.mean_area for row in rows]))
+    return area_ramp(np.array([row.mean_area for row in rows]))
 
 
 def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:

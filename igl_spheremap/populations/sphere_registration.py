@@ -40,7 +40,7 @@ from ..shapes.labels import label_margin
 from ..shapes.transfer import resample, transfer
 from .job import Job, Task
 from .manifest import began
-from .page import LATERAL, Sheet, certified, check_page, is_newer, write_page
+from .page import LATERAL, Sheet, check_page, is_newer, share_certified, write_page
 from .run_many import run_many
 from .table import MAPPED, RegistrationRow
 
@@ -475,7 +475,7 @@ def registration_sheet(
     """The pictures of registrations: each surface beside the template, both with the same borders."""
     by_target = {job.target: job for job in jobs}
     return Sheet(
-        "Registered surfaces", f"{certified(rows)} registrations are certified free of foldings", "registrations",
+        "Registered surfaces", f"{share_certified(rows)} registrations are certified free of foldings", "registrations",
         lambda row: partial(draw_registration, row, job=by_target[row.target], task=task), "borders",
         (("border", _BORDER), ("fold inwards", (_DARK,) * 3)),
         lambda row: f"correlation {1 - row.unlike:.3f}, areas {row.mean_area:.3g}"

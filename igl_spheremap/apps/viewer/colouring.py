@@ -96,7 +96,7 @@ def colouring(
         values = u[mesh.f].mean(axis=1)
     elif subject == "area distortion":
         values = log_area_ratios(mesh.unit, mesh.f, x)
-        ramp = palette.areas(values[mesh.surface], reach)
+        ramp = palette.area_ramp(values[mesh.surface], reach)
     else:
         values = np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1)
         ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values[mesh.surface], 95))))
