@@ -185,7 +185,7 @@ def write_textured(
     FileError
         If the suffix is another one, a file exists and `force` is not set, or writing fails.
     MeshError
-        If `v, f` are no triangles with finite vertices.
+        If `v, f` are not triangles with finite vertices.
     """
     vertices, faces = check_positions(v), check_triangles(f)
     check_indices(faces, len(vertices))
