@@ -9,6 +9,8 @@ from corpus import CORPUS
 # BLAS threads fight the tests' own processes for the cores; NumPy reads this when a test file first imports it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Tests start some 150 processes; without stored bytecode each of them would compile the package again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_configure():

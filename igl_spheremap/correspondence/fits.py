@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
@@ -31,6 +30,8 @@ def fit_moebius(
     The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
     vertices, not edges, and slivers can flip.
     """
+    from scipy.optimize import least_squares  # takes .2 s, which registrations by rotation don't need
+
     root = np.sqrt(weights)[:, None]
     last: tuple[FloatArray, FloatArray, FloatArray]
 

@@ -9,7 +9,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from ..descent.algorithm_1 import CayleyBB
 from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy, SumEnergy
@@ -385,6 +384,8 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
     >>> bool(np.allclose(found, goal.targets, atol=1e-6))
     True
     """
+    from scipy.optimize import least_squares  # takes .2 s, which maps without landmarks don't need
+
     w = landmarks.weights + np.finfo(float).tiny
     share = np.sqrt(w / w.sum())[:, None]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .arrays import FloatArray, IntArray, weld
 from .edges import next_corners, shared_edges
@@ -82,6 +81,8 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     opposite = angles.ravel()[next_corners(first)[1]] + angles.ravel()[next_corners(second)[1]]
     closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
     places = weld(p)[0]
+    from scipy.spatial import cKDTree  # takes .1 s, which maps don't need
+
     nearest = cKDTree(places).query(places, k=2)[0][:, 1] if len(places) > 1 else np.ones(1)
     x, y, z = ((high / scale - low / scale) * scale).tolist()
     return MeshQuality(

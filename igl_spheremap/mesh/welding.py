@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from . import LARGEST_WELD
 from .arrays import FloatArray, IntArray, own_unit, weld
@@ -23,6 +22,8 @@ def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntA
     places, index = weld(own[rim])
     first = np.arange(len(places))
     if tolerance > 0:
+        from scipy.spatial import cKDTree  # takes .1 s, which closed meshes don't need
+
         finite = np.flatnonzero(np.isfinite(places).all(axis=1))
         pairs = cKDTree(places[finite]).query_pairs(tolerance * _diagonal(own), output_type="ndarray")
         label = components(finite[pairs[:, 0]], finite[pairs[:, 1]], len(places))[1]
@@ -40,6 +41,8 @@ def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
     places = weld(own[np.unique(edges)])[0]
     if len(places) < 2 or not np.isfinite(own).all():
         return None
+    from scipy.spatial import cKDTree
+
     nearest = cKDTree(places).query(places, k=2)[0][:, 1]
     length = np.linalg.norm(own[edges[0]] - own[edges[1]], axis=1)
     steps = np.log10(np.sort(np.concatenate((nearest, length[length > 0]))) / _diagonal(own))

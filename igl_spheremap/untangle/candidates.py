@@ -12,7 +12,6 @@ from itertools import chain, islice
 from operator import itemgetter
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
@@ -93,6 +92,7 @@ class Badness:
 
 def least_folded(x: FloatArray, badness: Badness) -> FloatArray:
     """The least bad Moebius map of a map that folds; itself if that does not fold fewer faces."""
+    from scipy.optimize import minimize  # takes .2 s, which maps without foldings don't need
 
     def moved(b: FloatArray) -> FloatArray:
         return moebius(x, b / np.sqrt(1 + b @ b))
