@@ -57,6 +57,16 @@ class MeshError(ValueError):
     remedy : dict or None
         Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``; of errors of
         disks those of `repair_disk`. None, the default, where it can't, or the error is of something else.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.sphere(42)
+    >>> try:
+    ...     ism.check_mesh(v, f[1:])
+    ... except ism.MeshError as error:
+    ...     error.remedy
+    {'holes': 'fill'}
     """
 
     def __init__(self, message: object = "", remedy: Mapping[str, Any] | None = None) -> None:
@@ -65,7 +75,16 @@ class MeshError(ValueError):
 
 
 class FileError(OSError):
-    """A file can't be read or written; the message is one line that says why."""
+    """A file can't be read or written; the message is one line that says why.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.read_mesh("nowhere.ply")
+    Traceback (most recent call last):
+        ...
+    igl_spheremap.errors.FileError: ...nowhere.ply...
+    """
 
 
 class MapError(RuntimeError):
@@ -87,7 +106,20 @@ class NotConverged(MapError):
 
 
 class FoldingsRemain(MapError):
-    """The map is not certified folding-free."""
+    """The map is not certified folding-free.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(42)
+    >>> folded = x.copy()
+    >>> folded[0] = -x[0]
+    >>> try:
+    ...     ism.sphere_map(x, f, folded)
+    ... except ism.FoldingsRemain as error:
+    ...     print(len(error.result.certificate.flipped))
+    5
+    """
 
 
 class FactorisationFailed(RuntimeError):

@@ -119,7 +119,7 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
     Returns
     -------
     Group
-        Equal to the one that was written, but that its members have no maps: `read_map` reads them one by one.
+        Equal to the one that was written, except that its members have no maps: `read_map` reads them one by one.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     Raises
     ------
     FileError
-        If the file can't be read, or its suffix is another one.
+        If the file can't be read, or its suffix is not one of these.
     MeshError
         If it is damaged.
 

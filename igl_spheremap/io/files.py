@@ -43,7 +43,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
         If the file can't be opened or is not a regular file, its format is unknown, or the package that reads it is not
         installed.
     MeshError
-        If it is damaged, empty or no triangle mesh, or would expand to far more memory than its size.
+        If it is damaged, empty or not a triangle mesh, or would expand to far more memory than its size.
     ValueError
         If there is no such sample.
 

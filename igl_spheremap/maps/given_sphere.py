@@ -141,8 +141,8 @@ def repair_foldings(
 
     Notes
     -----
-    A repaired map is as good as the part of the given one that did not fold. Where much of it folds, as the normals of
-    a surface do that is not convex, `spherical_conformal_map` makes a better one.
+    A repaired map is as good as the part of the given one that did not fold. Where much of it folds, as in most Gauss
+    maps, `spherical_conformal_map` makes a better one.
 
     References
     ----------

@@ -24,7 +24,7 @@ from .sphere_map import SphereMap
 
 
 class SphereMapper:
-    """The stateful twin of `spherical_conformal_map`, for repeated maps of one surface.
+    """Map one surface repeatedly: its check and its factorisation are kept between calls.
 
     It serves one call at a time: give each thread a mapper of its own.
 

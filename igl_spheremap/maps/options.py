@@ -78,8 +78,7 @@ class Auto(Method):
         Whether Newton steps lower the angle differences of a good map: where that is predicted to pay, on any map, for
         2 to 20 times the time, or never: then it is the harmonic map.
     effort : Effort, default Effort()
-        What steps may cost that lower the angle differences: systems, layouts, least gains. A dict of
-        them will do.
+        What steps that lower the angle differences may cost; a dict of the same names will do.
 
     Raises
     ------
@@ -286,7 +285,7 @@ class Lai2014(Method):
         Parameters
         ----------
         **options
-            Options of the record that shall differ.
+            Options that are to differ from these.
 
         Returns
         -------

@@ -157,7 +157,7 @@ def fidelity_map(
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
-    """Minimise the harmonic energy plus a fidelity term of one's own by Algorithm 1.
+    """Minimise the harmonic energy plus a fidelity term of your own by Algorithm 1.
 
     The gradient of the sum is taken in a metric of smooth fields: in the L2 metric that of a term on single vertices or
     on a curve sits on these vertices, which fold their neighbourhood at once.
@@ -292,9 +292,9 @@ def landmark_map(
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them. Else the map folds
-        near landmarks: a point has zero capacity in the plane, so that the energy is lowest where a thin spike of the
-        surface reaches the target.
+        Take steps that fold faces, too: the map then folds near landmarks, since a point has zero capacity in the
+        plane, and the energy is lowest where a thin spike of the surface reaches the target. By default a start without
+        foldings is kept free of them.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the Sobolev metric of smooth fields:
         it is not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.

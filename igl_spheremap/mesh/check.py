@@ -50,6 +50,13 @@ class Mesh:
         The same with the areas of caps included.
     caps : (m,) bool array or None
         Faces that only close holes and cuts; None if there are none.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> mesh = ism.check_mesh(*ism.samples.sphere(42))
+    >>> mesh.v.shape, round(float(mesh.A.sum()), 12)
+    ((42, 3), 1.0)
     """
 
     v: FloatArray

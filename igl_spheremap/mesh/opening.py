@@ -42,7 +42,7 @@ def repair_disk(
     keep_largest : bool
         As of `repair_mesh`: by default several components are refused.
     holes : {"refuse", "fill"}
-        "fill" closes each hole by a cap, but the one of `rim`; with `cut` all of them. By default they are refused.
+        "fill" closes each hole by a cap except the one of `rim`; with `cut` all of them. By default they are refused.
     handles : {"refuse", "cut"}
         With `cut`: "cut" first cuts each handle and fills both sides. By default handles are refused.
     rim : int or (3,) array_like, optional

@@ -31,6 +31,13 @@ class DiskMap(PlaneMap):
         How the map came about.
     conformal : DiskMap, optional
         The conformal map that a balanced one started from.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> disk = ism.disk_conformal_map([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> disk.rim.tolist(), disk.certificate.folding_free
+    ([0, 1, 2, 3], True)
     """
 
     conformal: DiskMap | None = None

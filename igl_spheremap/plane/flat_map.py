@@ -51,6 +51,12 @@ class FlatMap(PlaneMap):
         How the map came about.
     conformal : DiskMap, optional
         The map to the disk that it started from; none if it was unrolled.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.flatten([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]).plane.shape
+    (4, 2)
     """
 
     conformal: DiskMap | None = None
@@ -70,8 +76,8 @@ def flatten(
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
     A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat
-    ones to 1e-9. On any other, and where that layout overlaps itself, the sum over faces of the squares, nearly, of
-    logarithms of stretches is minimised by Newton steps: those of angles count 1 - `balance`, those of areas `balance`.
+    ones to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise the sum over faces of
+    nearly the squared logarithms of stretches: those of angles count 1 - `balance`, those of areas `balance`.
     They start from the conformal disk, or from Tutte's map whose boundary keeps its lengths, whichever has the lower
     sum. No step folds a face or lets the boundary cross itself, which exact arithmetic decides, so that the map is
     injective. A note says where a layout would overlap; where lengths are off by a factor of 10 or more, and `balance`

@@ -81,7 +81,7 @@ class Recording(History):
     --------
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> recording = Recording(f)
+    >>> recording = ism.Recording(f)
     >>> result = ism.spherical_conformal_map(v, f, listener=recording)
     >>> len(recording.frames) == len(result.history) == len(recording.foldings)
     True

@@ -17,7 +17,14 @@ from ..mesh.timings import timings
 
 
 class Status(Enum):
-    """How a run ended; the value is a sentence."""
+    """How a run ended; the value is a sentence.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.Status.CONVERGED.value
+    'the stopping rule was met'
+    """
 
     CONVERGED = "the stopping rule was met"
     PLATEAU = "the energy hardly fell any more, before the stopping rule was met"
@@ -52,6 +59,14 @@ class Iterate:
         What a stage adds, such as the eigenfunctions of a star map. Arrays are read-only.
     safeguards : dict
         How often each of `SAFEGUARDS` acted on the way from the iterate before to this one; None if none did.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> iterates: list[ism.Iterate] = []
+    >>> result = ism.spherical_conformal_map(*ism.samples.sphere(162), listener=iterates.append)
+    >>> iterates[0].x.shape, iterates[0].iteration
+    ((162, 3), 0)
     """
 
     stage: str

@@ -3,6 +3,12 @@
 Each is a function of its approximate number of vertices and parameters of its shape, and returns ``(v, f)``: (n, 3)
 float64 positions and (m, 3) int64 faces, oriented outwards. A value out of range raises a ValueError. The same call
 gives the same mesh, bit for bit.
+
+Examples
+--------
+>>> import igl_spheremap as ism
+>>> v, f = ism.samples.make("octopus", n_vertices=1300)
+>>> v, f = ism.samples.octopus(n_vertices=1300, arm_length=1)  # the same with its own parameters
 """
 
 from __future__ import annotations

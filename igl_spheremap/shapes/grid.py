@@ -91,7 +91,7 @@ def from_grid(
     grid : (rows, columns) or (rows, columns, ...) array_like
         Values laid out as `to_grid` does; an even number of columns.
     target : SphereMap or (k, 3) array_like
-        Where they are wanted.
+        Where to read them.
     kind : {"equirectangular", "equiangular", "gauss"}
         As for `to_grid`.
     labels : bool

@@ -64,8 +64,16 @@ class SphericalHarmonics:
     source : Expanded or None
         The data at the mesh's vertices; None if the coefficients come from a `.coef` file.
     notes : tuple of str
-        Said if there are more coefficients than vertices, and if the map leaves parts of the surface so little room
+        Given if there are more coefficients than vertices, and if the map leaves parts of the surface so little room
         that less than half of the degree would do on an area-preserving one.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> shape = ism.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
+    >>> shape.coefficients.shape, shape.rotated([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]).degree
+    ((16, 3), 3)
     """
 
     coefficients: FloatArray

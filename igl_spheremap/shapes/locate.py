@@ -35,6 +35,15 @@ class Location:
         The face that holds each point; of several, on an edge or at a vertex, the first.
     weights : (k, 3) float64 array
         Barycentric weights of its corners, non-negative, of sum 1: the point is the direction of their mean.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import igl_spheremap as ism
+    >>> middle = ism.Location(np.array([7]), np.full((1, 3), 1 / 3))  # of face 7
+    >>> face, weights = middle
+    >>> face.tolist(), weights.round(2).tolist()
+    ([7], [[0.33, 0.33, 0.33]])
     """
 
     face: IntArray
@@ -94,9 +103,8 @@ class SphereLocator:
     --------
     >>> import numpy as np
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.shapes.locate import SphereLocator
     >>> x, f = ism.samples.sphere(42)
-    >>> face, weights = SphereLocator(x, f).locate([[0.1, 0.2, 0.3]])
+    >>> face, weights = ism.SphereLocator(x, f).locate([[0.1, 0.2, 0.3]])
     >>> y = (weights[:, :, None] * x[f[face]]).sum(axis=1)
     >>> np.allclose(y / np.linalg.norm(y), np.array([1, 2, 3]) / 14**0.5)
     True

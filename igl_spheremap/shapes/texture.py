@@ -105,9 +105,8 @@ def texture_atlas(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.shapes.texture import texture_atlas
     >>> x, f = ism.samples.sphere(642)
-    >>> atlas = texture_atlas(x, f)
+    >>> atlas = ism.texture_atlas(x, f)
     >>> atlas.carry(x).shape[1], float(atlas.uv.min()) >= 0, float(atlas.uv.max()) <= 1
     (3, True, True)
     """

@@ -101,7 +101,7 @@ def transfer(
     values : (n,) or (n, ...) array_like
         At the vertices of the source.
     target : str, SphereMap, (k, 3) array_like, or (x, f)
-        Where they are wanted: at the vertices of ``ico:K``, of another map or of any mesh of the sphere, or at points.
+        Where they go: to the vertices of ``ico:K``, of another map or of any mesh of the sphere, or to points.
     labels : bool
         The values are labels: take that of the vertex with the largest weight; by default weighted sums are taken.
     method : {"linear", "adaptive-area"}
@@ -129,9 +129,8 @@ def transfer(
     --------
     >>> import numpy as np
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.shapes.transfer import transfer
     >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
-    >>> height = transfer(source, source.sphere[:, 2], [[0, 0, 1], [0, 0, -1]])
+    >>> height = ism.transfer(source, source.sphere[:, 2], [[0, 0, 1], [0, 0, -1]])
     >>> np.allclose(height, [1, -1], atol=0.01)
     True
     """
@@ -254,7 +253,7 @@ def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, Array
     Raises
     ------
     ValueError
-        If `target` is a name of no regular sphere.
+        If `target` is not the name of a regular sphere.
     MeshError
         If `target` is not a closed genus-0 mesh.
     FoldingsRemain
@@ -263,8 +262,7 @@ def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, Array
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.shapes.transfer import resample
-    >>> v, f = resample(ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000)), "ico:3")
+    >>> v, f = ism.resample(ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000)), "ico:3")
     >>> v.shape, f.shape
     ((642, 3), (1280, 3))
     """

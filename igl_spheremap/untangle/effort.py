@@ -21,7 +21,7 @@ _GROWTH = 7
 
 @dataclass(frozen=True)
 class Effort:
-    """What the steps may cost that lower the angle differences of a map, after a repair or as a polish.
+    """What steps that lower the angle differences of a map may cost, after a repair or as a polish.
 
     Less effort gives a map that is certified all the same: a repair ends without foldings before these steps begin.
 

@@ -44,6 +44,14 @@ class Certificate:
         0 for a map of a closed surface to the sphere, 1 for one of a disk to the plane.
     crossings : int64 array
         In the plane, vertices from which an edge of the boundary starts that meets another one.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(42)
+    >>> certificate = ism.certify(-x, f)
+    >>> certificate.folding_free, len(certificate.flipped), certificate.degree
+    (False, 80, -1)
     """
 
     flipped: IntArray
