@@ -117,7 +117,7 @@ def repair_foldings(
         Lower the angle differences of the whole map afterwards, as `Auto` says: always ("angles"), or where that is
         predicted to gain enough for its cost ("auto"). By default what was not folded stays where it is.
     effort : Effort
-        What these steps may cost.
+        What these steps may cost, by default as in `Effort`; with `polish` only.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
     listener : callable, optional
@@ -135,7 +135,7 @@ def repair_foldings(
     MeshError
         If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
     ValueError
-        If `polish` is unknown.
+        If `polish` is unknown, or `effort` is given without it.
     TypeError
         If `effort` is not an `Effort`.
 
@@ -157,8 +157,11 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    asked = Auto(polish=polish, effort=effort).settings()  # checked
-    settings = {} if polish is None else {"polish": polish} | asked
+    options = Auto(polish=polish, effort=effort)  # checked; a dict of efforts has become a record
+    effort = options.effort
+    if polish is None and effort != Effort():
+        raise ValueError("effort is what a polish may cost; give polish='auto' or polish='angles', too")
+    settings = {} if polish is None else {"polish": polish} | options.settings()
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     began, places = time.perf_counter(), count()

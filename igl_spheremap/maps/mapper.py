@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, plain_array
+from ..mesh.arrays import FloatArray, count, examples, plain_array
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
@@ -175,7 +175,7 @@ def _shares(weights: ArrayLike, n: int) -> FloatArray:
         raise MeshError(f"weights have shape {w.shape} but the mesh has {n} vertices; give one number each")
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):
-        raise MeshError(f"{len(bad)} weights are negative or not finite, e.g. {bad[:3].tolist()}; "
+        raise MeshError(f"weights are negative or not finite at {count(bad, 'vertex', 'vertices')}, {examples(bad)}; "
                         "give finite weights of at least 0")
     if not 2 * w.max() < w.sum():
         raise MeshError(f"vertex {w.argmax()} has half of all weight or more, so that nothing balances it; "

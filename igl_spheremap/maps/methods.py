@@ -186,7 +186,7 @@ def _flattened(
 def _checked_face(mesh: Mesh, face: int) -> int:
     """The face, if there is one of that number."""
     if face not in range(len(mesh.f)):
-        raise ValueError(f"there is no face {face} to puncture: the mesh has faces 0 to {len(mesh.f) - 1}")
+        raise ValueError(f"there is no face {face} to puncture; give one of the faces 0 to {len(mesh.f) - 1}")
     return int(face)
 
 

@@ -393,16 +393,18 @@ class Stereographic(Method):
         of equal sides triangles would have angles of 180 degrees. By default a well-shaped face of middling
         size; for the flat metric the best of four such.
     angle_tolerance : float, default 1e-8
-        Of the flat metric only: largest angle defect in radians.
+        With "conformal-equivalence" only: largest angle defect in radians.
     max_iterations : int, default 100
-        Of the flat metric only: maximum number of iterations of each minimisation, one for each puncture that is tried.
+        With "conformal-equivalence" only: maximum number of iterations of each minimisation, one for each puncture that
+        is tried.
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 
     Raises
     ------
     ValueError
-        If `plane` is unknown or a number negative or NaN; at the run, if there is no such face or backend.
+        If `plane` is unknown, a number negative or NaN, or an option of the other plane map given; at the run, if there
+        is no such face or backend.
     TypeError
         If a value is not a number, or a count not whole.
     MapError
@@ -429,6 +431,13 @@ class Stereographic(Method):
     angle_tolerance: float = 1e-8
     max_iterations: int = 100
     backend: str = "auto"
+
+    def __post_init__(self) -> None:
+        """Refuse options of the flat metric where none is made, too."""
+        super().__post_init__()
+        unused = {"angle_tolerance", "max_iterations"} & set(self.settings())
+        if unused and self.plane == "laplace-beltrami":
+            raise ValueError(f"{' and '.join(sorted(unused))}: of plane='conformal-equivalence'; give it, too")
 
 
 #: By the name that users give.

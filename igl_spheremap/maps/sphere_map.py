@@ -114,7 +114,7 @@ class SphereMap(Result):
         return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows, self)
 
     def plot(self) -> Any:
-        """Plot the course of the energy and the histogram of angle differences.
+        """Plot the course of the energy, and histograms of angle differences and of logarithms of area ratios.
 
         Returns
         -------
@@ -244,6 +244,7 @@ def result_rows(result: SphereMap) -> list[tuple[str, str]]:
     return [(found.label, found.text) for found in (certificate, size, *known, *run_findings(result))]
 
 
+#: Header of `round_rows`.
 ROUNDS = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
 
 

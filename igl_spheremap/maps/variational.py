@@ -317,6 +317,8 @@ def landmark_map(
     ------
     MeshError
         If the mesh, `start` or a landmark is invalid.
+    ValueError
+        If a number is negative or NaN.
 
     References
     ----------
@@ -354,7 +356,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
         raise MeshError("landmarks are not a list of vertex indices; give one whole number each, at least one")
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
-        raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}, but the mesh has vertices 0 to {n - 1}")
+        raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}; give one from 0 to {n - 1}")
     y = check_rows(targets, name="landmark targets")
     if len(y) != len(index):
         raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")

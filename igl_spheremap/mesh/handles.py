@@ -13,13 +13,15 @@ from .edges import edge_keys
 #: Classes are counted modulo this prime: products stay within int64. A loop that does not separate the surface is taken
 #: for one that does with a chance of 5e-10.
 _PRIME = 2**31 - 1
-#: Vertices of a loop of the basis at which searches for a first short loop begin; a handle that is longer than the
-#: distance between two of them has one on it.
+#: Vertices of a loop of the basis at which searches for a first short loop begin: a handle along which the loop runs
+#: for a 24th of its length has one of them. With half and twice of this, of the reach and of the visits below, a torus,
+#: a kitten and an elephant of genus 3 are cut along the same loops (tried by hand).
 _ROOTS = 24
 #: Reach of the first searches, in mean edge lengths; each further one reaches twice as far.
 _REACH = 6
-#: Vertices, over all roots, that one exact search may visit.
-_VISITS = 400_000
+#: Vertices, over all roots, that the exact searches near one loop may visit: half a second; three roots are searched
+#: from whatever that takes.
+_VISITS, _LEAST_ROOTS = 400_000, 3
 #: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
 _SHORTER = 1 - 1e-9
 #: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
@@ -185,7 +187,7 @@ class _Loops:
             return None
         i, j, weight, value = (array[usable] for array in (part.row, part.col, weight, self._values[entry]))
         graph = csr_matrix((weight, (i, j)), shape=part.shape)
-        roots = _evenly_spaced(np.searchsorted(ball, roots), max(3, _VISITS // max(1, len(ball))))
+        roots = _evenly_spaced(np.searchsorted(ball, roots), max(_LEAST_ROOTS, _VISITS // max(1, len(ball))))
         best, found = np.inf, None
         for root in roots.tolist():
             distance, previous = dijkstra(graph, indices=root, limit=reach, return_predecessors=True)

@@ -14,7 +14,7 @@ from ..mesh.edges import marked, touching
 from ..operators.factor.factor import Factor
 from .system import VertexSystem
 
-#: Share of the predicted decrease that a step of a line search must bring (Armijo).
+#: Share of the predicted decrease that a step of a line search must bring (Armijo), as rho in Algorithm 1.
 _DECREASE = 1e-4
 #: A line search gives up where steps must be shortened to less than this share of Newton's.
 _SHORTEST = 1e-3

@@ -18,7 +18,9 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..newton.system import VertexSystem, gram_blocks
 
-#: Radians: no angle to come near is smaller, so that those of slivers can shrink.
+#: Radians: no angle to come near is smaller, so that those of slivers can shrink. With 1e-2 every eighth part of the
+#: set tune ends the same in sum, 1 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 8 --set
+#: untangle.angles._LEAST_ANGLE=1e-2`).
 _LEAST_ANGLE = 1e-3
 #: Steps towards the given angles; those after them only close the conditions, and converge quadratically. With 4, of
 #: exp(.7) at most, angles are the same within .2 percent, after 7 to 14 steps in place of 6 to 9 (benchmarks/tried.md).
@@ -32,7 +34,7 @@ _LONGEST = 1.2
 
 
 def proper_angles(angles: FloatArray) -> FloatArray:
-    """Angles near the given ones, none below 1e-3: those of slivers must be able to shrink. Three sum to pi."""
+    """Angles (m, 3) near the given ones, none much below `_LEAST_ANGLE`; each three sum to pi."""
     angles = np.maximum(angles, _LEAST_ANGLE)
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 

@@ -38,6 +38,8 @@ _BELOW = 300.0
 #: With .1 and 1 spring, comb, sword, dilo and octopus_low end within .6 percent (`python -m benchmarks versions .
 #: MESH ... --set untangle.deep_limbs._SPARE=.1`).
 _SPARE = 0.3
+#: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
+_NARROWEST = 0.005
 
 
 class Shortened(NamedTuple):
@@ -165,8 +167,7 @@ def _planned(found: list[tuple[int, int, IntArray]], placed: Placed, source: Flo
     limbs: dict[int, DeepLimb] = {}
     parents: dict[int, int] = {}
     inwards = placed.depth + placed.finer
-    longest = float(inwards[np.isfinite(inwards)].max())
-    width = max(1.0, _STEP / 10 * longest)  # the table grows as the square of the number of bins
+    width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
     for tip, parent, members in found:
         log = placed.about(tip)
         radius = float(np.delete(log.real, members).min(initial=np.inf))

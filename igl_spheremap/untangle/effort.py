@@ -11,11 +11,11 @@ from ..errors import check_number, check_whole
 #: --set untangle.effort._TOGETHER=2000`).
 _TOGETHER = 3000
 #: Vertices at which the price of steps has grown by half of what it grows by, as factors grow faster than the mesh.
-#: With 8,000 forty of these parts end .2 percent lower, for more time (the same command).
+#: With 8,000 forty parts of the set tune end .2 percent lower, for more time.
 _MIDDLING = 3000
 #: The price grows by this many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times
-#: the time of the map. With 4, the 47 parts of 700 vertices and more end .2 percent higher, in .95 of the time (the
-#: same command).
+#: the time of the map. With 4, the 47 parts of 700 vertices and more in the set tune end .2 percent higher, in .95 of
+#: the time.
 _GROWTH = 7
 
 

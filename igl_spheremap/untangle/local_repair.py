@@ -23,26 +23,30 @@ from .relax import AngleLoss, relax_angles
 #: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
 #: of 1.1 (`python -m benchmarks repairs maps`).
 FEW = 0.01
-#: Rings around foldings within which small moves move vertices. With 3 one of 231 maps gains .3 percent.
+#: Rings around foldings within which small moves move vertices. With 3 one of 231 maps gains .3 percent (tried by
+#: hand).
 _MOVED_RINGS = 2
-#: Rings around what a repair moved that are relaxed with it. With 3 ten of 231 maps gain and seven lose, up to a tenth.
+#: Rings around what a repair moved that are relaxed with it. With 3 ten of 231 maps gain and seven lose, up to a tenth
+#: (tried by hand).
 RELAXED_RINGS = 2
-#: Relaxing ends after this many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike.
+#: Relaxing ends after this many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike
+#: (tried by hand).
 _SWEEPS, _SETTLED = 30, 0.01
 #: Twice the area that small moves give folded faces, over the square of their longest side: about their least angle in
 #: radians. With 1e-2 every eighth part of the set tune ends the same, 3 worse and 1 better (`python -m benchmarks
 #: versions . FOLDER/tune --every 8 --set untangle.local_repair._LEAST_AREA=1e-2`).
 _LEAST_AREA = 1e-3
 #: A map is worse than another if its mean angle difference is this many times that: centring always changes it a bit.
+#: With 1.2 the parts of `_LEAST_AREA` end the same.
 _WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
-#: folds faces. With 1e-2 these parts end .1 percent lower (the same command).
+#: folds faces. With 1e-2 the parts of `_LEAST_AREA` end .1 percent lower.
 _OFF_CENTRE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor. With 1 the whole set tune ends .4 percent
-#: higher, 14 worse and 7 better, with 1.8 these parts 1.3 percent higher, 3 worse and 1 better (the same command).
+#: higher, 14 worse and 7 better, with 1.8 the parts of `_LEAST_AREA` 1.3 percent higher, 3 worse and 1 better.
 _OVER_RELAXATION = 1.3
-#: Small moves end after this many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8
-#: degrees.
+#: Small moves end after this many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8 degrees
+#: (tried by hand).
 _PATIENCE = 25
 
 

@@ -27,22 +27,24 @@ from .relax import AngleLoss, relax_angles
 #: Differences below this share of their mean count by their squares in steps, which stall with less: with .03 the sword
 #: ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
 _SMOOTHING = 0.1
-#: The same in the sweep over a sample. With .1 one more of 33 samples and meshes of the corpus takes steps, bimba,
-#: which ends at 1.47, not 1.63 degrees; all take 1.06 of the time (`python -m benchmarks versions . MESH ... --set
-#: untangle.match_angles._SAMPLE_SMOOTHING=.1`).
+#: Share of their mean below which differences count by their squares in the sweep over a sample. With .1 one more of 33
+#: samples and meshes of the corpus takes steps, bimba, which ends at 1.47, not 1.63 degrees; all take 1.06 of the time
+#: (`python -m benchmarks versions . MESH ... --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
 _SAMPLE_SMOOTHING = 0.03
-#: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of these
-#: meshes takes steps (koala 1.14 to .93 degrees) and all 1.2 of the time, with 2.4 two fewer (putamen 1.09 to 1.30,
-#: drum 1.14 to 1.39) and .9 of it (the same command).
+#: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of the
+#: meshes of `_SAMPLE_SMOOTHING` takes steps (koala 1.14 to .93 degrees) and all 1.2 of the time, with 2.4 two fewer
+#: (putamen 1.09 to 1.30, drum 1.14 to 1.39) and .9 of it.
 _GOOD = 1.2
 #: Steps gain at least this many times what a sweep over the vertices gains of the differences that can be lowered;
 #: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish
 #: MESH ...`).
 _STEPS_PER_SWEEP = 4
-#: Mean least angle of the faces of a harmonic map of which steps gain as much as of any other map.
+#: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
+#: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
 _THIN = np.radians(30)
 #: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
-#: alike.
+#: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks
+#: versions . FOLDER/tune --every 8 --set untangle.match_angles._SAMPLE=250`).
 _SAMPLE = 500
 
 

@@ -1,8 +1,8 @@
 """Where limbs too deep for float64 are put: the Moebius map that takes the deepest tips to ends of the coordinate axes.
 
 Two of the three coordinates are about 0 there, and float64 is finer for such numbers: it holds a limb as deep as it
-is, where elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so three limbs at the
-most are held so.
+is, where elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so at most three
+limbs are held so.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
         t, ends = np.vstack((t, -t)), np.vstack((ends, -ends))
     if len(t) == 2:
         middle, image = t.sum(axis=0), ends.sum(axis=0)
-        if np.linalg.norm(middle) < 1e-9:  # opposite tips
+        if np.linalg.norm(middle) < 1e-9:  # opposite tips: the middle would have lost half of its digits
             middle = np.cross(t[0], ends[0])
             middle = middle if middle.any() else np.roll(ends[0], 1)
         if not image.any():  # opposite ends

@@ -145,7 +145,7 @@ class _Repair:
 
     def embedded(self, x: FloatArray, after: FloatArray | None = None, stretch: float = 1.0,
                  gauge: str = "centred") -> Candidate | None:
-        """A map repaired locally, given what small moves make of it, if that is known; None if the plan has no such."""
+        """A map repaired locally, given what small moves make of it, if that is known; None unless the plan embeds."""
         if self.plan.embeds:
             with self.attempt("embedding"):
                 return self.record("embedding", repair_locally(self.mesh, x, after=after), stretch, gauge)
@@ -195,5 +195,5 @@ class _Repair:
 
 
 def left_out(name: str, error: Exception) -> str:
-    """The note on a step that failed."""
+    """The note on a step that failed; tests raise the error in its place."""
     return f"the step {name} failed and was left out, please report it: {one_line(error)}"
