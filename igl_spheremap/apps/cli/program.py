@@ -8,7 +8,7 @@ import io
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from .exits import EXPECTED, Exit, describe, flags_of
 
@@ -31,6 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if sys.stdout is not None:
                 sys.stdout.flush()
             return status
+        except _Terminated:
+            return _fail(Exit.TERMINATED, "terminated")
         except KeyboardInterrupt:
             return _fail(Exit.INTERRUPTED, "interrupted")
         except EXPECTED as error:
@@ -44,6 +46,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _end_at_once(*_: object) -> None:
     os.write(2, b"igl-spheremap: interrupted\n")
     os._exit(Exit.INTERRUPTED)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM came."""
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """Inside, SIGTERM ends the command as Ctrl-C does, so that no process, semaphore or temporary file stays."""
+    try:
+        before = signal.signal(signal.SIGTERM, _terminate)
+    except ValueError:  # not the main thread
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _terminate(*_: object) -> None:
+    raise _Terminated
 
 
 def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> int:
@@ -66,7 +90,7 @@ def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> in
     flags += flags_of(args)
     args.words, run = words, args.row.run
     imported()
-    with Progress(quiet=getattr(args, "quiet", False)) as args.progress:
+    with _terminable(), Progress(quiet=getattr(args, "quiet", False)) as args.progress:
         return int(run(args) or Exit.OK)
 
 
