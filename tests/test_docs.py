@@ -248,9 +248,9 @@ def test_files_that_are_named_exist(page):
 
 def test_every_page_is_reachable():
     index = (DOCS / "index.md").read_text("utf-8")
-    listed = re.findall(r"^(?:guide|reference|use)/\w+$|^\*$", index, re.MULTILINE)
-    reached = {page for entry in listed for page in DOCS.glob(f"{entry}.md")}
-    assert reached == {page for page in PAGES if DOCS in page.parents}
+    listed = re.findall(r"^(?:\w+/)?\w+$", index, re.MULTILINE)
+    reached = {DOCS / "index.md", *(DOCS / f"{entry}.md" for entry in listed)}
+    assert reached >= {page for page in PAGES if DOCS in page.parents}
 
 
 EXAMPLES = sorted((DOCS / "examples").glob("plot_*.py"))

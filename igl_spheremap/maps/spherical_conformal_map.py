@@ -71,8 +71,8 @@ def spherical_conformal_map(
     ValueError
         If the method or an option's value is unknown, or a number is negative or NaN.
     TypeError
-        If options of "auto" come with another method, the method is not a record, a value not a number, or the
-        listener can't be called.
+        If options of "auto" come with another method, the method is neither a name nor a record, a value is not a
+        number, or the listener can't be called.
     MapError
         From "stereographic" only: if the plane map is not finite, or (NotConverged) the metric not flat.
 
