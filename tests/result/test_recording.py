@@ -111,7 +111,8 @@ def test_zeros_and_two_points_are_said_and_not_drawn():
     rest = np.zeros((4, 3)), np.zeros(4)
     figure = plot_run(history, [0, 0], *rest, title="a.ply")
     assert len(figure.axes) == 2
-    assert figure.get_suptitle() == "a.ply\nenergy minus 4π: 0.0336 to 0.00363; no face is folded in any iterate"
+    assert [text.get_text() for text in figure.texts] == [
+        "a.ply\nenergy minus 4π: 0.0336 to 0.00363; no face is folded in any iterate"]
     assert [ax.get_title() for ax in plot_run(history * 2, [0, 1, 1, 0], *rest).axes[:2]] == [
         "energy minus 4π", "folded faces"]
 
