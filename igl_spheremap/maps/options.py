@@ -333,8 +333,8 @@ class GuYau(Method):
         The harmonic descent ends when the L2 norm of the tangential gradient without boosts is at most this:
         the rule of `Lai2014`, in the same norm.
     tutte_plateau : float, default 1e-3
-        The Tutte map ends when its energy fell by less than this share over 100 iterations: it is a start
-        only.
+        The Tutte map, if it is made, ends when its energy fell by less than this share over 100 iterations: it is a
+        start only.
     max_iterations : int, default 20,000
         Maximum number of iterations of each minimisation, one for each of the two maps.
     plateau : float, default 5e-7
@@ -344,7 +344,7 @@ class GuYau(Method):
     Raises
     ------
     ValueError
-        If the step is not between 0 and 2, or a number negative or NaN.
+        If the step is not between 0 and 2, a number negative or NaN, or `tutte_plateau` given without `tutte`.
     TypeError
         If a value is not a number, or `max_iterations` not whole.
 
@@ -370,8 +370,10 @@ class GuYau(Method):
     plateau: float = 5e-7
 
     def __post_init__(self) -> None:
-        """Refuse steps that diverge, too."""
+        """Refuse steps that diverge, and an option of the Tutte map where none is made, too."""
         super().__post_init__()
+        if not self.tutte and "tutte_plateau" in self.settings():
+            raise ValueError("tutte_plateau: of tutte=True; give it, too")
         if not 0 < self.step < 2:
             raise ValueError(
                 f"step {self.step:g} is unstable; give one between 0 and 2, in units of what the weights allow"

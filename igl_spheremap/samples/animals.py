@@ -92,6 +92,13 @@ def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     body = SmoothUnion((limb(_DINO_SPINE), *map(limb, _DINO_LEGS)), blend=0.06)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
@@ -110,6 +117,13 @@ def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     parts = [limb(_BIRD_SPINE), limb(_BIRD_BEAK)]
     for side in (1.0, -1.0):
@@ -135,6 +149,13 @@ def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     parts = [limb(_BUNNY_BODY), limb(_BUNNY_HEAD), limb(_BUNNY_TAIL)]
     for side in (1.0, -1.0):
@@ -161,6 +182,13 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(arm_length, "arm_length", 0.5, 20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]

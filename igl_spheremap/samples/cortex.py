@@ -34,6 +34,13 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(depth, "depth", 0.0, 0.17)
     stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])

@@ -171,6 +171,13 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     check_number(aspect, "aspect", 0.02, 50)
@@ -192,6 +199,13 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 300, MOST_VERTICES)
     check_number(waist, "waist", 0.05, 2)
@@ -211,6 +225,13 @@ def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     return SurfaceOfRevolution(half_length=1.4, radius=(1.0, -0.4, 0.1, 0.2)).mesh(n_vertices)

@@ -32,6 +32,13 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     -------
     v : (n, 3) float64 ndarray
     f : (m, 3) int64 ndarray
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If it is not a number.
     """
     check_number(turns, "turns", 0.1, 100)
     check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)  # 18 rings of 3 vertices a turn
