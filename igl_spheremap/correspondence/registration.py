@@ -10,6 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..draw.markup import table
+from ..draw.shown import Drawing
 from ..errors import check_number, own_errstate
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
@@ -90,6 +92,13 @@ class Registration(Result):
     def __repr__(self) -> str:
         reached = ", ".join(f"{stage.name} {stage.correlation.mean():.3f}" for stage in self.stages)
         return f"Registration({len(self.map.sphere)} vertices; correlation at {reached})"
+
+    def _drawing(self) -> Drawing:
+        return self.map._drawing()
+
+    def _figures(self) -> str:
+        stages = [(stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3g}") for stage in self.stages]
+        return table(stages, ("stage", "correlation", "strain")) + self.map._figures()
 
     @property
     def certificate(self) -> Certificate:

@@ -10,9 +10,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from ..draw.markup import table
+from ..draw.plot import pose
+from ..draw.shown import Drawing, place_drawing
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit
+from ..result.findings import verdict
 from ..result.result import Result
 from ..result.run import Run
 from ..shapes.locate import Location, locator_of
@@ -76,6 +80,20 @@ class SurfaceMap(Result):
     def __repr__(self) -> str:
         return (f"SurfaceMap({len(self.map.sphere)} vertices onto {len(self.target.sphere)}, "
                 f"{len(self.landmarks)} landmarks)")
+
+    def _drawing(self) -> Drawing:
+        image = interpolate(self.target.mesh.unit, self.target.faces, self.location)
+        return place_drawing((self.map.mesh.unit, image), self.map.faces,
+                             "Left: the source; right: its faces on the target. The same colour is the same place.",
+                             (pose(self.map.mesh.unit), pose(image)))
+
+    def _figures(self) -> str:
+        rows = [("certificate", verdict(self.certificate, self.map.mesh.caps).text),
+                ("source", f"{len(self.map.sphere):,} vertices, {len(self.map.faces):,} faces"),
+                ("target", f"{len(self.target.sphere):,} vertices, {len(self.target.faces):,} faces")]
+        if len(self.landmarks):
+            rows.append(("landmarks", f"{len(self.landmarks)}, off by {self.landmark_errors.max():.3g} at most"))
+        return table([*rows, *(("note", note) for note in self.notes)])
 
     @property
     def certificate(self) -> Certificate:

@@ -13,7 +13,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..sphere.rows import row_crosses, row_lengths
 
 #: A cluster of folded faces that colours fewer pixels than a square with this side gets a mark, to be seen at all.
-SEEN = 3.0
+SEEN = 3
 #: Folded faces that cover this share of a surface are seen as they are: marks, or they in front, would hide the rest.
 MANY = 0.1
 #: Folded faces of an image are drawn nearer to the viewer by this share of its radius: no face of it hides them.

@@ -6,6 +6,8 @@ import base64
 import io
 import json
 import os
+import struct
+import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -44,6 +46,24 @@ def picture(png: bytes, caption: str) -> str:
     """A PNG as part of the page, with a caption."""
     text = escape(caption)
     return f'<figure><img alt="{text}" src="{data_address(png)}"><figcaption>{text}</figcaption></figure>'
+
+
+def png(image: NDArray[np.uint8]) -> bytes:
+    """The PNG file of an image (height, width, 3), rows from above, each pixel as the difference from that to its left.
+
+    >>> png(np.zeros((1, 1, 3), np.uint8))[:4]
+    b'\\x89PNG'
+    """
+    height, width = image.shape[:2]
+    steps = np.diff(image, axis=1, prepend=np.zeros((height, 1, 3), np.uint8)).reshape(height, -1)
+    chunks = {
+        b"IHDR": struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0),  # of 8 bits, RGB
+        b"IDAT": zlib.compress(np.insert(steps, 0, 1, axis=1).tobytes()),  # 1: the filter of a row is Sub
+        b"IEND": b"",
+    }
+    parts = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+             for kind, data in chunks.items()]
+    return b"".join((b"\x89PNG\r\n\x1a\n", *parts))
 
 
 def data_address(png: bytes) -> str:

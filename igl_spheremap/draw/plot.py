@@ -151,6 +151,7 @@ LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 _SAMPLES = 2**19
 #: Factors of the axes of a view that turn it half around the vertical.
 BEHIND = np.array([-1.0, 1.0, -1.0])
+_POINT = 1e-300  # half a side where all lies at one point: the scale to pixels stays finite
 _MARGIN = 1.06  # side of a picture, in units of the body's longer side
 #: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
@@ -255,14 +256,14 @@ def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
 
 def raster(
     y: FloatArray, f: IntArray, colours: FloatArray, size: int, folded: IntArray | None = None,
-    shown: tuple[FloatArray, float] | None = None,
+    shown: tuple[FloatArray, float] | None = None, least: int = SEEN,
 ) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
 
     Pictures of several surfaces have one scale if they share what is `shown`, the `frame` of all of them.
 
     Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide what
-    lies before them in the nearer half, and are never drawn smaller than three pixels.
+    lies before them in the nearer half, and have at least `least` pixels along a side.
 
     >>> triangle = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
@@ -283,7 +284,7 @@ def raster(
         if len(near) and sizes[folded].sum() < MANY * sizes.sum():
             for place, _, _ in _samples(pixels, near, size):
                 seen[place] = len(f) + 1
-            seen[_blocks(pixels, near, size)] = len(f) + 1
+            seen[_blocks(pixels, near, size, least)] = len(f) + 1
     palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
     return palette[seen].reshape(size, size, 3)
 
@@ -297,11 +298,11 @@ def both_sides(
                            for turn in (view, view * BEHIND) for v in bodies], axis=1)
 
 
-def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:
+def _blocks(pixels: FloatArray, f: IntArray, size: int, least: int) -> IntArray:
     """Places in the picture of the blocks that are drawn for faces that are smaller."""
     corners = pixels[f][:, :, :2]
-    small = corners[np.ptp(corners, axis=1).max(axis=1) < SEEN].mean(axis=1)
-    around = np.arange(int(SEEN)) - int(SEEN) // 2
+    small = corners[np.ptp(corners, axis=1).max(axis=1) < least].mean(axis=1)
+    around = np.arange(least) - least // 2
     column, row = (np.clip(small[:, k, None] + around, 0, size - 1).astype(np.int32) for k in (0, 1))
     return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
@@ -309,7 +310,7 @@ def _blocks(pixels: FloatArray, f: IntArray, size: int) -> IntArray:
 def frame(y: FloatArray) -> tuple[FloatArray, float]:
     """Middle (3,) of positions, and half the side of the square around it that their picture shows."""
     low, high = y.min(axis=0), y.max(axis=0)
-    return (low + high) / 2, max(float((high - low)[:2].max()) / 2, float(np.finfo(float).tiny)) * _MARGIN
+    return (low + high) / 2, max(float((high - low)[:2].max()) / 2, _POINT) * _MARGIN
 
 
 def _samples(pixels: FloatArray, f: IntArray, size: int) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:

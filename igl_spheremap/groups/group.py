@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..correspondence.registration import register
 from ..draw.markup import table
+from ..draw.palette import round_up, sizes
+from ..draw.plot import pose
+from ..draw.shown import Drawing, Shown
 from ..errors import own_errstate
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
@@ -51,7 +54,7 @@ class Member:
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class Group(Shown):
     """Surfaces in correspondence, and what they have in common.
 
     Attributes
@@ -115,8 +118,19 @@ class Group:
         return (f"Group({len(self.members)} members{out}, {len(self.vertices)} vertices, {len(self.modes)} modes with "
                 f"{self.compactness[-1]:.0%} of the variance)")
 
-    def _repr_html_(self) -> str:
-        """The members as notebooks show them, the farthest from the mean first."""
+    def _drawing(self) -> Drawing:
+        ramp = sizes("", round_up(float(np.percentile(self.spread, 95))))
+        colours = ramp.colours(self.spread[self.faces].mean(axis=1))
+        ends = 2 * np.sqrt(self.variances[:1])
+        bodies = (self.shape(-ends), self.vertices, self.shape(ends)) if len(ends) else (self.vertices,)
+        between = ", between the first mode at two standard deviations below and above" * len(ends)
+        caption = (f"The mean surface{between}. Members spread least where it is yellow, {ramp.ends[1]} or more where "
+                   "it is blue.")
+        return Drawing(caption, bodies, [pose(self.vertices)] * len(bodies), self.faces, colours,
+                       np.empty(0, dtype=np.int64))
+
+    def _figures(self) -> str:
+        """The members, the farthest from the mean first."""
         return table([(member.name, f"{member.distance:.4g}", f"{member.size:.3f}", f"{member.correlation:.3f}")
                       for member in sorted(self.members, key=lambda member: -member.distance)],
                      ("member", "distance from the mean", "size", "correlation"))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..correspondence.registration import register
 from ..draw.markup import table
+from ..draw.shown import Drawing, Shown, place_drawing
 from ..errors import MeshError, check_number, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_values
@@ -22,7 +23,7 @@ from .procrustes import generalised_procrustes
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class Series(Shown):
     """Frames of one body at corresponding points.
 
     Attributes
@@ -56,8 +57,12 @@ class Series:
         return (f"Series({len(self.vertices)} frames, {self.vertices.shape[1]} vertices, drift "
                 f"{np.sqrt((self.drift**2).mean()):.3g})")
 
-    def _repr_html_(self) -> str:
-        """Area and volume of the frames as notebooks show them."""
+    def _drawing(self) -> Drawing:
+        return place_drawing((self.vertices[0], self.vertices[-1]), self.faces,
+                             "The first frame and the last one. The same colour is the same point of the body.")
+
+    def _figures(self) -> str:
+        """Area and volume of the frames."""
         return table([(str(k), f"{area:.5g}", f"{volume:.5g}") for k, (area, volume) in enumerate(
             zip(self.surface_areas, self.volumes, strict=True))], ("frame", "area", "volume"))
 

@@ -13,6 +13,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..draw.markup import png
 from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
@@ -40,9 +41,8 @@ def read_picture(path: PathLike) -> NDArray[np.uint8]:
 
 def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
     """Write an image (height, width, 3), rows from above."""
-    pillow = import_optional("PIL.Image", "writing a picture", "io")
     with replacing(path, force) as partial:
-        pillow.fromarray(image).save(partial, format="png")
+        partial.write_bytes(png(image))
 
 
 @dataclass(frozen=True, eq=False)

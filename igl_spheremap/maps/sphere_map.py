@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..draw.markup import table
+from ..draw.shown import Drawing, area_drawing
 from ..errors import FoldingsRemain, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
@@ -144,8 +145,10 @@ class SphereMap(Result):
         run = history.complete(run, conformal.method, conformal.settings | {"balance": balance})
         return SphereMap(self.mesh, x, certificate, run, conformal)
 
-    def _repr_html_(self) -> str:
-        """The figures as notebooks show them."""
+    def _drawing(self) -> Drawing:
+        return area_drawing(self.mesh, self.sphere, self.log_area_ratios(), self.certificate, "on the sphere")
+
+    def _figures(self) -> str:
         return table(result_rows(self))
 
 
@@ -204,6 +207,12 @@ class OpenMap(Result):
     def plot(self) -> Any:
         """As `SphereMap.plot`."""
         return self.whole.plot()
+
+    def _drawing(self) -> Drawing:
+        return self.whole._drawing()
+
+    def _figures(self) -> str:
+        return self.whole._figures()
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> OpenMap:
         return self.whole.rebalance(balance, listener=listener).drop_caps()

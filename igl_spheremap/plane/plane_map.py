@@ -9,6 +9,7 @@ import numpy as np
 
 from ..draw.markup import table
 from ..draw.plot import plot_plane
+from ..draw.shown import Drawing, area_drawing
 from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
@@ -127,8 +128,10 @@ class PlaneMap(Result):
         faces = self.faces[self.mesh.surface]
         return plot_plane(self.plane, faces, self.rim, self.angle_differences(), self.log_area_ratios(), title)
 
-    def _repr_html_(self) -> str:
-        """The figures as notebooks show them."""
+    def _drawing(self) -> Drawing:
+        return area_drawing(self.mesh, self._scaled, self.log_area_ratios(), self.certificate, "in the plane")
+
+    def _figures(self) -> str:
         return table(plane_rows(self))
 
     def _size(self) -> str:

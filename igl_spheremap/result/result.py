@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from ..draw.shown import Shown
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.timings import timed
@@ -13,8 +14,10 @@ from .run import Listener, Round, Run, Status, Step
 R = TypeVar("R", bound="Result")
 
 
-class Result:
+class Result(Shown):
     """A map that was made, with its certificate, and how it came about.
+
+    Notebooks show it as a picture of the surface and its image above a table of its figures.
 
     Attributes
     ----------

@@ -9,6 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..draw.markup import table
+from ..draw.palette import sequential
+from ..draw.shown import Drawing, Shown, place_drawing
 from ..errors import MeshError, check_number, check_whole, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.sphere_map import SphereMap
@@ -50,7 +53,7 @@ class Expanded:
 
 
 @dataclass(frozen=True, eq=False)
-class SphericalHarmonics:
+class SphericalHarmonics(Shown):
     """Coefficients in the real orthonormal basis, and what they describe.
 
     Y_lm is P_lm(cos theta) times 1 for m = 0, sqrt(2) cos(m phi) for m > 0 and ``sqrt(2) sin(|m| phi)`` for m < 0. P_lm
@@ -83,6 +86,23 @@ class SphericalHarmonics:
     def __repr__(self) -> str:
         known = "" if self.source is None else f", of {len(self.source.x)} vertices"
         return f"SphericalHarmonics(degree {self.degree}, {self.coefficients.shape[1]} columns{known})"
+
+    def _drawing(self) -> Drawing:
+        x, f = sphere_mesh("ico:4")
+        if self.coefficients.shape[1] == 3:
+            degrees = sorted({min(self.degree, 1), math.isqrt(self.degree), self.degree})
+            bodies = [synthesis(self.coefficients[: (ell + 1) ** 2], x) for ell in degrees]
+            return place_drawing(bodies[::-1], f, f"The sums up to degree {', '.join(map(str, degrees[::-1]))}. The "
+                                                  "same colour is the same point of the sphere.")
+        values = self.evaluate(x)[:, 0]
+        ramp = sequential("", float(values.min()), float(values.max()))
+        low, high = ramp.ends
+        return Drawing(f"The first column over the sphere, from {low} where it is dark to {high}.", (x,), (np.eye(3),),
+                       f, ramp.colours(values[f].mean(axis=1)), np.empty(0, dtype=np.int64))
+
+    def _figures(self) -> str:
+        return table([("degree", f"{self.degree}"), ("columns", f"{self.coefficients.shape[1]}"),
+                      *(("note", note) for note in self.notes)])
 
     @property
     def degree(self) -> int:

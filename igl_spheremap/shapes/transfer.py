@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..draw.markup import table
+from ..draw.shown import Drawing, Shown, place_drawing
 from ..errors import MeshError, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
@@ -29,7 +31,7 @@ _DEEPEST = 9  # ico:9 has 2.6 million vertices
 
 
 @dataclass(frozen=True, eq=False)
-class Resampled:
+class Resampled(Shown):
     """A surface with the connectivity of another mesh of the sphere. Unpacks to ``v, f``.
 
     Attributes
@@ -51,6 +53,13 @@ class Resampled:
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
+
+    def _drawing(self) -> Drawing:
+        return place_drawing((self.v, self.x), self.f, "Left: the surface; right: its points on the sphere. The same "
+                                                       "colour is the same point.")
+
+    def _figures(self) -> str:
+        return table([("mesh", f"{len(self.v):,} vertices, {len(self.f):,} faces")])
 
     def __repr__(self) -> str:
         return f"Resampled({len(self.v)} vertices, {len(self.f)} faces)"

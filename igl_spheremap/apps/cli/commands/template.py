@@ -213,7 +213,6 @@ def _add(args: Namespace) -> Exit:
 
 def _test(args: Namespace) -> Exit:
     """Test what depends on each column of a table, the others being covariates."""
-    import_optional("PIL", "the picture of a test", "io")
     group = read_group(args.out)
     columns = read_design(args.design, [member.name for member in group.members])
     rows: list[tuple[object, ...]] = []

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, save_npz
 
 from ....draw.palette import colours
-from ....errors import FileError, MapError, MeshError, import_optional, one_line
+from ....errors import FileError, MapError, MeshError, one_line
 from ....groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
 from ....io.coefficients import read_coefficients, write_coefficients
 from ....io.files import write_mesh
@@ -108,8 +108,6 @@ def run_grid(args: Namespace) -> None:
     if args.kind == "equiangular" and args.rows < 2:
         raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
-    if target.lower().endswith(".png"):
-        import_optional("PIL.Image", "a picture", "io")
     pair = load_pair(args)
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)

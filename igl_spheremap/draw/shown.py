@@ -1,0 +1,92 @@
+"""What notebooks show of a result: a picture by numpy alone, its caption, and a table of figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import own_errstate
+from ..mesh.arrays import FloatArray, IntArray, own_unit
+from ..mesh.check import Mesh
+from ..mesh.disk import Disk
+from ..verify.certificate import Certificate
+from .markup import picture, png
+from .palette import area_ramp, pale
+from .plot import pose, raster, shading
+
+_SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
+_MARK = 8  # the same of the mark of a folded face, twice
+_LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """Bodies (n, 3) with the same faces (m, 3) in face colours (m, 3), side by side, and a caption.
+
+    `turns` are the views of the bodies, rows being right, up and towards the viewer; `folded` are indices of faces.
+    """
+
+    caption: str
+    bodies: Sequence[FloatArray]
+    turns: Sequence[FloatArray]
+    f: IntArray
+    colours: FloatArray
+    folded: IntArray
+
+    def image(self) -> NDArray[np.uint8]:
+        """The pixels, (height, width, 3)."""
+        drawn = []
+        for body, turn in zip(self.bodies, self.turns, strict=True):
+            y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T  # maps that are given hold anything
+            shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
+            drawn.append(raster(y, self.f, shaded, 2 * _SIZE, self.folded if len(self.folded) else None,
+                                least=_MARK))
+        fine = np.concatenate(drawn, axis=1).astype(np.uint16)
+        sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]  # so that borders are smooth
+        return np.rint(np.rint(sums * (_LEVELS / 1020)) * (255 / _LEVELS)).astype(np.uint8)
+
+
+class Shown:
+    """What shows itself in notebooks: by a drawing, and a table as HTML."""
+
+    def _drawing(self) -> Drawing:
+        raise NotImplementedError
+
+    def _figures(self) -> str:
+        raise NotImplementedError
+
+    @own_errstate
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        drawing = self._drawing()
+        return picture(png(drawing.image()), drawing.caption) + self._figures()
+
+
+def area_drawing(
+    mesh: Mesh | Disk, image: FloatArray, ratios: FloatArray, certificate: Certificate, target: str
+) -> Drawing:
+    """A surface and its image (n, 3) by logarithms of area ratios, both without caps; an image in the plane z = 0 is
+    seen from above.
+    """
+    ramp, folded = area_ramp(ratios), np.zeros(len(mesh.f), dtype=bool)
+    folded[certificate.flipped] = folded[certificate.degenerate] = True
+    kept = np.flatnonzero(folded[mesh.surface])
+    below, above = ramp.ends
+    caption = (f"Left: the surface; right: its image {target}. The same colour is the same face: purple where the map "
+               f"shrinks areas ({below} at the darkest), green where it magnifies them ({above})")
+    caption += f"; {len(kept):,} folded faces are red." if len(kept) else "."
+    turn = pose(mesh.unit)
+    turns = (turn, turn if image[:, 2].any() else np.eye(3))
+    return Drawing(caption, (mesh.unit, image), turns, mesh.f[mesh.surface], ramp.colours(ratios), kept)
+
+
+def place_drawing(
+    bodies: Sequence[FloatArray], f: IntArray, caption: str, turns: Sequence[FloatArray] | None = None
+) -> Drawing:
+    """Bodies in colours by place along the longest side of the first, seen as it stands unless `turns` are given."""
+    along = bodies[0][:, int(np.argmax(np.ptp(bodies[0], axis=0)))][f].mean(axis=1)
+    colours = pale("", float(along.min()), float(along.max())).colours(along)
+    return Drawing(caption, bodies, turns or [pose(bodies[0])] * len(bodies), f, colours, np.empty(0, dtype=np.int64))
