@@ -7,11 +7,12 @@ import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, Polish, method_of
+from ..mesh.clean import asked_for
 from .job import Job
 from .manifest import began
 from .mapping import Options
@@ -72,7 +73,7 @@ def map_many(
     repair : bool
         Repair the meshes first.
     weld, keep_largest, holes, handles
-        How to repair them, and by default, as of `igl_spheremap.repair_mesh`.
+        Options of ``repair=True``, with the meanings and defaults of `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
@@ -101,8 +102,8 @@ def map_many(
     Raises
     ------
     ValueError
-        If two sources have the same target, the method is unknown, or limits are given for an executor that can't keep
-        them.
+        If two sources have the same target, the method is unknown, a repair is chosen without ``repair=True``, or
+        limits are given for an executor that can't keep them.
     TypeError
         If `balance` is not a number, the listener can't be called, or `polish` is given beside another method.
     FileError
@@ -126,11 +127,14 @@ def map_many(
     check_listener(listener)
     names = [os.fspath(source) for source in sources]
     targets = targets_of(out, names)
-    repairs = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles} if repair else None
+    repairs: dict[str, Any] = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
+    asked = asked_for("repair_mesh", **repairs).options
+    if asked and not repair:
+        raise ValueError(f"{' and '.join(asked)}: only repair=True repairs meshes; give it, too")
     if method != Auto.name and polish is not None:
         raise TypeError("polish: an option of method 'auto' only; give another method its options in its record")
     chosen = Auto(polish=polish) if method == Auto.name else method_of(method)
-    options = Options(chosen, float(balance), repairs, force=force, folder=os.getcwd())
+    options = Options(chosen, float(balance), repairs if repair else None, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
     log = manifest or manifest_of(out)

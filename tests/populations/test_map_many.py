@@ -402,6 +402,8 @@ def test_holes_are_filled_and_caps_are_no_figure(tmp_path):
     v, f = ism.samples.sphere(642)
     ism.write_mesh(tmp_path / "open.ply", v, f[1:])
     sources, out = [tmp_path / "open.ply"], str(tmp_path / "{stem}_sphere.ply")
+    with pytest.raises(ValueError, match="holes: only repair=True repairs meshes"):
+        ism.map_many(sources, out, holes="fill")
     refused, = ism.map_many(sources, out, processes=1, repair=True)
     assert refused.status == "no mesh"
     assert "holes='fill'" in refused.notes

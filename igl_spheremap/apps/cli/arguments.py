@@ -95,6 +95,29 @@ def switch(*names: str, help: str, **options: Any) -> Argument:
     return names, {"action": "store_true", "help": help, **options}
 
 
+def goes_with(flags: str | tuple[str, ...], argument: Argument) -> Argument:
+    """A flag that is refused unless one of these is given, too: it would be ignored."""
+    names, options = argument
+    return names, options | {"goes_with": (flags,) if isinstance(flags, str) else flags}
+
+
+def is_given(args: Namespace, argument: Argument) -> bool:
+    """Whether an argument has another value than its default."""
+    names, options = argument
+    place = options.get("dest", names[-1].lstrip("-").replace("-", "_"))
+    default = options.get("default", False if options.get("action") == "store_true" else None)
+    return bool(getattr(args, place) != default)
+
+
+def check_companions(args: Namespace) -> None:
+    """Raise a UsageError for a flag that is given without one that it goes with."""
+    for flag in args.row.arguments:
+        *others, last = wanted = flag[1].get("goes_with", ("",))
+        there = [other for other in args.row.arguments if set(other[0]) & set(wanted)]
+        if last and is_given(args, flag) and not any(is_given(args, other) for other in there):
+            raise UsageError(f"{flag[0][-1]} goes with {' or '.join(filter(None, (', '.join(others), last)))}")
+
+
 def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
     """The mesh, under a name for the help text, and the flags for reading it."""
     default = f"; default: {options['default']}" if options else ""
@@ -125,12 +148,15 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     return (
         UP,
         SCREENSHOT,
-        argument("--frame", "K", "which frame --screenshot shows, from 0; -1 is the last", type=int),
+        goes_with("--screenshot", argument("--frame", "K", "which frame --screenshot shows, from 0; -1 is the last",
+                                           type=int)),
         argument("--video", "OUT", "write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; "
                  "needs no display"),
-        argument("--length", "N", "the most pictures of --video, evenly chosen; those at star maps and repairs "
-                 f"are added (default {LENGTH})", type=POSITIVE_COUNT, default=LENGTH),
-        argument("--fps", "N", f"pictures a second of --video (default {RATE})", type=POSITIVE_COUNT, default=RATE),
+        goes_with("--video", argument("--length", "N", "the most pictures of --video, evenly chosen; those at star "
+                                      f"maps and repairs are added (default {LENGTH})", type=POSITIVE_COUNT,
+                                      default=LENGTH)),
+        goes_with("--video", argument("--fps", "N", f"pictures a second of --video (default {RATE})",
+                                      type=POSITIVE_COUNT, default=RATE)),
         (("--size",), {"type": _SIDE, "nargs": 2, "default": size, "metavar": ("W", "H"),
                        "help": "of the window in pixels (default {} {})".format(*size)}),
     )
@@ -142,11 +168,13 @@ FORMAT = argument("--format", "FMT", "the format of '-' (stdin for a mesh, stdou
 REPAIR = (
     switch("--repair", help="repair what needs no new geometry: weld open edges, triangulate, reorient, remove "
            "surplus faces"),
-    argument("--weld", "T", "with --repair: weld vertices along open edges up to this distance, a share of the "
-             f"bounding box's diagonal, at most {LARGEST_WELD:g}; default: those at the same place", type=_WELD),
-    switch("--keep-largest", help="with --repair: keep only the largest component"),
-    switch("--fill-holes", help="with --repair: close holes by caps"),
-    switch("--cut-handles", help="with --repair: cut handles along short loops, and close the cuts by caps"),
+    *(goes_with("--repair", each) for each in (
+        argument("--weld", "T", "with --repair: weld vertices along open edges up to this distance, a share of the "
+                 f"bounding box's diagonal, at most {LARGEST_WELD:g}; default: those at the same place", type=_WELD),
+        switch("--keep-largest", help="with --repair: keep only the largest component"),
+        switch("--fill-holes", help="with --repair: close holes by caps"),
+        switch("--cut-handles", help="with --repair: cut handles along short loops, and close the cuts by caps"),
+    )),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
@@ -182,7 +210,7 @@ BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1,
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
 UP = choice("--up", UPS, "which way is up in pictures, or left or right: z is, seen from that side; default: by the "
             "file's name and format, or auto: the way in which the surface stands")
-REPORT = (argument("--report", "PAGE", "write x.html, or report.html in a folder: figures and pictures"), UP)
+REPORT = argument("--report", "PAGE", "write x.html, or report.html in a folder: figures and pictures")
 #: What all commands take that map a mesh and write the map.
 MAPPING = (
     *source(),
@@ -192,7 +220,8 @@ MAPPING = (
     argument("--radius", "R", "of the sphere in OUT; default: 100 for GIFTI and FreeSurfer, 1 elsewhere",
              type=POSITIVE),
     switch("--with-surface", help="write the surface with the sphere beside it: x y z px py pz of a .ply file"),
-    *REPORT,
+    REPORT,
+    goes_with("--report", UP),
     argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
     switch("--timings", help="print the time of each stage"),
     *OUTPUT,
@@ -204,14 +233,16 @@ PLANE = (
              "sample:NAME[:key=value,...], or - for stdin"),
     FORMAT,
     *REPAIR,
-    argument("--rim", "VERTEX|X,Y,Z", "with --fill-holes: the hole that stays is the one nearest to this vertex or "
-             "point (--rim=-1,0,0); default: the longest", type=_rim),
+    goes_with("--fill-holes", argument("--rim", "VERTEX|X,Y,Z", "with --fill-holes: the hole that stays is the one "
+                                       "nearest to this vertex or point (--rim=-1,0,0); default: the longest",
+                                       type=_rim)),
     argument("--cut", "K|V,V,...|LIST", "cut a closed surface open along a tree of short paths that joins K of its "
              "tips, these vertices, or those of a .pinned or .vts list", type=_cut),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds, such as lh.cortex.patch.3d"),
     *target("the map: .obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the "
             "image as a mesh"),
-    *REPORT,
+    REPORT,
+    UP,
     argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
     *OUTPUT,
 )
@@ -220,9 +251,10 @@ RATINGS = argument("--ratings", "FILE", "leave out what is rated fail in this ta
 SOURCES = (
     argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
     argument("--subjects-dir", "DIR", "take --surface of each subject of a FreeSurfer folder"),
-    argument("--surface", "NAMES", "with --subjects-dir; default: lh.white,rh.white", default="lh.white,rh.white"),
+    goes_with("--subjects-dir", argument("--surface", "NAMES", "with --subjects-dir; default: lh.white,rh.white",
+                                         default="lh.white,rh.white")),
 )
-#: Of these, what concerns who works, and when it ends.
+#: What says who works on many files, and when jobs end.
 ENGINE = (
     argument("--jobs", "N", "processes; default: one for each processor", type=POSITIVE_COUNT),
     argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its "
@@ -272,9 +304,6 @@ def given(args: Namespace, *names: str) -> dict[str, Any]:
 def repair_options(args: Namespace) -> dict[str, Any] | None:
     """The options of `repair_mesh` that flags stand for; None without --repair."""
     if not args.repair:
-        for name in ("weld", "keep_largest", "fill_holes", "cut_handles"):
-            if getattr(args, name, None):
-                raise UsageError(f"--{name.replace('_', '-')} goes with --repair")
         return None
     return {"weld": args.weld or 0.0, "keep_largest": args.keep_largest,
             "holes": "fill" if args.fill_holes else "refuse", "handles": "cut" if args.cut_handles else "refuse"}

@@ -129,7 +129,6 @@ def load_any(args: Namespace) -> InputMesh:
     """The mesh that the command line names, closed or not; polygons are triangulated, and that is a repair."""
     if args.repair:
         return load_source(args)
-    repair_options(args)
     args.progress.stage(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=True))
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()

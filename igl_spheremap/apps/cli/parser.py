@@ -24,10 +24,24 @@ from ...shapes import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
-from .arguments import COUNT, FROM_ZERO, POSITIVE, POSITIVE_COUNT, Argument, argument, choice, number, switch
+from .arguments import (
+    COUNT,
+    FROM_ZERO,
+    POSITIVE,
+    POSITIVE_COUNT,
+    Argument,
+    argument,
+    check_companions,
+    choice,
+    goes_with,
+    number,
+    switch,
+)
 from .exits import UsageError, status_help
 
 _EXPONENT = number("above 1", lambda p: p > 1)
+#: What shows a map between surfaces.
+_SHOWING = ("--show", "--screenshot", "--video")
 _DEGREE = number(f"from 0 to {LARGEST_DEGREE}", lambda n: 0 <= n <= LARGEST_DEGREE, int)
 
 
@@ -159,10 +173,10 @@ COMMANDS = (
                "directions of axes that agree best"),
         argument("--modes", "K", "of many surfaces: how many principal components; their scores come before the "
                  "coefficients", type=POSITIVE_COUNT),
-        argument("--template", "FILE", "with --align: coefficients of an aligned shape, which decide the directions of "
-                 "the axes"),
+        goes_with("--align", argument("--template", "FILE", "with --align: coefficients of an aligned shape, which "
+                                      "decide the directions of the axes")),
         argument("--surface", "FILE", "write the surface that the coefficients describe, on the mesh of --to"),
-        shared.TO,
+        goes_with("--surface", shared.TO),
         argument("--table", "FILE", "write error and power by degree, separated by tabs"),
         *shared.OUTPUT,
     )),
@@ -213,9 +227,11 @@ COMMANDS = (
         switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
         argument("--overlay", ("ON_SOURCE", "ON_TARGET"), "write the common refinement, one mesh, with its positions "
                  "on each", nargs=2),
-        choice("--colours", CARRIED, f"what pictures show on both; default: {CARRIED[0]}", default=CARRIED[0]),
+        goes_with(_SHOWING, choice("--colours", CARRIED, f"what pictures show on both; default: {CARRIED[0]}",
+                                   default=CARRIED[0])),
         switch("--show", help="open a window with both and what is between them"),
-        *shared.pictures(CARRIED_SIZE),
+        *(goes_with(_SHOWING, each) if each[0][0] in ("--up", "--size") else each
+          for each in shared.pictures(CARRIED_SIZE)),
         shared.FORMAT,
         *shared.REPAIR,
         *shared.OUTPUT,
@@ -350,6 +366,7 @@ class _Parser(ArgumentParser):
             near = difflib.get_close_matches(unknown[0].partition("=")[0], flags, n=1)
             raise UsageError(f"{args.command} takes no {unknown[0]}" + "".join(f"; did you mean {one}?" for one in near)
                              + f" (see {self.prog} {args.command} --help)")
+        check_companions(args)
         return args
 
     def _print_message(self, message: str, file: Any = None) -> None:  # argparse's own hides OSErrors
@@ -380,7 +397,7 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
             formatter_class=RawDescriptionHelpFormatter,
         )
         for names, options in command.arguments if words is None or command.name in words else ():
-            subparser.add_argument(*names, **options)
+            subparser.add_argument(*names, **{name: value for name, value in options.items() if name != "goes_with"})
         subparser.set_defaults(row=command)
     return parser
 

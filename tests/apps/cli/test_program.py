@@ -85,6 +85,20 @@ def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, cap
     assert meant in one_line(capsys)
 
 
+@pytest.mark.parametrize(("words", "said"), [
+    ("batch a.ply --out {stem}.obj --surface lh.pial", "--surface goes with --subjects-dir"),
+    ("harmonics a.ply s.ply c.coef --to ico:3", "--to goes with --surface"),
+    ("disk a.ply b.obj --rim 3", "--rim goes with --fill-holes"),
+    ("map a.ply b.obj --up z", "--up goes with --report"),
+    ("play a.ply --frame 3", "--frame goes with --screenshot"),
+    ("match a.ply b.ply c.ply --colours places", "--colours goes with --show, --screenshot or --video"),
+    ("view a.ply s.ply --balance 1", "--balance would make a map, but s.ply is shown"),
+])
+def test_a_flag_that_would_be_ignored_is_refused(words, said, capsys):
+    assert main(words.split()) == 64
+    assert said in one_line(capsys)
+
+
 def test_without_words_the_help_is_printed(capsys):
     assert main([]) == 0
     assert capsys.readouterr().out.startswith("usage: igl-spheremap")

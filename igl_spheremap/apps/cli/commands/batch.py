@@ -47,7 +47,7 @@ def run_batch(args: Namespace) -> Exit:
     igl-spheremap batch --subjects-dir subjects --surface lh.white,rh.white --summary white.tsv
     igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
     """
-    sources, method = _sources(args), chosen_method(args, polish=None)  # all members are treated alike
+    sources, method = list_sources(args), chosen_method(args, polish=None)  # all members are treated alike
     pattern = args.out or _beside(args)
     targets = _targets(pattern, sources)
     manifest = args.manifest or manifest_of(pattern)
@@ -97,11 +97,6 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
         files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
         print(counts(rows, total), *files, sep="\n", flush=True)
     return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
-
-
-def _sources(args: Namespace) -> list[str]:
-    repair_options(args)
-    return list_sources(args)
 
 
 def list_sources(args: Namespace) -> list[str]:

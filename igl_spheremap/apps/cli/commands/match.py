@@ -39,7 +39,7 @@ def run_match(args: Namespace) -> Exit:
         format_of(path)
     check_outputs(args, surface=True)
     whole = args.target.lower().endswith(".npz")
-    pictures = Pictures(args.screenshot, args.video, tuple(args.size), length=args.length, fps=args.fps)
+    pictures = Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
     if args.show or pictures.offscreen:
         open_for(pictures)
     sources = [load_source(args, name) for name in (args.source, args.other)]

@@ -151,8 +151,6 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
     options = repair_options(args) or {}
     if args.cut_handles and args.cut is None:
         raise UsageError("--cut-handles goes with --cut here: give the number of points to cut through")
-    if args.rim is not None and not args.fill_holes:
-        raise UsageError("--rim goes with --fill-holes: it chooses the hole that stays")
     cut = read_landmarks(args.cut) if isinstance(args.cut, str) else args.cut
     return options | {name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None}
 

@@ -29,6 +29,7 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
+from ..arguments import is_given
 from ..exits import Exit, UsageError
 from ..inputs import expand
 from ..output import LISTED, Findings
@@ -60,11 +61,12 @@ def _refuse_unused(args: Namespace) -> None:
     """Refuse flags that this use of the command would ignore."""
     way = next((way for way in _TAKEN if getattr(args, way)), "")
     unused = []
-    for names, options in args.row.arguments:
-        name = names[-1].removeprefix("--").replace("-", "_")
+    for argument in args.row.arguments:
+        flag = argument[0][-1]
+        name = flag.removeprefix("--").replace("-", "_")
         used = name in (*_COMMON, way, *_TAKEN[way]) if way else name not in _TAKEN["design"]
-        if not used and getattr(args, name) != options.get("default", False if "action" in options else None):
-            unused.append(names[-1])
+        if not used and is_given(args, argument):
+            unused.append(flag)
     if unused:
         raise UsageError(f"{f'--{way}' if way else 'a new group'} takes no {' and no '.join(unused)}")
 

@@ -150,8 +150,6 @@ def run_harmonics(args: Namespace) -> Exit:
         return _harmonics_of_all(args)
     if args.modes:
         raise UsageError("--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply")
-    if args.template and not args.align:
-        raise UsageError("--template goes with --align")
     check_outputs(args)
     mesh = read_target_sphere(args.to) if args.surface else None
     pair = load_pair(args)

@@ -17,7 +17,7 @@ from ...viewer.compare import plane_view
 from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
 from ...viewer.result_view import ResultView, caption_of
-from ..arguments import chosen_method
+from ..arguments import chosen_method, is_given
 from ..exits import UsageError
 from ..inputs import InputMesh, load_pair, load_source, read_source
 from ..output import Findings, check_outputs
@@ -31,6 +31,10 @@ def run_view(args: Namespace) -> None:
     igl-spheremap view lh.pial lh.sphere.conformal --show angles
     igl-spheremap view bunny_map.npz --screenshot bunny.png
     """
+    making = [flag[0][-1] for flag in args.row.arguments
+              if flag[0][-1] in ("--method", "--balance") and is_given(args, flag)]
+    if making and args.sphere is not None:
+        raise UsageError(f"{' and '.join(making)} would make a map, but {args.sphere} is shown; leave out one of them")
     pictures = _pictures(args)
     open_for(pictures)
     try:
