@@ -20,7 +20,7 @@ from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, s
 from ..draw.palette import FOLDED, area_ramp, round_up, sizes
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
@@ -110,7 +110,7 @@ def _write_page(
         table(_versions()),
     ]
     path = page_file(place, "report.html")
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     html = page(title, "\n".join(filter(None, body)))
     with replacing(path, force=True) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FileError, MeshError, own_errstate
+from ..errors import MeshError, own_errstate
 from ..io import npz
 from ..io.files import write_mesh
 from ..io.reading import reading
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.scalars import write_scalars
 from ..io.tables import write_cells
 from ..io.written_map import write_map
@@ -65,7 +65,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     >>> bool((again.scores == group.scores).all())
     True
     """
-    place = prepared(folder)
+    place = make_folder(Path(folder) / "members").parent
     arrays = {name: getattr(group, name) for name in _ARRAYS}
     arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in FIGURES}
     known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
@@ -95,16 +95,6 @@ def write_mean(place: Path, v: FloatArray, f: IntArray, over: Mapping[str, Float
     if find_spec("nibabel"):
         write_mesh(place / "mean.surf.gii", v, f, force=force)
         write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
-
-
-def prepared(folder: str | os.PathLike[str]) -> Path:
-    """The folder of a group, made if it is missing."""
-    place = Path(folder)
-    try:
-        (place / "members").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't make the folder {place / 'members'}: {error.strerror}") from error
-    return place
 
 
 @own_errstate

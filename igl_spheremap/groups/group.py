@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -173,6 +173,11 @@ class Group(Shown):
         -------
         (n, 3) float64 array
             Vertices for the group's faces.
+
+        Raises
+        ------
+        ValueError
+            If there are more scores than modes.
         """
         given = np.asarray(scores, dtype=np.float64).reshape(-1)
         if len(given) > len(self.modes):
@@ -231,3 +236,15 @@ class PlacedMember:
     def __repr__(self) -> str:
         return f"PlacedMember({self.member.distance:.3g} from the mean, {len(self.scores)} scores)"
 
+
+def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: float) -> str:
+    """Why a member that lies that far from the mean is left out, given the members' distances; empty if it is not.
+
+    >>> too_far(9, [1, 2, 3], farthest=4)
+    'it lies 4.5 times as far from the mean as half of the members: look at it, or give a larger farthest'
+    """
+    usual = float(np.median(np.asarray(distances)))
+    if distance <= farthest * usual:
+        return ""
+    return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
+            "larger farthest")

@@ -89,7 +89,7 @@ class ModelFigures(NamedTuple):
         Root mean square distance of a member from the model of the others, in the members' units. Up to 100 members are
         left out one by one, of more a tenth at a time.
     specificity : (k,) float64 array
-        Mean distance of random shapes of the model from the member that is nearest to each.
+        Mean distance of random shapes of the model from the member that is nearest to each, in the members' units.
 
     References
     ----------

@@ -16,7 +16,7 @@ from ..draw.cards import Card, card_sheet, histogram
 from ..draw.markup import View, legend, made_by, page, scene, table
 from ..draw.palette import Ramp, round_up, sizes
 from ..draw.plot import both_sides, pose
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.textured import write_picture
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.timings import counted
@@ -72,8 +72,7 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
 
 def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray) -> list[Card]:
     """A card for each surface, and the pictures of the members, each in colours of its distance from the mean."""
-    folder = path.parent / "pictures"
-    folder.mkdir(exist_ok=True)
+    folder = make_folder(path.parent / "pictures")
     blank: dict[str, object] = dict.fromkeys((*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))))
     cards = [Card(f"out{k}", {"source": name, "status": "left out", "notes": reason, **blank}, name,
                   f"left out: {reason}", "", shlex.join(("igl-spheremap", "view", name)), good=False)

@@ -137,7 +137,7 @@ def series(
             result = mapped(source, balance)
         except MeshError as error:
             name = os.fspath(source) if isinstance(source, str | os.PathLike) else f"frame {k}"
-            raise MeshError(f"{name}: {error}", error.remedy) from error
+            raise MeshError(f"{name}: {str(error).removeprefix(f'{name}: ')}", error.remedy) from error
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FileError
 from ..io import npz
 from ..io.files import write_mesh
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.tables import write_cells
 from ..io.written_map import write_map
 from ..mesh.arrays import FloatArray
@@ -32,11 +31,8 @@ def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[
     space, with drift and means in time; ``maps`` each frame's map.
     """
     place = Path(folder)
-    try:
-        for name in ("frames", "maps"):
-            (place / name).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't make the folder {place}: {error.strerror}") from error
+    for name in ("frames", "maps"):
+        make_folder(place / name)
     with replacing(place / ARCHIVE, force=True) as partial:
         npz.write_arrays(partial, {name: getattr(found, name) for name in _ARRAYS}
                          | {"names": np.array(names, dtype=str), "feature_names": np.array(feature_names, dtype=str)})

@@ -11,15 +11,15 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FileError, MeshError, check_number, check_whole, one_line, own_errstate
+from ..errors import MeshError, check_number, check_whole, one_line, own_errstate
 from ..io import npz
 from ..io.npz import read_arrays
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.written_map import read_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
@@ -29,9 +29,8 @@ from ..mesh.check import check_mesh
 from ..mesh.objects import vertices_and_faces
 from ..mesh.timings import log_share
 from ..populations.executors import executor_of
-from ..populations.job import Task
 from ..populations.run_many import run_many
-from ..populations.table import MAPPED
+from ..populations.table import MAPPED, JobRow
 from ..shapes.transfer import sphere_mesh
 from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import row_lengths, weighted_sum
@@ -39,8 +38,8 @@ from ..untangle.local_repair import unfolded
 from . import FARTHEST
 from .features import FeatureFiles
 from .files import file_names
-from .group import Group, Member
-from .jobs import MapJob, MapMember, MemberJob, PlaceMember, RegisterMember, columns_of, write_arrays
+from .group import Group, Member, too_far
+from .jobs import MapJob, MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember, columns_of, write_arrays
 from .modes import principal_modes
 from .placing import Source
 from .procrustes import Alignment, blocks, generalised_procrustes, placed
@@ -110,7 +109,7 @@ def template(
     Raises
     ------
     MeshError
-        If fewer than three members are left.
+        If there are fewer than three surfaces, or fewer than three members are left.
     ValueError
         If there is no such icosphere, or an option is out of range.
 
@@ -131,6 +130,8 @@ def template(
     if processes is not None:
         check_whole(processes, "processes", 1)
     mesh = sphere_mesh(target)
+    if len(sources) < _FEWEST:
+        raise MeshError(f"{len(sources)} surfaces make no group; give {_FEWEST} or more")
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
     with ExitStack() as stack:
@@ -138,8 +139,8 @@ def template(
         crew = stack.enter_context(executor_of(executor, processes))
         run = partial(run_many, manifest=os.path.join(place, MANIFEST), executor=crew, resume=resume,
                       retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries)
-        work = _Work(Path(place), run, target, *mesh, balance, rigid, farthest)
-        return work.joined(*work.fixed_point(work.mapped(sources, features)), modes, keep=out is None)
+        work = _Work(_Files(Path(place)), _Crew(run, target), *mesh, balance, rigid)
+        return work.joined(work.fixed_point(work.mapped(sources, features), farthest), modes, keep=out is None)
 
 
 @dataclass
@@ -152,44 +153,86 @@ class _Member:
     sphere: str = ""  # the file of its last registration
 
 
-class _Work:
-    """The files of a group in the making: rounds of jobs for all members, and what is summed over them.
+class _Files:
+    """Where the files of a group in the making lie; their folders are made as they are asked for."""
 
-    Members are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
-    """
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
 
-    def __init__(self, folder: Path, run: Any, target: str, x: FloatArray, f: IntArray, balance: float, rigid: bool,
-                 farthest: float) -> None:
-        self._folder, self._run, self._target, self._x, self._f = folder, run, target, x, f
-        self._balance, self._rigid, self._farthest = balance, rigid, farthest
-        self._common: dict[str, Any] = {"force": False, "folder": os.getcwd()}
-        self.left_out: dict[str, str] = {}
-        self.changes: list[float] = []
-
-    def _file(self, *parts: str) -> str:
-        """The place of a file, whose folder is made if it is missing."""
+    def place(self, *parts: str) -> str:
+        """The place of a file by its folders and its name."""
         path = self._folder.joinpath(*parts)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileError(f"can't make the folder {path.parent}: {error.strerror}") from error
+        make_folder(path.parent)
         return str(path)
 
-    def _each(self, name: str, members: list[_Member], jobs: Sequence[MemberJob], task: Task[Any],
-              failing: str = "") -> list[_Member]:
-        """Run a job for each member; those for which it failed are left out."""
+    def map(self, member: _Member) -> str:
+        """The member's map, and its features."""
+        return self.place("work", "maps", f"{member.short}.npz")
+
+    def points(self, member: _Member) -> str:
+        """The member at the points of the icosphere, which is registered in its place."""
+        return self.place("work", "points", f"{member.short}.npz")
+
+    def placed(self, member: _Member) -> str:
+        """Points, areas and features of the member in correspondence."""
+        return self.place("work", "placed", f"{member.short}.npz")
+
+    def result(self, member: _Member) -> str:
+        """The member's map in the group's frame."""
+        return self.place("members", f"{member.short}.npz")
+
+    def stored(self, name: str, shapes: Iterable[FloatArray], size: tuple[int, int, int]) -> FloatArray:
+        """Shapes in a file, as an array of that size, in memory only where it is read."""
+        path = self.place("work", f"{name}.f64")
+        with replacing(path, force=True) as partial, partial.open("wb") as file:
+            for shape in shapes:
+                file.write(np.ascontiguousarray(shape).tobytes())
+        return np.asarray(np.memmap(path, np.float64, "r", shape=size))
+
+
+class _Crew:
+    """Runs a job for each member, and keeps the names of those for which one failed, with the reasons."""
+
+    def __init__(self, run: Callable[..., list[JobRow]], target: str) -> None:
+        self._run = run
+        self._settings: dict[str, Any] = {"to": target, "force": False, "folder": os.getcwd()}
+        self.left_out: dict[str, str] = {}
+
+    def each(self, name: str, members: list[_Member], jobs: Sequence[MemberJob], kind: Callable[..., MemberTask],
+             failing: str = "", **options: Any) -> list[_Member]:
+        """The members whose jobs of this kind of task succeeded."""
         done = count(1)
         log_share(name, 0, len(jobs))
-        rows = self._run(jobs, task, listener=lambda _: log_share(name, next(done), len(jobs)))
+        rows = self._run(jobs, kind(**self._settings, **options),
+                         listener=lambda _: log_share(name, next(done), len(jobs)))
         for member, row in zip(members, rows, strict=True):
             if row.status not in MAPPED:
-                self.left_out[member.name] = failing + row.notes
+                self.left_out[member.name] = failing + row.notes.removeprefix(f"{member.name}: ")
         found = [member for member, row in zip(members, rows, strict=True) if row.status in MAPPED]
         if len(found) < _FEWEST:
             reason = "".join(f"; {name}: {why}" for name, why in list(self.left_out.items())[:1])
             raise MeshError(f"{len(found)} of {len(found) + len(self.left_out)} members are left, and a group needs "
                             f"{_FEWEST}{reason}")
         return found
+
+
+class _Fixed(NamedTuple):
+    """Members registered to their mean, the rotation to its Gauss map, and how far it moved in each round."""
+
+    members: list[_Member]
+    turn: FloatArray
+    changes: tuple[float, ...]
+
+
+class _Work:
+    """The making of a group: rounds of jobs for all members, and what is summed over them.
+
+    Members are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
+    """
+
+    def __init__(self, files: _Files, crew: _Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool) -> None:
+        self._files, self._crew, self._x, self._f = files, crew, x, f
+        self._balance, self._rigid = balance, rigid
 
     def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None) -> list[_Member]:
         """Map all members, in the order of their contents."""
@@ -202,16 +245,16 @@ class _Work:
                 jobs.append(self._map_job(member, source, None if features is None else features[member.number]))
                 known.append(member)
             except MeshError as error:
-                self.left_out[member.name] = one_line(error)
-        found = self._each("maps", known, jobs, MapMember(to=self._target, balance=self._balance, **self._common))
-        digests = {member.number: read_arrays(self._points(member))["digest"].tobytes() for member in found}
+                self._crew.left_out[member.name] = one_line(error)
+        found = self._crew.each("maps", known, jobs, MapMember, balance=self._balance)
+        digests = {member.number: read_arrays(self._files.points(member))["digest"].tobytes() for member in found}
         return sorted(found, key=lambda member: digests[member.number])
 
     def _map_job(self, member: _Member, source: Source, features: ArrayLike | None) -> MapJob:
         """What is read and written for a member; what was given as an object is written first."""
         path, is_map = member.name, isinstance(source, SphereMap)
         if not isinstance(source, str | os.PathLike):
-            path = self._file("work", "given", f"{member.short}.npz")
+            path = self._files.place("work", "given", f"{member.short}.npz")
             if isinstance(source, SphereMap):
                 write_arrays(path, npz.arrays_of(source))
             else:
@@ -222,35 +265,31 @@ class _Work:
         if isinstance(features, FeatureFiles):
             columns = features.paths
         elif features is not None:
-            columns = columns_of(features, self._file("work", "given", f"{member.short}.features.npy"))
-        return MapJob(path, self._map(member), more=(self._points(member),), is_map=is_map, features=columns)
+            columns = columns_of(features, self._files.place("work", "given", f"{member.short}.features.npy"))
+        return MapJob(path, self._files.map(member), more=(self._files.points(member),), is_map=is_map,
+                      features=columns)
 
-    def _map(self, member: _Member) -> str:
-        return self._file("work", "maps", f"{member.short}.npz")
-
-    def _points(self, member: _Member) -> str:
-        return self._file("work", "points", f"{member.short}.npz")
-
-    def fixed_point(self, members: list[_Member]) -> tuple[list[_Member], FloatArray]:
-        """Members registered to a template that is their mean, and how its sphere turns to the mean's Gauss map.
+    def fixed_point(self, members: list[_Member], farthest: float) -> _Fixed:
+        """Register the members to a template until it is their mean.
 
         All turn with the start until then. Members that lie too far off are left out where the mean stays, and it goes
         on with the others.
         """
-        x, f = self._x, self._f
+        x, f, changes = self._x, self._f, list[float]()
         tolerance = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the icosphere's faces are from the sphere
-        before = read_arrays(self._points(self._medoid(members)))["points"]
+        before = read_arrays(self._files.points(self._medoid(members)))["points"]
         target, last = certified(check_mesh(before, f), x), _ROUNDS
         for step in count(1):
             members = self._registered(members, target, step)
-            files = [member.sphere for member in members]
-            shapes, areas, aligned = self._aligned(files)
-            self.changes.append(_change(before, aligned.mean, areas))
-            if self.changes[-1] < tolerance or step == last:
-                far = self._outliers(members, _distances(shapes, areas, aligned))
+            shapes, areas, aligned = self._aligned([member.sphere for member in members])
+            changes.append(_change(before, aligned.mean, areas))
+            if changes[-1] < tolerance or step == last:
+                distances = _distances(shapes, areas, aligned)
+                far = {member.name: why for member, distance in zip(members, distances, strict=True)
+                       if (why := too_far(distance, distances, farthest))}
                 if not far:
                     break
-                self.left_out |= far
+                self._crew.left_out |= far
                 members, last = [member for member in members if member.name not in far], step + _ROUNDS
                 _, areas, aligned = self._aligned([member.sphere for member in members])
             before = aligned.mean
@@ -258,33 +297,25 @@ class _Work:
             as_before = best_rotation(target.sphere, x, areas)
             target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
         mesh = check_mesh(aligned.mean, f)
-        return members, best_rotation(x, orientation_target(mesh), mesh.A)
+        return _Fixed(members, best_rotation(x, orientation_target(mesh), mesh.A), tuple(changes))
 
     def _medoid(self, members: list[_Member]) -> _Member:
         """Whose harmonics' powers, which neither pose nor mirroring changes, are nearest to the mean of all."""
-        powers = np.stack([read_arrays(self._points(member))["powers"] for member in members])
+        powers = np.stack([read_arrays(self._files.points(member))["powers"] for member in members])
         return members[int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))]
 
     def _registered(self, members: list[_Member], target: SphereMap, step: int) -> list[_Member]:
         """The members registered to a template, from where they were in the round before."""
-        template = self._file("work", "rounds", str(step), "template.npz")
+        template = self._files.place("work", "rounds", str(step), "template.npz")
         write_arrays(template, {"vertices": target.vertices, "faces": target.faces, "sphere": target.sphere})
         jobs = []
         for member in members:
             beside = (template, member.sphere) if member.sphere else (template,)
-            jobs.append(MemberJob(self._points(member), self._file("work", "rounds", str(step), f"{member.short}.npz"),
-                                  beside=beside))
-        found = self._each("registrations", members, jobs, RegisterMember(to=self._target, **self._common),
-                           "it could not be registered: ")
+            jobs.append(MemberJob(self._files.points(member),
+                                  self._files.place("work", "rounds", str(step), f"{member.short}.npz"), beside=beside))
+        found = self._crew.each("registrations", members, jobs, RegisterMember, "it could not be registered: ")
         spheres = {job.source: job.target for job in jobs}
-        return [replace(member, sphere=spheres[self._points(member)]) for member in found]
-
-    def _outliers(self, members: list[_Member], distances: FloatArray) -> dict[str, str]:
-        """Which members lie too far from the mean, and why."""
-        usual = float(np.median(distances))
-        return {member.name: f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look "
-                             "at it, or raise farthest" for member, distance in zip(members, distances, strict=True)
-                if distance > self._farthest * usual}
+        return [replace(member, sphere=spheres[self._files.points(member)]) for member in found]
 
     def _aligned(self, files: list[str]) -> tuple[FloatArray, FloatArray, Alignment]:
         """The points of all members in one file, their mean area around each, and how they lie on each other."""
@@ -301,22 +332,20 @@ class _Work:
         return shapes, areas, generalised_procrustes(shapes, areas, self._rigid)
 
     def _stored(self, name: str, shapes: Iterable[FloatArray], number: int) -> FloatArray:
-        """Shapes in a file of the folder, as an array in memory only where it is read."""
-        path = self._file("work", f"{name}.f64")
-        with replacing(path, force=True) as partial, partial.open("wb") as file:
-            for shape in shapes:
-                file.write(np.ascontiguousarray(shape).tobytes())
-        return np.asarray(np.memmap(path, np.float64, "r", shape=(number, len(self._x), 3)))
+        return self._files.stored(name, shapes, (number, len(self._x), 3))
 
-    def joined(self, members: list[_Member], turn: FloatArray, modes: int, keep: bool) -> Group:
-        """The group: each registration is carried to the member's own mesh, and sampled there."""
-        frame = self._file("work", "frame.npz")
-        write_arrays(frame, {"turn": turn})
-        jobs = [MemberJob(self._map(member), self._file("members", f"{member.short}.npz"),
-                          beside=(self._points(member), member.sphere, frame),
-                          more=(self._file("work", "placed", f"{member.short}.npz"),)) for member in members]
-        members = self._each("members", members, jobs, PlaceMember(to=self._target, **self._common))
-        files = [self._file("work", "placed", f"{member.short}.npz") for member in members]
+    def joined(self, fixed: _Fixed, modes: int, keep: bool) -> Group:
+        """The group: each registration is carried to the member's own mesh, and sampled there.
+
+        With `keep` it holds maps and shapes; else they lie in files.
+        """
+        frame = self._files.place("work", "frame.npz")
+        write_arrays(frame, {"turn": fixed.turn})
+        jobs = [MemberJob(self._files.map(member), self._files.result(member),
+                          beside=(self._files.points(member), member.sphere, frame),
+                          more=(self._files.placed(member),)) for member in fixed.members]
+        members = self._crew.each("members", fixed.members, jobs, PlaceMember)
+        files = [self._files.placed(member) for member in members]
         shapes, areas, aligned = self._aligned(files)
         distances = _distances(shapes, areas, aligned)
         shapes = self._stored("aligned", (aligned.laid(shapes, slice(k, k + 1))[0] for k in range(len(files))),
@@ -329,13 +358,13 @@ class _Work:
         feature_variance = _mean_of(files, lambda values: (values - feature_mean) ** 2)
         order = np.argsort([member.number for member in members])  # as the sources came
         shapes = self._stored("shapes", (shapes[k] for k in order), len(files))
-        rows = [Member(member.name, read_map(self._file("members", f"{member.short}.npz")) if keep else None,
+        rows = [Member(member.name, read_map(self._files.result(member)) if keep else None,
                        float(read_arrays(member.sphere)["correlation"]), float(size), float(distance))
                 for member, size, distance in zip(members, aligned.sizes, distances, strict=True)]
         return Group(
             mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
             found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance), feature_mean,
-            np.sqrt(feature_variance * len(files) / several), dict(self.left_out), tuple(self.changes), self._rigid,
+            np.sqrt(feature_variance * len(files) / several), dict(self._crew.left_out), fixed.changes, self._rigid,
             self._balance,
         )  # fmt: skip
 

@@ -43,6 +43,16 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
         raise FileError(f"can't write {path}: {error.strerror or error}") from error
 
 
+def make_folder(path: PathLike) -> Path:
+    """A folder, made with those above it if it is missing; a FileError says why it can't be."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"can't make the folder {folder}: {error.strerror or error}") from error
+    return folder
+
+
 def remove_partial_files(path: PathLike, process: int) -> None:
     """Remove what a process of this machine, which was ended, left in the folder of a file."""
     for left in Path(os.path.realpath(path)).parent.glob(f"{glob.escape(_partial(process))}*"):

@@ -24,7 +24,7 @@ from ..errors import FileError, import_optional
 from ..io.files import read_sphere
 from ..io.gifti import structure_of
 from ..io.hemispheres import LEFT, RIGHT
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.textured import write_picture
 from ..mesh.check import check_mesh
 from ..verify.distortion import log_area_ratios
@@ -103,7 +103,7 @@ def write_page(
     by ISO 8601.
     """
     path = check_page(place)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     apart = Path(place) != path
     shown = [rows[k] for k in worst_first(rows)]
     pictured = shown if apart else shown[:MOST]
@@ -112,7 +112,7 @@ def write_page(
              for row in shown]
     with TemporaryDirectory() as temporary:
         folder = path.parent / "subjects" if apart else Path(temporary)
-        folder.mkdir(exist_ok=True)
+        make_folder(folder)
         files_of = [folder / f"{name}-{sheet.look}.png" for name in names[: len(pictured)]]
         drawn = _draw(pictured, [str(file) for file in files_of], sheet, processes)
         addresses = [(f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""

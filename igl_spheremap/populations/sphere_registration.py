@@ -25,7 +25,7 @@ from ..io.formats import CONVENTIONS, Convention
 from ..io.gifti import structure_of
 from ..io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
 from ..io.records import Label, LoadedMesh
-from ..io.replacing import replacing
+from ..io.replacing import make_folder, replacing
 from ..io.scalars import read_labels, read_scalars, write_scalars
 from ..io.templates import TEMPLATES, TemplateFiles, template_files
 from ..io.textured import write_picture
@@ -155,7 +155,7 @@ class SphereRegistration(Task[HemisphereJob]):
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
         taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
                  for atlas, values, _ in atlases]
-        Path(self.place(job.folder)).mkdir(parents=True, exist_ok=True)
+        make_folder(self.place(job.folder))
         foldings = moved = 0
         for names in job.names:
             writer = _Writer(self.place(job.folder), names, given, mark)
@@ -370,10 +370,7 @@ def registration_manifest(out: str) -> str:
     './sphere-reg.manifest.jsonl'
     """
     folder = out if "{" not in out else os.path.dirname(out.partition("{")[0])
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't make the folder {Path(folder)}: {error.strerror}") from None
+    make_folder(folder)
     return os.path.join(folder, "sphere-reg.manifest.jsonl")
 
 

@@ -84,6 +84,7 @@ _FLAGS = {
     'gauge="centred"': "--gauge centred",
     "mollify=True": "without --as-printed",
     "soft=True": "--soft",
+    "larger farthest": "larger --farthest",
     'hemisphere="L" or "R"': "--hemi L or R",
 }
 

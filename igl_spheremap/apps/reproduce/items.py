@@ -43,11 +43,11 @@ def reproduce(
     `listen` makes a listener for a run on a mesh with these faces.
     """
     # The command's help needs the names alone.
-    from ...io.replacing import check_writable, replacing
+    from ...io.replacing import make_folder, replacing
     from .claims import CLAIMS
     from .figures import FIGURES
     from .needs import runs_of
-    from .page import check_page, fill
+    from .page import fill, read_page
     from .runs import Runs, settings
     from .tables import TABLES
 
@@ -56,19 +56,8 @@ def reproduce(
     if meshes is not None and not meshes.is_dir():
         raise FileError(f"{meshes} is not a folder of meshes")
     makers = {**TABLES, **CLAIMS}
-    if page is not None:
-        try:
-            text = page.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise FileError(f"can't read {page}: {getattr(error, 'strerror', None) or 'it is not UTF-8'}") from error
-        check_page(text, makers, page)
-        check_writable(page, force=True)
-    kept = out / "runs"
-    try:
-        kept.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"can't write {kept}: {error.strerror or error}") from error
-    runs = Runs(kept, meshes, max_iterations, COPIES if spread else 0, report, listen)
+    text = "" if page is None else read_page(page, makers)
+    runs = Runs(make_folder(out / "runs"), meshes, max_iterations, COPIES if spread else 0, report, listen)
     report("reading the surfaces")
     if "projections" in names:
         report("projections in a row take some ten minutes, besides the runs")

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...draw import palette
 from ...draw.plot import LIGHT
 from ...errors import DisplayError, FileError, import_optional
-from ...io.replacing import check_writable, replacing
+from ...io.replacing import check_writable, make_folder, replacing
 from ...mesh.arrays import FloatArray
 from .choices import SIZE
 
@@ -304,7 +304,7 @@ def _mp4(path: Path, rate: int) -> Iterator[Write]:
 @contextmanager
 def _folder(path: Path) -> Iterator[Write]:
     images = import_optional("PIL.Image", "a video", "io")
-    path.mkdir(parents=True, exist_ok=True)
+    make_folder(path)
     count = 0
 
     def write(picture: Picture, times: int) -> None:

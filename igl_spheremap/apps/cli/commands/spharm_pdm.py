@@ -5,6 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+from ....io.replacing import make_folder
 from ....maps.options import Auto
 from ....populations.mapping import Options
 from ....populations.page import Sheet, map_sheet
@@ -29,7 +30,7 @@ def run_spharm_pdm(args: Namespace) -> Exit:
     except ValueError as error:
         raise UsageError(f"--{error}") from None
     for job in jobs:
-        Path(job.target).parent.mkdir(parents=True, exist_ok=True)
+        make_folder(Path(job.target).parent)
     manifest = args.manifest or str(Path(args.out.partition("{")[0]) / "spharm_pdm.manifest.jsonl")
     check_files(args, [manifest, *(path for job in jobs for path in (*job.sources, *job.targets))])
 

@@ -13,9 +13,9 @@ import numpy as np
 from ....errors import FileError, MapError, MeshError, import_optional, one_line
 from ....groups.design import read_design, write_test
 from ....groups.features import FeatureFiles
-from ....groups.files import ARCHIVE, file_names, member_row, prepared, read_group, write_group
+from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
 from ....groups.film import write_mode_film, write_series_film
-from ....groups.group import Group
+from ....groups.group import Group, too_far
 from ....groups.page import write_group_page, write_series_page
 from ....groups.permutation import LEVEL, indicators, permutation_test
 from ....groups.series import series
@@ -23,6 +23,7 @@ from ....groups.series_files import ARCHIVE as SERIES
 from ....groups.series_files import write_series
 from ....groups.template import template
 from ....io.files import read_mesh
+from ....io.replacing import make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
@@ -30,7 +31,7 @@ from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ..arguments import is_given
-from ..exits import Exit, UsageError
+from ..exits import Exit, UsageError, flags_of, with_flags
 from ..inputs import expand
 from ..output import LISTED, Findings
 
@@ -74,7 +75,7 @@ def _refuse_unused(args: Namespace) -> None:
 def _make(args: Namespace) -> Exit:
     """A new group, in files."""
     kept, excluded, features = _given(args, ARCHIVE)
-    out = prepared(args.out)
+    out = make_folder(args.out)
     group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
                      farthest=args.farthest, out=out, processes=args.jobs, resume=args.resume,
                      executor=None if args.scheduler is None else connect(args.scheduler), timeout=args.timeout,
@@ -162,7 +163,7 @@ def _describe(args: Namespace, group: Group) -> None:
     found.add("members", f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
               members=[member.name for member in group.members], left_out=dict(group.left_out))
     for name, reason in list(group.left_out.items())[:LISTED]:
-        found.add("left out", f"{name}: {reason}")
+        found.add("left out", with_flags(f"{name}: {reason}", flags_of(args)))
     found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in the last of "
                       f"{len(group.changes)} rounds", changes=group.changes)
     for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
@@ -181,9 +182,8 @@ def _add(args: Namespace) -> Exit:
     """Place new surfaces into a group: files of their own are written, and no other one."""
     out = Path(args.out)
     group = read_group(out)
-    table, folder = out / "added.tsv", out / "added"
-    folder.mkdir(exist_ok=True)
-    usual = float(np.median([member.distance for member in group.members]))
+    table, folder = out / "added.tsv", make_folder(out / "added")
+    distances = [member.distance for member in group.members]
     rows = _earlier(table)
     names = expand(args.add)
     found, refused = Findings(), False
@@ -194,16 +194,16 @@ def _add(args: Namespace) -> Exit:
         try:
             placed = group.place(balanced_spherical_map(read_mesh(name), balance=group.balance))
             member = placed.member
-            if member.distance > args.farthest * usual:
-                raise MapError(f"it lies {member.distance / usual:.1f} times as far from the mean as half of the "
-                               "members")
+            if reason := too_far(member.distance, distances, args.farthest):
+                raise MapError(reason)
             if member.map is not None:
                 write_map(folder / f"{short}.npz", member.map, force=True)
             cells = (name, "added", *member_row(member, placed.scores)[2:])
             found.add("added", f"{name}: {member.distance:.4g} from the mean")
         except (MeshError, FileError, MapError) as error:
-            refused, cells = True, (name, "left out", one_line(error))
-            found.add("left out", f"{name}: {one_line(error)}")
+            reason = with_flags(one_line(error).removeprefix(f"{name}: "), flags_of(args))
+            refused, cells = True, (name, "left out", reason)
+            found.add("left out", f"{name}: {reason}")
         rows[name] = cells
     header = ("member", "status", "reason", "correlation", "size", "distance",
               *(f"mode_{k + 1}" for k in range(len(group.modes))))

@@ -203,7 +203,7 @@ def _harmonics_of_all(args: Namespace) -> Exit:
             pair = load_pair(Namespace(**{**vars(args), "source": name, "sphere": sphere}))
             shapes[name] = spherical_harmonics(pair.map(), degree=args.degree)
         except (MeshError, FileError, MapError) as error:
-            reasons[name] = one_line(error)
+            reasons[name] = one_line(error).removeprefix(f"{name}: ")
     if not shapes:
         raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
     args.progress.stage("aligning" if args.align else "writing")
