@@ -29,7 +29,6 @@ _GAIN = 2e-3
 _SOFT = 10.0
 
 
-
 class Stage(NamedTuple):
     """What is lowered on a level.
 
@@ -44,7 +43,7 @@ class Stage(NamedTuple):
     weight : float
         Of the features' squared differences, summed over all columns, beside the strain.
     guard : float
-        Weight of the strain of A's sphere, which alone knows the faces' orientation.
+        Weight of the strain of the source's sphere, which alone knows which side of a face is up.
     steps : int
         Newton steps at most.
     """
@@ -62,34 +61,34 @@ Report = Callable[[Stage, Level, FloatArray, float], None]
 
 
 class Descent:
-    """Maps of A to B's sphere, lowered in strain from A to B, and what is to agree beside it.
+    """Maps of the source to the target's sphere, lowered in strain between the surfaces, and what is to agree beside.
 
     Parameters
     ----------
-    a, b : Level
+    source, target : Level
         The surfaces on their own meshes.
     stages : sequence of Stage
         From coarse levels to fine ones.
     pair : FeaturePair
         Their features.
     goals : (k, 3) float64 array
-        Points of B's sphere that A's landmarks are to meet.
+        Points of the target's sphere that the source's landmarks are to meet.
     position_weight : float
         Weight of the squared distances between the surfaces' points, after a similarity.
     soft : bool
         Whether landmarks are drawn to their goals instead of being held there.
     """
 
-    def __init__(self, a: Level, b: Level, stages: Sequence[Stage], pair: FeaturePair, goals: FloatArray, *,
+    def __init__(self, source: Level, target: Level, stages: Sequence[Stage], pair: FeaturePair, goals: FloatArray, *,
                  position_weight: float = 0.0, soft: bool = False) -> None:
-        self._a, self._b, self._goals, self._soft = a, b, goals, soft
+        self._source, self._target, self._goals, self._soft = source, target, goals, soft
         self._pair, self._position_weight = pair, position_weight
         self._plan = [(size, list(each)) for size, each in groupby(stages, key=lambda stage: stage.size)]
-        self._levels: dict[int | None, tuple[Level, Level]] = {None: (a, b)}
+        self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
     def start(self, width: float, moebius: bool,
               least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-        """A rotation of A's sphere by features of one width, and all that were considered, the one taken first.
+        """A rotation of the source's sphere by features of one width, and all that were tried, the one taken first.
 
         `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
         level, to the least product of energy and distance of positions, which both vanish for similar surfaces. Energy
@@ -103,28 +102,29 @@ class Descent:
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
-        """A's sphere after a rotation, and a Moebius map by features of that width."""
-        found = [unfolded(self._a.mesh, self._a.x @ candidate.rotation.T)]  # rounding may fold slivers
+        """The source's sphere after a rotation, and a Moebius map by features of that width."""
+        found = [unfolded(self._source.mesh, self._source.x @ candidate.rotation.T)]  # rounding may fold slivers
 
         def keep(y: FloatArray, _: float) -> None:
             found[0] = y
 
         if width is not None:
-            fit_moebius(found[0], self._a.f, self._pair.weights, self._pair.source([width]), self._pair.target([width]),
-                        keep)
+            fit_moebius(found[0], self._source.f, self._pair.weights, self._pair.source([width]),
+                        self._pair.target([width]), keep)
         return found[0]
 
     def _outlook(self, start: FloatArray) -> float:
         """Energy times distance of positions that a start leads to on the coarsest level."""
         size, stages = self._plan[0]
-        a, b = self._level(size)
-        a, y = self.lowered(a, b, self._a.carried(start, a), stages)
-        energy = log_strain(a, b, y) + sum(term.value(y) for term in self._terms(a, b, y, stages[-1]))
-        return energy * _distance(a, b, y)
+        source, target = self._level(size)
+        source, y = self.lowered(source, target, self._source.carried(start, source), stages)
+        terms = self._terms(source, target, y, stages[-1])
+        energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
+        return energy * _distance(source, target, y)
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
-        """The map that a start on A's own mesh leads to, and the level that it is on, refined near landmarks."""
-        work = [(stage, (size or len(self._a.x)) * stage.steps) for size, stages in self._plan for stage in stages]
+        """The map that a start on the source's own mesh leads to, and its level, which is refined near landmarks."""
+        work = [(stage, (size or len(self._source.x)) * stage.steps) for size, stages in self._plan for stage in stages]
         total, ahead, now, step = sum(cost for _, cost in work), 0, 0, 0
 
         def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
@@ -136,10 +136,10 @@ class Descent:
             report(stage, level, y, energy)
 
         log_share("steps", 0, total)
-        level, y = self._a, start
+        level, y = self._source, start
         for size, stages in self._plan:
-            a, b = self._level(size)
-            level, y = self.lowered(a, b, level.carried(y, a), stages, take)
+            source, target = self._level(size)
+            level, y = self.lowered(source, target, level.carried(y, source), stages, take)
         log_share("steps", total, total)
         return level, y
 
@@ -147,10 +147,10 @@ class Descent:
         """Both surfaces at a resolution."""
         if size not in self._levels:
             assert size is not None
-            self._levels[size] = self._a.coarser(size), self._b.coarser(size)
+            self._levels[size] = self._source.coarser(size), self._target.coarser(size)
         return self._levels[size]
 
-    def lowered(self, a: Level, b: Level, y: FloatArray, stages: Sequence[Stage],
+    def lowered(self, source: Level, target: Level, y: FloatArray, stages: Sequence[Stage],
                 report: Report | None = None) -> tuple[Level, FloatArray]:
         """A map of a level with less strain, landmarks held at their goals, and the level, refined if they need it.
 
@@ -158,42 +158,43 @@ class Descent:
         """
         held = None
         if len(self._goals) and not self._soft:
-            a, y = meet(a, y, self._goals)
-            if not (y[a.landmarks] == self._goals).all():
-                return a, y
+            source, y = meet(source, y, self._goals)
+            if not (y[source.landmarks] == self._goals).all():
+                return source, y
             held = np.zeros(len(y), dtype=bool)
-            held[a.landmarks] = True
+            held[source.landmarks] = True
         for stage in stages:
-            problem = FaceProblem(ComposedStrain(a, b, stage.share, stage.guard), self._terms(a, b, y, stage),
-                                  held=held)
+            strain = ComposedStrain(source, target, stage.share, stage.guard)
+            problem = FaceProblem(strain, self._terms(source, target, y, stage), held=held)
             value, small = problem.value(y), 0
-            for k, trial in enumerate(newton(problem, LineSearch(a.system), y), 1):
+            for k, trial in enumerate(newton(problem, LineSearch(source.system), y), 1):
                 y, gain, value = trial.x, value - trial.value, trial.value
                 if report is not None:
-                    report(stage, a, y, value)
+                    report(stage, source, y, value)
                 small = small + 1 if gain < _GAIN * (value + gain) else 0
                 if small == 2 or k == stage.steps:
                     break
-        return a, y
+        return source, y
 
-    def _terms(self, a: Level, b: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
+    def _terms(self, source: Level, target: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
         """What is to agree beside low strain."""
         terms: list[VertexTerm] = []
-        areas = 4 * np.pi * a.mesh.A
+        areas = 4 * np.pi * source.mesh.A
         if stage.weight:
             values = self._pair.source(stage.widths)
-            if a.own is not None:
-                values = a.own.at(a.x, values)
+            if source.own is not None:
+                values = source.own.at(source.x, values)
             terms.append(Misfit(stage.weight * areas, values, self._pair.target(stage.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
-            weights[a.landmarks], rows[a.landmarks] = _SOFT, self._goals
+            weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals
             terms.append(Misfit(weights, rows, _position))
         if self._position_weight:
-            on_b = Lift(b.places, b.unit).values(y)
+            places = Lift(target.cached_locator, target.unit).values(y)
             scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
-            aligned = similar(on_b, a.unit, a.mesh.A, b.unit)
-            terms.append(Misfit(self._position_weight * areas * scale, a.unit, Lift(b.places, aligned)))
+            aligned = similar(places, source.unit, source.mesh.A, target.unit)
+            there = Lift(target.cached_locator, aligned)
+            terms.append(Misfit(self._position_weight * areas * scale, source.unit, there))
         return terms
 
 
@@ -202,11 +203,11 @@ def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
 
 
-def _distance(a: Level, b: Level, y: FloatArray) -> float:
-    """Root mean square of the distance between A's points and their places on B, after a similarity."""
-    on_b = Lift(b.places, b.unit).values(y)
-    off = similar(on_b, a.unit, a.mesh.A, on_b) - a.unit
-    return float(np.sqrt(a.mesh.A @ row_dots(off, off)))
+def _distance(source: Level, target: Level, y: FloatArray) -> float:
+    """Root mean square distance of the source's points from their places on the target, after a similarity."""
+    there = Lift(target.cached_locator, target.unit).values(y)
+    off = similar(there, source.unit, source.mesh.A, there) - source.unit
+    return float(np.sqrt(source.mesh.A @ row_dots(off, off)))
 
 
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:

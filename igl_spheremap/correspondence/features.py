@@ -14,7 +14,7 @@ from ..shapes.basis import expand
 from ..shapes.features import FeatureSurface, check_varies
 from ..shapes.rotation import RotationCandidate, best_rotations
 from ..sphere.rows import row_crosses, row_lengths, weighted_sum
-from .levels import Level, Places
+from .levels import CachedLocator, Level
 from .strain import Lift
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
@@ -24,8 +24,8 @@ _OVERSAMPLING = 2.0  # finer grids change no registration
 class VertexFunction:
     """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
 
-    def __init__(self, places: Places, values: FloatArray) -> None:
-        x, f = places.x, places.f
+    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
+        x, f = locator.x, locator.f
         a, b, c = (x[f[:, k]] for k in range(3))
         normal = row_crosses(b - a, c - a)
         area = row_lengths(normal)  # twice the face's
@@ -40,7 +40,7 @@ class VertexFunction:
         mean = mean.reshape(len(x), -1, 3)
         mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
         self._columns = values.shape[1]
-        self._lift = Lift(places, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+        self._lift = Lift(locator, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
@@ -53,19 +53,21 @@ class FeaturePair:
 
     Parameters
     ----------
-    a, b : Level
+    source, target : Level
         The surfaces on their own meshes.
-    given : (values of A, values of B), optional
+    given : (the source's values, the target's values), optional
         Data over their vertices; the depth potential of that width without them.
     widths : sequence of float
         Those in use.
     """
 
-    def __init__(self, a: Level, b: Level, given: tuple[ArrayLike, ArrayLike] | None, widths: Sequence[float]) -> None:
-        self._levels, self._surfaces = (a, b), (FeatureSurface(a.mesh), FeatureSurface(b.mesh))
+    def __init__(self, source: Level, target: Level, given: tuple[ArrayLike, ArrayLike] | None,
+                 widths: Sequence[float]) -> None:
+        self._levels = source, target
+        self._surfaces = FeatureSurface(source.mesh), FeatureSurface(target.mesh)
         surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = None if given is None else _checked(given, (len(a.x), len(b.x)))
+        checked = None if given is None else _checked(given, (len(source.x), len(target.x)))
         self._by_width: dict[float, list[FloatArray]] = {
             width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
                     for k, s in enumerate(surfaces)] for width in widths}
@@ -78,22 +80,22 @@ class FeaturePair:
                 for level, surface in zip(self._levels, self._surfaces, strict=True)]
 
     def source(self, widths: Sequence[float]) -> FloatArray:
-        """A's features, at its own vertices."""
+        """The source's features, at its own vertices."""
         return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
 
     def target(self, widths: Sequence[float]) -> VertexFunction:
-        """B's features."""
+        """The target's features."""
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
-        return VertexFunction(self._levels[1].places, values)
+        return VertexFunction(self._levels[1].cached_locator, values)
 
     def rotations(self, width: float) -> list[RotationCandidate]:
-        """Rotations of A's sphere for which the features of one width agree best, the best first."""
+        """Rotations of the source's sphere for which the features of one width agree best, the best first."""
         source, target = (expand(level.locator, values, _BAND, _OVERSAMPLING)
                          for level, values in zip(self._levels, self._by_width[width], strict=True))
         return best_rotations(target, source, _BAND)
 
     def correlation(self, x: FloatArray) -> FloatArray:
-        """Correlation of each feature over A's area, if A's sphere is x: as it was given, else of each width."""
+        """Correlation of each feature, as given or by width, over the source's area, if the source's sphere is x."""
         target = self._levels[1].at(x, self._raw[1])
         centred = target - weighted_sum(self.weights, target)
         return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))

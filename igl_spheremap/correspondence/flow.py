@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..balance.energy import BalancedEnergy
-from ..balance.flat_faces import FlatFaces
 from ..mesh.arrays import FloatArray
 from ..newton.faces import FaceProblem
 from ..newton.loop import LineSearch, newton
 from ..sphere.rows import row_dots, tangent
 from ..verify.signs import folded_faces
 from .levels import Level
+from .strain import sphere_strain
 
 #: Radians that a landmark moves in a step at most, and below which a failed step ends the flow.
 _LONGEST, _SHORTEST = 0.2, 1e-3
@@ -39,16 +38,11 @@ def meet(level: Level, y: FloatArray, goals: FloatArray) -> tuple[Level, FloatAr
     for _ in range(_ROUNDS):
         if (y[level.landmarks] == goals).all():
             break
-        energy = _sphere_strain(level)
+        energy = sphere_strain(level)
         strain = energy.by_face(y) / energy.area
         level, y = level.split(y, strain > np.quantile(strain, 1 - _SPLIT))
         y = _flow(level, y, goals)
     return level, y
-
-
-def _sphere_strain(level: Level) -> BalancedEnergy:
-    """The strain of a level's sphere against itself."""
-    return BalancedEnergy(FlatFaces.of(level.x, level.f), 0.5, 1, np.zeros(len(level.f)))
 
 
 def _flow(level: Level, y: FloatArray, goals: FloatArray) -> FloatArray:
@@ -57,7 +51,7 @@ def _flow(level: Level, y: FloatArray, goals: FloatArray) -> FloatArray:
     Each step follows a smooth field that carries landmarks along great circles, and is relaxed towards the sphere's
     least strain while landmarks are held. Those that meet their goals do so bit for bit.
     """
-    at, energy = level.landmarks, _sphere_strain(level)
+    at, energy = level.landmarks, sphere_strain(level)
     held = np.zeros(len(y), dtype=bool)
     held[at] = True
     relaxed = FaceProblem(energy, held=held)

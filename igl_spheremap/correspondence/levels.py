@@ -23,15 +23,15 @@ from ..verify.certificate import UNIT_TOLERANCE
 from ..verify.signs import folded_faces
 
 
-class Places:
-    """Where the points of the last map lie on a sphere: all terms of a problem ask for the same ones."""
+class CachedLocator:
+    """A locator that keeps where the points of the last map lie: all terms of a problem ask for the same ones."""
 
     def __init__(self, locator: SphereLocator) -> None:
         self._locator, self.x, self.f = locator, locator.x, locator.f
         self._last: tuple[FloatArray, Location] | None = None
 
-    def of(self, y: FloatArray) -> Location:
-        """Where points lie; they are not changed in place."""
+    def locate(self, y: FloatArray) -> Location:
+        """Where points lie; the caller does not change them in place."""
         if self._last is None or self._last[0] is not y:
             self._last = y, self._locator.locate(y)
         return self._last[1]
@@ -106,9 +106,9 @@ class Level:
         return locator_of(self.map)
 
     @cached_property
-    def places(self) -> Places:
-        """The same, for the terms of one problem."""
-        return Places(self.locator)
+    def cached_locator(self) -> CachedLocator:
+        """Finds the points of the map that all terms of a problem ask for."""
+        return CachedLocator(self.locator)
 
     @cached_property
     def system(self) -> VertexSystem:

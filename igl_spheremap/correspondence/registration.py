@@ -23,7 +23,7 @@ from ..result.run import History, Iterate, Listener, Run
 from ..shapes.rotation import RotationCandidate
 from ..untangle.local_repair import unfolded
 from ..verify.certificate import Certificate
-from . import STAGES, USUAL
+from . import STAGES, STIFFNESS, USUAL
 from .descent import Descent, Stage
 from .features import FeaturePair
 from .fits import fit_moebius
@@ -128,7 +128,7 @@ def register(
     *,
     features: tuple[ArrayLike, ArrayLike] | None = None,
     stages: Sequence[str] = USUAL,
-    stiffness: float = 0.5,
+    stiffness: float = STIFFNESS,
     reflect: bool = False,
     listener: Listener | None = None,
 ) -> Registration:
@@ -230,7 +230,7 @@ def continue_registration(source: SphereMap, target: SphereMap, y: FloatArray) -
     _, share, widths = _CHAIN[-1]
     pair = FeaturePair(*own, None, WIDTHS)
     a, b = pair.smoothed(_SMOOTHING)
-    stage = Stage(None, share, widths, 1 / (0.5 * len(widths)), _GUARD, _STEPS)
+    stage = Stage(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
     _, y = Descent(a, b, [stage], pair, np.empty((0, 3))).lowered(a, b, unfolded(source.mesh, y), [stage])
     return y, float(pair.correlation(y).mean())
 

@@ -10,7 +10,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..newton.system import PAIRS
 from ..shapes.transfer import weighted
 from ..sphere.rows import row_crosses, row_dots
-from .levels import Level, Places
+from .levels import CachedLocator, Level
 
 #: Angles and areas count alike, by MIPS and J + 1/J.
 _WEIGHT, _POWER = 0.5, 1
@@ -19,22 +19,22 @@ _WEIGHT, _POWER = 0.5, 1
 class Lift:
     """Values over a surface, linear in its faces, as functions on its sphere."""
 
-    def __init__(self, places: Places, values: FloatArray) -> None:
-        self._places, self._values = places, values
+    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
+        self._locator, self._values = locator, values
 
     def values(self, y: FloatArray) -> FloatArray:
         """Values (n, d) at points of the sphere."""
-        face, weights = self._places.of(y)
-        return weighted(self._values, self._places.f[face], weights, labels=False)
+        face, weights = self._locator.locate(y)
+        return weighted(self._values, self._locator.f[face], weights, labels=False)
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
-        face, weights = self._places.of(y)
-        corners = self._places.f[face]
+        face, weights = self._locator.locate(y)
+        corners = self._locator.f[face]
         values = weighted(self._values, corners, weights, labels=False)
         # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
         # from y keep digits in faces of any size.
-        a, b, c = (self._places.x[corners[:, k]] - y for k in range(3))
+        a, b, c = (self._locator.x[corners[:, k]] - y for k in range(3))
         normal = row_crosses(b - a, c - a)
         total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
         changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
@@ -70,14 +70,20 @@ class SpaceStrain(BalancedEnergy):
         return gradient, blocks
 
 
+def sphere_strain(level: Level) -> BalancedEnergy:
+    """The strain of maps of a level's sphere to itself."""
+    return BalancedEnergy(FlatFaces.of(level.x, level.f), _WEIGHT, _POWER, np.zeros(len(level.f)))
+
+
 class ComposedStrain:
-    """Strain of A's faces on B, and a share of the strain of A's sphere, which alone knows the faces' orientation.
+    """Strain of the source's faces on the target, and a share of that of its sphere, which alone knows which side of a
+    face is up.
 
     Metrics of sphere and surface are blended on either side.
 
     Parameters
     ----------
-    a, b : Level
+    source, target : Level
         The surfaces.
     share : float
         Of the surfaces' metrics: at 0 rotations are minima, at 1 the spheres have no part.
@@ -85,16 +91,16 @@ class ComposedStrain:
         Weight of the sphere's own strain.
     """
 
-    def __init__(self, a: Level, b: Level, share: float, guard: float) -> None:
-        self.f, self._guard = a.f, guard
-        zero = np.zeros(len(a.f))
-        self._strain = SpaceStrain(FlatFaces.of(_blended(a, share), a.f), _WEIGHT, _POWER, zero)
-        self._sphere = BalancedEnergy(FlatFaces.of(a.x, a.f), _WEIGHT, _POWER, zero)
-        self._lift = Lift(b.places, _scaled(_blended(b, share), b.f))
+    def __init__(self, source: Level, target: Level, share: float, guard: float) -> None:
+        self.f, self._guard = source.f, guard
+        faces = FlatFaces.of(_blended(source, share), source.f)
+        self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.f)))
+        self._sphere = sphere_strain(source)
+        self._lift = Lift(target.cached_locator, _scaled(_blended(target, share), target.f))
 
     @property
     def area(self) -> FloatArray:
-        """Areas of A's faces, 4 pi together."""
+        """Areas of the source's faces, 4 pi together."""
         return self._strain.area
 
     def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
@@ -103,23 +109,24 @@ class ComposedStrain:
             everywhere = self._lift.values(y)
         else:
             used = np.unique(self.f[faces])
-            on_b = self._lift.values(y[used])
-            everywhere = np.zeros((len(y), on_b.shape[1]))
-            everywhere[used] = on_b
+            there = self._lift.values(y[used])
+            everywhere = np.zeros((len(y), there.shape[1]))
+            everywhere[used] = there
         return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
 
     def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
-        on_b, gradients = self._lift(y)
-        gradient, blocks = self._strain.derivatives(on_b, np.einsum("ndj,ajn->adn", gradients, axes))
+        there, gradients = self._lift(y)
+        gradient, blocks = self._strain.derivatives(there, np.einsum("ndj,ajn->adn", gradients, axes))
         own = self._sphere.derivatives(y, axes)
         return gradient + self._guard * own[0], blocks + self._guard * own[1]
 
 
-def log_strain(a: Level, b: Level, y: FloatArray) -> float:
-    """Sum of squared logarithms of stretches from A to B: what single faces of high strain leave comparable."""
-    strain = SpaceStrain(FlatFaces.of(a.metric, a.f), _WEIGHT, 0, np.zeros(len(a.f)))
-    return float(strain.by_face(Lift(b.places, _scaled(b.metric, b.f)).values(y)).sum())
+def log_strain(source: Level, target: Level, y: FloatArray) -> float:
+    """Sum of squared logarithms of stretches from source to target: single faces of high strain count little there."""
+    strain = SpaceStrain(FlatFaces.of(source.metric, source.f), _WEIGHT, 0, np.zeros(len(source.f)))
+    lift = Lift(target.cached_locator, _scaled(target.metric, target.f))
+    return float(strain.by_face(lift.values(y)).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:

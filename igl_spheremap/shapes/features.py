@@ -46,11 +46,14 @@ class FeatureSurface:
         centred = values - weighted_sum(weights, values)
         return np.asarray(centred / np.sqrt(weighted_sum(weights, centred**2)))
 
+    @cached_property
+    def _bending(self) -> FloatArray:
+        """Twice the mean curvature times the area at each vertex."""
+        return np.einsum("ij,ij->i", self.L @ self.v, np.asarray(igl.per_vertex_normals(self.v, self.f)))
+
     def potential(self, ell: float) -> FloatArray:
         """The depth potential (n,), see `depth_potential`."""
-        normals = np.asarray(igl.per_vertex_normals(self.v, self.f))
-        bending = np.einsum("ij,ij->i", self.L @ self.v, normals)  # 2 H times the vertex area
-        rest = bending - self.areas * (bending.sum() / self.areas.sum())
+        rest = self._bending - self.areas * (self._bending.sum() / self.areas.sum())
         return self._factor(self.L + sp.diags_array(self.areas / ell**2)).solve(rest)  # shapes (6)
 
     def _factor(self, P: sp.sparray) -> Factor:
@@ -61,8 +64,7 @@ class FeatureSurface:
     @cached_property
     def curvature_and_depth(self) -> FloatArray:
         """Mean curvature and depth (n, 2), standardised: features of bodies, which depth potentials tell apart less."""
-        normals = np.asarray(igl.per_vertex_normals(self.v, self.f))
-        curvature = np.einsum("ij,ij->i", self.L @ self.v, normals) / (2 * self.areas)
+        curvature = self._bending / (2 * self.areas)
         curvature = np.arctan(curvature / 2)[:, None]  # so that tips and creases do not outweigh the rest
         return self.standardize(np.column_stack((self.diffuse(curvature, _NOISE, steps=1), self.depth(_DEPTH))))
 

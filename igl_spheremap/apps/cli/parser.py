@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
-from ...correspondence import USUAL
+from ...correspondence import STIFFNESS, USUAL
 from ...groups import FARTHEST
 from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes import LARGEST_DEGREE
@@ -200,8 +200,8 @@ COMMANDS = (
         shared.FEATURE,
         argument("--stages", "LIST", "which stages to run, separated by commas (default: "
                  f"{','.join(USUAL)}; also moebius)", default=",".join(USUAL)),
-        argument("--stiffness", "S", "weight of the strains beside the features' differences (default: 0.5)",
-                 type=POSITIVE, default=0.5),
+        argument("--stiffness", "S", f"weight of the strains beside the features' differences (default: {STIFFNESS:g})",
+                 type=POSITIVE, default=STIFFNESS),
         switch("--reflect", help="register the mirror image of SOURCE and its sphere (x to -x); OUT fits SOURCE as it "
                "is, and `transfer`, `resample` and `check` take it with --reflect"),
         switch("--show", help="open a window with both spheres, before and after, coloured by the first feature"),
