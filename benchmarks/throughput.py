@@ -23,7 +23,7 @@ import igl_spheremap as ism
 from igl_spheremap.populations.child import Child
 from igl_spheremap.populations.executors import connect
 from igl_spheremap.populations.job import Job, run_job
-from igl_spheremap.populations.mapping import Options
+from igl_spheremap.populations.mapping import SphereMapping
 
 from .common import DOCS, parser
 
@@ -65,7 +65,7 @@ def main(argv: list[str]) -> None:
 
 def in_turn(sources):
     """Seconds of turns of a plain loop, and of jobs of a population in a process beside it, one after the other."""
-    options, child = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd()), Child()
+    options, child = SphereMapping(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd()), Child()
     turns, jobs = [], []
     for k in range(PAIRS):
         source = sources[k % len(sources)]
@@ -159,7 +159,7 @@ class Cluster:
 
 def moving(sources) -> float:
     """CPU time of maps that share their faces with the one before, over that of maps which do not."""
-    options = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
+    options = SphereMapping(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
 
     def spent(name: str) -> float:
         began = time.process_time()
@@ -186,7 +186,7 @@ def cortices() -> list[str]:
 def cortex() -> float:
     """CPU seconds of one job with a cortex: read, map, write, measure."""
     ism.write_mesh("cortex.ply", *ism.samples.make("brain", n_vertices=CORTEX))
-    options = Options(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
+    options = SphereMapping(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd())
     began = time.process_time()
     run_job(Job("cortex.ply", "cortex_sphere.ply"), options)
     return time.process_time() - began

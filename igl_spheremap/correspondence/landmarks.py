@@ -102,7 +102,7 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
                         "one, or a Location")
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
-        raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}, but there are vertices 0 to {n - 1}")
+        raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}; give a vertex from 0 to {n - 1}")
     return take_points(at_vertices(result.faces), index.astype(np.int64))
 
 

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import igl
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_array
 
 from ..draw.markup import table
 from ..draw.plot import pose
@@ -22,6 +22,7 @@ from ..result.run import Run
 from ..shapes.locate import Location, locator_of
 from ..shapes.rotation import RotationCandidate
 from ..shapes.transfer import interpolate
+from ..shapes.weights import linear_matrix
 from ..sphere.rows import row_lengths, unit_rows
 from ..verify.certificate import Certificate
 from .overlay import Overlay, overlay
@@ -31,6 +32,8 @@ from .stretch import Distortion
 _SPECK = 1e-12
 #: Points may be this many sizes of a surface away from it that libigl's squares of distances don't overflow.
 _FAR = 1e100
+#: Barycentric weights may sum to 1 up to this: float32 holds seven digits.
+_TOTAL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,21 +180,17 @@ class SurfaceMap(Result):
         """
         return locator_of(self.map).locate(_directions(self.target, points, "the target"))
 
-    def matrix(self) -> sp.csr_matrix:
+    def matrix(self) -> csr_array:
         """The matrix (n, n_target) that takes values at the target's vertices to the source's.
 
         Each row has the weights of one face of the target.
 
         Returns
         -------
-        scipy.sparse.csr_matrix
-            Rows sum 1. ``matrix() @ target.vertices`` are the `positions`.
+        scipy.sparse.csr_array
+            Rows sum to 1. ``matrix() @ target.vertices`` are the `positions`.
         """
-        face, weights = self.location
-        n = len(face)
-        rows = np.arange(0, 3 * n + 1, 3)
-        return sp.csr_matrix((weights.ravel(), self.target.faces[face].ravel(), rows),
-                             shape=(n, len(self.target.sphere)))
+        return linear_matrix(self.target.faces, self.location, len(self.target.sphere))
 
     def overlay(self) -> Overlay:
         """The common refinement of both: a mesh with positions on each, whose faces are mapped linearly.
@@ -255,17 +254,17 @@ def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
 
 
 def checked_location(points: Location, f: IntArray, name: str) -> Location:
-    """Faces in range, and weights that are not negative and sum 1; else a MeshError that names the first bad one."""
+    """Faces in range, and weights that are not negative and sum to 1; a MeshError names the first bad one."""
     face, weights = np.asarray(points.face), np.asarray(points.weights, dtype=np.float64)
     if face.dtype.kind not in "iu" or face.ndim != 1 or weights.shape != (len(face), 3):
         raise MeshError(f"points of {name} have faces of shape {face.shape} and weights of shape {weights.shape}; give "
                         "(k,) whole numbers and (k, 3) weights")
     bad = np.flatnonzero((face < 0) | (face >= len(f)))
     if len(bad):
-        raise MeshError(f"point {bad[0]} of {name} is in face {face[bad[0]]}, but there are faces 0 to {len(f) - 1}")
+        raise MeshError(f"point {bad[0]} of {name} is in face {face[bad[0]]}; give a face from 0 to {len(f) - 1}")
     total = weights.sum(axis=1)
-    bad = np.flatnonzero(~((weights >= 0).all(axis=1) & (np.abs(total - 1) < 1e-6)))
+    bad = np.flatnonzero(~((weights >= 0).all(axis=1) & (np.abs(total - 1) < _TOTAL)))
     if len(bad):
         raise MeshError(f"the weights of point {bad[0]} of {name} are {weights[bad[0]].tolist()}; give three that are "
-                        "not negative and sum 1")
+                        "not negative and sum to 1")
     return Location(face.astype(np.int64), weights / total[:, None])

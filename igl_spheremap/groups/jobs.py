@@ -62,7 +62,7 @@ class MapJob(MemberJob):
 class MemberTask(Task[MemberJob]):
     """What the tasks of a group share: the icosphere of its mean."""
 
-    to: str
+    icosphere: str
 
     def empty(self, job: MemberJob) -> JobRow:
         return JobRow(job.source, job.target)
@@ -73,7 +73,7 @@ class MemberTask(Task[MemberJob]):
 
     def surface(self, path: str) -> SphereMap:
         """A surface on the icosphere, whose points are its map."""
-        x, f = sphere_mesh(self.to)
+        x, f = sphere_mesh(self.icosphere)
         return certified(check_mesh(read_arrays(self.place(path))["points"], f), x)
 
 
@@ -84,7 +84,7 @@ class MapMember(MemberTask):
     balance: float
 
     def text(self) -> str:
-        return f"{self.version} member {self.to} {self.balance!r}"
+        return f"{self.version} member {self.icosphere} {self.balance!r}"
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         assert isinstance(job, MapJob)
@@ -95,7 +95,7 @@ class MapMember(MemberTask):
         if job.features:
             values = check_values(FeatureFiles(tuple(self.places(job.features))), n, f"features of {job.source}")
         check()
-        coarse = at_points(result, *sphere_mesh(self.to))
+        coarse = at_points(result, *sphere_mesh(self.icosphere))
         powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
         content = (result.vertices, result.faces, result.sphere, values)
         digest = sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in content)).digest()
@@ -110,7 +110,7 @@ class RegisterMember(MemberTask):
     """Register a member's points to a template: from any rotation, or from the sphere of the round before."""
 
     def text(self) -> str:
-        return f"{self.version} register {self.to}"
+        return f"{self.version} register {self.icosphere}"
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, arrays = self.surface(job.source), read_arrays(self.place(job.beside[0]))
@@ -133,7 +133,7 @@ class PlaceMember(MemberTask):
     """Carry a registration, turned into the frame of the group, to the member's own mesh, and sample it there."""
 
     def text(self) -> str:
-        return f"{self.version} place {self.to}"
+        return f"{self.version} place {self.icosphere}"
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         arrays = read_arrays(self.place(job.source))

@@ -195,7 +195,7 @@ class _Crew:
 
     def __init__(self, run: Callable[..., list[JobRow]], target: str) -> None:
         self._run = run
-        self._settings: dict[str, Any] = {"to": target, "force": False, "folder": os.getcwd()}
+        self._settings: dict[str, Any] = {"icosphere": target, "force": False, "folder": os.getcwd()}
         self.left_out: dict[str, str] = {}
 
     def each(self, name: str, members: list[_Member], jobs: Sequence[MemberJob], kind: Callable[..., MemberTask],

@@ -110,7 +110,7 @@ def _text(words: str) -> bytes:
 def _bytes(label: Label) -> tuple[int, int, int, int]:
     """Red, green, blue, and transparency: FreeSurfer's 0 is opaque."""
     if not all(0 <= part <= 1 for part in label.rgba):
-        raise MeshError(f"the colour of {label.name!r} is not from 0 to 1 but {label.rgba}")
+        raise MeshError(f"the colour of {label.name!r} is not from 0 to 1 but {label.rgba}; divide it by 255")
     red, green, blue, alpha = (round(255 * part) for part in label.rgba)
     return red, green, blue, 255 - alpha
 

@@ -24,8 +24,9 @@ from .text import write_text
 
 _SEPARATED = (".csv", ".tsv")  # fields of other tables end at white space or commas
 _SEPARATORS = "\t;,"
-#: The head of a MAT-file of version 5: text, version and byte order, then elements of a type and a size.
-_HEAD = 128
+#: Bytes of the head of a MAT-file of version 5, and of the text that it begins with, before version and byte order;
+#: elements follow, each with a type and a size. Names of arrays have no more letters than `_NAME`.
+_HEAD, _TEXT, _NAME = 128, 116, 31
 _ORDERS = {b"\x00\x01IM": "<", b"\x01\x00MI": ">"}
 #: Types of elements, of the classes of matrices those of numbers, and the flag of those with an imaginary part.
 _COMPRESSED, _MATRIX = 15, 14
@@ -154,11 +155,11 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 def write_mat(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write columns by their names, as MATLAB allows them; the head without scipy's date, to be the same each time."""
-    names = [re.sub(r"\W", "_", name if name[:1].isalpha() else f"x{name}", flags=re.ASCII)[:31] for name in maps]
+    names = [re.sub(r"\W", "_", name if name[:1].isalpha() else f"x{name}", flags=re.ASCII)[:_NAME] for name in maps]
     if len(set(names)) < len(names):
         raise FileError(f"{path}: two of {', '.join(maps)} would have one name in MATLAB; rename one, or write "
                         "another format")
     file = io.BytesIO()
     savemat(file, dict(zip(names, _columns(maps, metadata).T, strict=True)), oned_as="column")
     data = file.getvalue()
-    path.write_bytes(b"MATLAB 5.0 MAT-file, igl_spheremap".ljust(116) + data[116:])
+    path.write_bytes(b"MATLAB 5.0 MAT-file, igl_spheremap".ljust(_TEXT) + data[_TEXT:])

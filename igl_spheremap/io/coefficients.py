@@ -109,6 +109,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
         if _kind(path) == ".csv":
             return SphericalHarmonics(_parse_table(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
+        if "coefficients" not in arrays:
+            raise MeshError("the archive holds no coefficients; give a file that write_coefficients wrote")
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
         source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
         return SphericalHarmonics(c, source)

@@ -85,11 +85,11 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     rgb = np.column_stack([properties[name] for name in _RGB]) if set(_RGB) <= set(properties) else None
     scene = standing(trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb), metadata.get("up", "y"))
 
-    def sign(tree: dict[str, Any]) -> None:
+    def marked(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])
 
     if path.suffix.lower() == ".glb":
-        path.write_bytes(trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=sign))
+        path.write_bytes(trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=marked))
     else:
-        files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True, tree_postprocessor=sign)
+        files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True, tree_postprocessor=marked)
         path.write_bytes(files["model.gltf"])

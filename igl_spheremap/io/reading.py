@@ -56,7 +56,7 @@ def check_regular(path: Path) -> None:
     """Refuse folders, and what has no size to bound memory by: devices, pipes and sockets."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        raise FileError(f"can't read {path}: it is a directory")
+        raise FileError(f"can't read {path}: it is a directory; give a file in it")
     if not stat.S_ISREG(mode):
         raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
 

@@ -70,12 +70,12 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     """Raise a FileError before the work starts if a file could not be written, or replaced without `force`."""
     final = Path(os.path.realpath(path))
     if final.is_dir():
-        raise FileError(f"can't write {path}: it is a directory")
+        raise FileError(f"can't write {path}: it is a directory; give the name of a file")
     if final.exists() and not final.is_file():
-        raise FileError(f"can't write {path}: it is not a regular file")
+        raise FileError(f"can't write {path}: it is not a regular file; give another name")
     if final.exists() and not force:
         raise FileError(f"{path} exists already; force=True replaces it")
     if not final.parent.is_dir():
-        raise FileError(f"can't write {path}: there is no folder {final.parent}")
+        raise FileError(f"can't write {path}: there is no folder {final.parent}; make it first")
     if not os.access(final.parent, os.W_OK):
-        raise FileError(f"can't write {path}: no permission to write in {final.parent}")
+        raise FileError(f"can't write {path}: no permission to write in {final.parent}; give another folder")

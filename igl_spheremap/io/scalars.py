@@ -105,7 +105,7 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
         maps = {printable(name): values.astype(np.float64) for name, values in found.items()
                 if values.ndim == 1 and values.dtype.kind in "fiub"}
         if not maps:
-            raise MeshError("the file holds no scalar map: no array has one number a vertex")
+            raise MeshError("the file holds no scalar map; give arrays of one number a vertex")
         return maps
 
 
@@ -195,7 +195,7 @@ def write_scalars(
     if "labels" in known:
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
-                raise MeshError(f"{name} holds no labels: they are whole numbers of at most 32 bits")
+                raise MeshError(f"{name} holds no labels; give whole numbers of at most 32 bits")
     if not kind.several and len(maps) != 1:
         raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one")
     if kind.write is None:
@@ -248,5 +248,5 @@ def read_landmarks(path: PathLike) -> IntArray:
             raise FileError(f"{path}, line {number}: give a vertex, from 0, and nothing or its position behind it")
         vertices.append(int(words[0]))
     if not vertices:
-        raise FileError(f"{path} has no landmarks")
+        raise FileError(f"{path} has no landmarks; give one vertex a line")
     return np.array(vertices, dtype=np.int64)

@@ -119,7 +119,8 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
         own = npz.map_of(arrays)
         if landmarks.ndim != 1 or landmarks.dtype.kind != "i" or ((landmarks < 0) | (
                 landmarks >= len(own.vertices))).any() or len(arrays["goal_faces"]) != len(landmarks):
-            raise MeshError("the landmarks are not a list of vertices of the source with as many points of the target")
+            raise MeshError("damaged: the landmarks are not vertices of the source with as many points of the target; "
+                            "write the file anew")
         goals = checked_location(Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "the target")
         candidates = tuple(RotationCandidate(rotation, float(correlation)) for rotation, correlation in zip(
             arrays["rotations"], arrays["correlations"], strict=True))

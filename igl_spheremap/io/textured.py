@@ -176,7 +176,8 @@ def write_textured(
     force : bool
         Replace existing files.
     up : {"y", "z"}
-        Which way is up. In .glb files y is, by the standard: where it is z, the scene turns the surface.
+        Which way is up. In .glb files y is, by the standard: where it is z, the scene turns the surface. In .obj files
+        no direction is up, and it changes nothing.
     extras : dict, optional
         What else a .glb file is to hold, as the extras of its mesh; in .obj files a comment.
 
@@ -230,11 +231,11 @@ def _write_glb(
     body = trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
     scene = standing(body, up)
 
-    def sign(tree: dict[str, Any]) -> None:
+    def marked(tree: dict[str, Any]) -> None:
         known = dict(extras)
         tree["asset"]["generator"] = known.pop("mark", tree["asset"]["generator"])
         if known:
             tree["meshes"][0]["extras"] = known
 
     with replacing(path, force) as partial:
-        partial.write_bytes(trimesh.exchange.gltf.export_glb(scene, include_normals=True, tree_postprocessor=sign))
+        partial.write_bytes(trimesh.exchange.gltf.export_glb(scene, include_normals=True, tree_postprocessor=marked))

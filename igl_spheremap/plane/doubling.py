@@ -26,8 +26,8 @@ def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) ->
 
     The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
     reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric, or
-    where only an embedding would unfold it, which is not done if it is to be `symmetric`. Nor is it laid out then if
-    most of the vertices lie on the boundary: angles bend there, as the double's do not.
+    where only an embedding would unfold it, which is not done if it is to be `symmetric`. If most of the vertices lie
+    on the boundary, it is not repaired by layouts either: these distort angles at the boundary, and the map is slid.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))

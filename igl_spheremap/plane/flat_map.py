@@ -30,8 +30,7 @@ from .unrolling import FLAT, stretch, unrolled
 
 #: How an isometry came about: its energy is the least that any layout has.
 _UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
-#: Factors of lengths from which on status and notes say that they are off: a decimal place, which nobody expects of a
-#: map that is to keep lengths.
+#: Lengths that are off by this factor or more make a status and a note: a map that is to keep lengths has failed then.
 _FAR = 10.0
 
 
@@ -180,6 +179,7 @@ def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listene
 def _turned(disk: Disk, p: FloatArray) -> FloatArray:
     """An isometry turned upright, unless that changes lengths: those across a thin strip, whose axis it turns."""
     q = upright(p, disk)
+    # Half, so that what is turned counts as flat even after it is moved and scaled.
     return min((q, p), key=lambda each: max(stretch(disk, each), FLAT / 2))
 
 

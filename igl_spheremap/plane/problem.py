@@ -81,8 +81,8 @@ class ConformalEnergy:
     """Sum over faces of half their weight times (s1 - s2)^2, with the stretches s1 >= s2 of their maps.
 
     Each face counts by its area, times the growth of areas by stereographic projection where a given map has the face:
-    as if its image were on the half of a sphere, as that of a doubled surface. Faces at a jagged boundary, which no
-    conformal map keeps, bend alone.
+    as if its image were on the half of a sphere, as that of a doubled surface. At a jagged boundary, which no conformal
+    map takes to a circle, only the faces there are distorted.
 
     Parameters
     ----------

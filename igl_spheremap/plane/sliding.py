@@ -33,7 +33,7 @@ _EVEN_WEIGHTS = (0.99, 0.997)
 _POWER = 0.5
 #: The boundary slides far where it is jagged: after 5 steps the mean angle difference of two of 50 disks is still twice
 #: as large as after 30, from which on none changes.
-_HARMONIC_STEPS = 30
+_QUADRATIC_STEPS = 30
 
 
 def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Certificate, Run]:
@@ -98,7 +98,7 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
             if run.status is Status.STOPPED:
                 return (q if _is_free(disk, q) else p), run
             # Steps keep faces positive, but not the order of boundary vertices that all but coincide.
-            found += [(x, run) for x in (p, q, _harmonic(disk, source, q, system)) if _is_free(disk, x)]
+            found += [(x, run) for x in (p, q, _by_quadratic_energy(disk, source, q, system)) if _is_free(disk, x)]
     if not found:
         return p, Run(Status.STALLED, float("nan"))
     return min(found, key=lambda each: mean_angle_difference(disk, in_space(each[0])))
@@ -109,11 +109,11 @@ def _is_free(disk: Disk, p: FloatArray) -> bool:
     return _presentable(disk, p)[1].folding_free
 
 
-def _harmonic(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem) -> FloatArray:
-    """The map that a few steps of the quadratic energy lead to."""
+def _by_quadratic_energy(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem) -> FloatArray:
+    """The map that steps of the quadratic energy lead to."""
     x = RADIUS * p
     steps = newton(CircleProblem(ConformalEnergy(source, x), disk), LineSearch(system), x)
-    for trial in islice(steps, _HARMONIC_STEPS):
+    for trial in islice(steps, _QUADRATIC_STEPS):
         x = trial.x
     return x / RADIUS
 

@@ -15,8 +15,11 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 from ..verify.rim import plane_signs
 from .doubling import without_chords
 
-#: Boundary edges count as no shorter than this share of their mean; positive weights lie between it and its inverse.
-_LEAST = 1e-3
+#: Boundary edges count as no shorter than this share of their mean: the circle has room for shorter ones.
+_SHORTEST = 1e-3
+#: Weights that are made positive lie between this and its inverse: a solve with factors up to 1e6 between them keeps
+#: ten of sixteen digits.
+_LEAST_WEIGHT = 1e-3
 #: A boundary vertex has at least this share of the mean flux: in deep dents less than rounding is left of it.
 _LEAST_FLUX = 1e-6
 
@@ -31,7 +34,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     p, inner = np.zeros((n, 2)), ~marked(disk.rim, n)
     p[disk.rim] = circle
     weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.unit, f))
-    positive = np.clip(weight, _LEAST, 1 / _LEAST)
+    positive = np.clip(weight, _LEAST_WEIGHT, 1 / _LEAST_WEIGHT)
     for attempt in range(4) if inner.any() else ():
         L = summed_laplacian(weight, f, n)
         try:
@@ -81,7 +84,7 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
 def _rim_lengths(disk: Disk) -> FloatArray:
     ring = disk.unit[disk.rim]
     lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
-    return np.maximum(lengths, _LEAST * lengths.mean())
+    return np.maximum(lengths, _SHORTEST * lengths.mean())
 
 
 def _on_circle(parts: FloatArray) -> FloatArray:

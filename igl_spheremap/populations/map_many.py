@@ -15,7 +15,7 @@ from ..maps.options import Auto, Method, Polish, method_of
 from ..mesh.clean import asked_for
 from .job import Job
 from .manifest import began
-from .mapping import Options
+from .mapping import SphereMapping
 from .page import check_page, map_sheet, write_page
 from .run_many import run_many
 from .table import Row
@@ -134,15 +134,15 @@ def map_many(
     if method != Auto.name and polish is not None:
         raise TypeError("polish: an option of method 'auto' only; give another method its options in its record")
     chosen = Auto(polish=polish) if method == Auto.name else method_of(method)
-    options = Options(chosen, float(balance), repairs if repair else None, force=force, folder=os.getcwd())
+    task = SphereMapping(chosen, float(balance), repairs if repair else None, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
     log = manifest or manifest_of(out)
     jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
-    rows = run_many(jobs, options, log, executor=executor, processes=processes, resume=resume,
+    rows = run_many(jobs, task, log, executor=executor, processes=processes, resume=resume,
                     retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries, listener=listener)
     if report is not None:
-        write_page(report, rows, map_sheet(rows, options), processes, began=began(log))
+        write_page(report, rows, map_sheet(rows, task), processes, began=began(log))
     return rows
 
 

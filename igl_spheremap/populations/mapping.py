@@ -29,7 +29,7 @@ _OF_THREAD = threading.local()
 
 
 @dataclass(frozen=True)
-class Options(Task[Job]):
+class SphereMapping(Task[Job]):
     """How meshes are mapped: `repair` holds the options of `repair_mesh`, None for no repair."""
 
     method: Method
@@ -86,17 +86,17 @@ class Options(Task[Job]):
         )  # fmt: skip
 
 
-def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, options: Options) -> SphereMap:
+def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, task: SphereMapping) -> SphereMap:
     """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
-    if not isinstance(options.method, Auto):
-        return balanced_spherical_map(v, f, balance=options.balance, method=options.method, caps=caps)
+    if not isinstance(task.method, Auto):
+        return balanced_spherical_map(v, f, balance=task.balance, method=task.method, caps=caps)
     mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
-    if (mapper is not None and mapper.method == options.method and np.array_equal(mapper.mesh.f, f)
+    if (mapper is not None and mapper.method == task.method and np.array_equal(mapper.mesh.f, f)
             and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
         mapper.move(v)
     else:
         mapper = None  # two factors at a time would take twice the memory
-        mapper = SphereMapper(v, f, method=options.method, caps=caps)
+        mapper = SphereMapper(v, f, method=task.method, caps=caps)
     result = mapper.map()
     _OF_THREAD.mapper = mapper
-    return result.rebalance(options.balance)
+    return result.rebalance(task.balance)

@@ -30,7 +30,7 @@ from ..mesh.check import check_mesh
 from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces
 from .child import ProcessPool, own_child
-from .mapping import Options
+from .mapping import SphereMapping
 from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, plain, worst_first
 
 SIZE = 180  # pixels of each of the four views
@@ -138,12 +138,12 @@ def write_page(
     return path
 
 
-def map_sheet(rows: Sequence[Row], options: Options) -> Sheet:
+def map_sheet(rows: Sequence[Row], task: SphereMapping) -> Sheet:
     """The pictures of maps: surfaces and spheres in the colours of areas."""
     ramp = scale(rows)
     return Sheet(
         "Spherical maps", f"{share_certified(rows)} maps are certified free of foldings", "maps",
-        lambda row: partial(draw_row, row, ramp=ramp, options=options), f"{ramp.high:g}",
+        lambda row: partial(draw_row, row, ramp=ramp, task=task), f"{ramp.high:g}",
         (ramp, ("folded face", FOLDED)),
         lambda row: f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
                     f"{row.mean_area:.3g}",
@@ -193,17 +193,17 @@ def _draw(rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes:
         pool.end()
 
 
-def draw_row(row: Row, path: str, ramp: Ramp, options: Options) -> bool:
+def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping) -> bool:
     """Draw surface and sphere from the front, then both from behind, unless the picture is newer than the map.
 
     Hemispheres are seen from the side, then from the middle. False where the files hold no map.
     """
-    source, target = options.place(row.source), options.place(row.target)
+    source, target = task.place(row.source), task.place(row.target)
     if row.status not in MAPPED:
         return False
     if is_newer(path, target):
         return True
-    v, f, _ = options.repaired(options.read(source))
+    v, f, _ = task.repaired(task.read(source))
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), LATERAL.get(structure_of(source).get("structure", ""))
     view = (pose(v) if side is None else side).T

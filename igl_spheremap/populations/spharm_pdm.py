@@ -17,7 +17,7 @@ from ..samples import sphere
 from ..shapes.harmonics import SphericalHarmonics, spherical_harmonics
 from .job import Job, Task
 from .map_many import filled
-from .mapping import Options
+from .mapping import SphereMapping
 from .table import Row
 
 #: Its surface axes x and y point against those of the sphere, by the phase (-1)^m of its degree 1.
@@ -52,18 +52,18 @@ class ShapeJob(Job):
 
 
 @dataclass(frozen=True)
-class ShapeFolder(Task[ShapeJob]):
+class ShapeExpansion(Task[ShapeJob]):
     """How surfaces are mapped, expanded, and sampled on an icosahedron whose edges have `subdivision` parts."""
 
-    options: Options
+    mapping: SphereMapping
     degree: int
     subdivision: int
 
     def text(self) -> str:
-        return f"{self.options.text()} spharm-pdm {self.degree} {self.subdivision}"
+        return f"{self.mapping.text()} spharm-pdm {self.degree} {self.subdivision}"
 
     def empty(self, job: ShapeJob) -> Row:
-        return self.options.empty(job)
+        return self.mapping.empty(job)
 
     def run(self, job: ShapeJob, check: Callable[[], None]) -> Row:
         """Map, certify what was written, expand it, write."""
@@ -74,11 +74,11 @@ class ShapeFolder(Task[ShapeJob]):
         template = None
         if job.template is not None:
             template = SphericalHarmonics(read_coefficients(self.place(job.template)).coefficients * _AXES)
-        row = self.options.run(job, check)
+        row = self.mapping.run(job, check)
         if row.status != "certified":
             return row
-        loaded = self.options.read(self.place(job.source))
-        v, f, caps = self.options.repaired(loaded)
+        loaded = self.mapping.read(self.place(job.source))
+        v, f, caps = self.mapping.repaired(loaded)
         result = sphere_map(v, f, read_sphere(self.place(job.target)).v, caps=caps)
         shape = spherical_harmonics(result, degree=self.degree)
         aligned = shape.align(template)

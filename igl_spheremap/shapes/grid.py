@@ -42,7 +42,7 @@ def to_grid(
         pole, both included (torch-harmonics: "equiangular"; s2fft: "mwss", of L + 1 rows and 2 L columns). "gauss":
         Gauss-Legendre latitudes (torch-harmonics: "legendre-gauss"; s2fft: "gl", of L rows and 2 L - 1 columns).
     rows : int
-        Rows of the grid, 180 by default; at least 2 of "equiangular".
+        Rows of the grid, 180 by default; "equiangular" needs 2 or more.
     labels : bool
         The values are labels: take the nearest corner's; linear by default.
     columns : int, optional
@@ -60,7 +60,7 @@ def to_grid(
     FoldingsRemain
         If the map is not certified folding-free.
     ValueError
-        If there is no such kind, or no row.
+        If there is no such kind, or there are too few rows.
     TypeError
         If the source is not a map.
 
@@ -89,9 +89,9 @@ def from_grid(
     Parameters
     ----------
     grid : (rows, columns) or (rows, columns, ...) array_like
-        Values laid out as `to_grid` does; an even number of columns.
+        Values as `to_grid` lays them out, in an even number of columns.
     target : SphereMap or (k, 3) array_like
-        Where to read them.
+        A map, at whose vertices values are wanted, or points of the sphere.
     kind : {"equirectangular", "equiangular", "gauss"}
         As for `to_grid`.
     labels : bool
@@ -137,19 +137,19 @@ def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatA
 
 
 def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Places (k, 4) in the flat grid of the grid points around each point, and their bilinear weights."""
+    """The four grid points around each point, (k, 4) by their places in the flattened grid, and bilinear weights."""
     theta, phi = _coordinates(kind, rows, columns)
-    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # the rows beyond the poles
+    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # and a row beyond each pole
     x, y, z = np.ascontiguousarray(x.T)  # numpy 1.26's arctan2 of columns depends on where they lie in memory
     here = np.arctan2(np.hypot(x, y), z)
     i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
     step = theta[i + 1] - theta[i]
-    down = (here - theta[i]) / np.where(step > 0, step, 1)  # 0 beyond a row at a pole
+    down = (here - theta[i]) / np.where(step > 0, step, 1)  # steps are 0 where a row is at a pole
     turn = (np.arctan2(y, x) - phi[0]) * columns / (2 * np.pi)
     j = np.floor(turn).astype(np.int64)
     east = turn - j
     row, column = i[:, None] + [-1, -1, 0, 0], j[:, None] + [0, 1, 0, 1]
-    beyond = (row < 0) | (row >= rows)  # there the longitude is the opposite one
+    beyond = (row < 0) | (row >= rows)  # beyond a pole lies the opposite longitude
     column = (column + beyond * (columns // 2)) % columns
     weights = np.stack(((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1)
     return np.clip(row, 0, rows - 1) * columns + column, weights

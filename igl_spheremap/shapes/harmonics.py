@@ -15,7 +15,7 @@ from ..draw.shown import Drawing, Shown, place_drawing
 from ..errors import MeshError, check_number, check_whole, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_values, own_unit
+from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_rows, check_values, own_unit
 from ..mesh.measure import face_areas, vertex_areas
 from ..mesh.objects import takes_mesh
 from ..sphere.rows import unit_rows
@@ -26,7 +26,8 @@ from .locate import locator_of
 from .rotation import first_order_frames, rotate, skewness
 from .transfer import check_map, sphere_mesh
 
-#: Mean of source over image area from which on a note names the map: less than half of the degrees remain.
+#: Mean of source area over image area, above which a note names the map: lengths are halved where areas are a quarter,
+#: and with them the degrees that are resolved.
 _CROWDED = 4.0
 
 
@@ -67,8 +68,8 @@ class SphericalHarmonics(Shown):
     source : Expanded or None
         The data at the mesh's vertices; None if the coefficients come from a `.coef` file.
     notes : tuple of str
-        Given if there are more coefficients than vertices, and if the map leaves parts of the surface so little room
-        that less than half of the degree would do on an area-preserving one.
+        One if there are more coefficients than vertices, and one if the map gives parts of the surface so little room
+        that an area-preserving map would need less than half of the degree.
 
     Examples
     --------
@@ -231,7 +232,7 @@ class SphericalHarmonics(Shown):
             If `R` is not a rotation.
         """
         R = check_rows(R, 3, "the rotation's rows")
-        if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-8 and np.linalg.det(R) > 0):
+        if not (np.abs(R @ R.T - np.eye(3)).max() < HALF_DIGITS and np.linalg.det(R) > 0):
             raise MeshError("the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix")
         source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
         return SphericalHarmonics(rotate(self.coefficients, R), source, self.notes)
@@ -293,8 +294,8 @@ class SphericalHarmonics(Shown):
 
     def _require_positions(self) -> None:
         if self.coefficients.shape[1] != 3:
-            raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns; "
-                            "a surface has three, those of its positions")
+            raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns where a surface has three; "
+                            "expand its positions, not data over it")
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,14 +392,13 @@ def spherical_harmonics(
 
 
 def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
-    """What of the degrees is above the vertices, or lost on parts to which the map gives little room."""
+    """Notes on degrees that the vertices don't resolve, and on parts to which the map gives too little room."""
     n, notes = len(source.vertices), []
     if (degree + 1) ** 2 > n:
         notes.append(f"degree {degree} has {(degree + 1) ** 2} coefficients, but the mesh {n} vertices, which carry "
-                     f"degree {math.isqrt(n) - 1}: what is above describes flat faces")
+                     f"degree {math.isqrt(n) - 1}: higher degrees describe flat faces")
     areas = face_areas(source.mesh.unit, source.faces[source.mesh.surface])
-    with np.errstate(over="ignore", invalid="ignore"):  # a limb of image area 1e-400, a face of area 0
-        crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())
+    crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())  # nan: a face of area 0
     if degree and crowding > _CROWDED:
         notes.append("the map leaves parts of the surface so little room that an area-preserving one needs less than "
                      f"half of degree {degree}: expand balanced_spherical_map(v, f, balance=1)")
@@ -411,7 +411,7 @@ def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Ba
                            balance: float = 1.0) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
 
-    Bodies need not be star-shaped. What `spherical_harmonics` says in its notes is said by Python warnings here.
+    Bodies need not be star-shaped. The notes of `spherical_harmonics` are Python warnings here.
 
     Parameters
     ----------
@@ -452,5 +452,5 @@ def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Ba
     check_degree(degree)
     shape = spherical_harmonics(balanced_spherical_map(v, f, balance=balance), degree=degree)
     for note in shape.notes:
-        warnings.warn(note, stacklevel=4)  # an array has no notes
+        warnings.warn(note, stacklevel=4)  # names the line of the caller, outside of two decorators
     return shape.in_basis(basis)

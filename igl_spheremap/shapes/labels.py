@@ -12,7 +12,8 @@ from ..mesh.arrays import FloatArray, IntArray, check_directions
 from ..sphere.rows import tangent_axes, unit_rows
 from .transfer import transfer
 
-#: Points in rings around the one that takes a label, each of which stands for an equal share of the Gaussian.
+#: Points in rings around the one that takes a label. Each of the 19 stands for an equal share of the Gaussian, so that
+#: margins are multiples of 1/19, some five percent.
 _RINGS = (6, 12)
 
 

@@ -118,7 +118,8 @@ class SphereLocator:
         self.f = check_faces(f, len(self.x))
         certificate = certificate or Certificate.of(self.x, self.f)
         if not certificate.folding_free:
-            raise FoldingsRemain(f"points can't be located on a map that is {certificate}")
+            raise FoldingsRemain(f"points can't be located on a map that is {certificate}; repair it "
+                                 "with repair_foldings")
         low, high = _face_boxes(self.x, self.f)
         self._tree = BoxTree(low, high)
 

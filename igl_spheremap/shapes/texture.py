@@ -18,6 +18,11 @@ from ..sphere.rows import unit_rows
 
 #: Texels of bounding boxes of faces that are looked at together: some 1 GB.
 _TEXELS = 1 << 22
+#: Side of a picture in texels: a checkerboard's square, a sixteenth of it, is sharp where it fills a sixth of a screen.
+SIDE = 1024
+#: The checkerboard's colours run from the darkest to the brightest along u in red and along v in green; blue stays, in
+#: the middle, so that no square is black or white. Dark squares have less than half of the light.
+_DIMMEST, _BRIGHTEST, _BLUE, _SHADE = 60, 255, 160, 0.45
 
 Projection = Literal["equirectangular", "octahedral"]
 
@@ -139,7 +144,7 @@ def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
     return Atlas(uv, f, identity(n, format="csr")[vertex], vertex, np.arange(len(f)))
 
 
-def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = 1024) -> NDArray[np.uint8]:
+def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = SIDE) -> NDArray[np.uint8]:
     """A picture for the coordinates of an atlas that shows what another one shows by its own.
 
     Parameters
@@ -319,8 +324,8 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     )
 
 
-def checker_image(size: int = 1024, squares: int = 16) -> NDArray[np.uint8]:
-    """(size, size, 3) uint8 checker board whose colours show the place: red grows with u, green with v.
+def checker_image(size: int = SIDE, squares: int = 16) -> NDArray[np.uint8]:
+    """(size, size, 3) uint8 checkerboard whose colours show the place: red grows with u, green with v.
 
     >>> checker_image(64, 4).shape
     (64, 64, 3)
@@ -328,5 +333,6 @@ def checker_image(size: int = 1024, squares: int = 16) -> NDArray[np.uint8]:
     place = (np.arange(size) + 0.5) / size
     u, v = np.meshgrid(place, 1 - place)
     dark = ((u * squares).astype(int) + (v * squares).astype(int)) % 2
-    colour = np.stack([60 + 195 * u, 60 + 195 * v, np.full_like(u, 160)], axis=-1)
-    return np.asarray(colour * np.where(dark, 0.45, 1.0)[..., None], dtype=np.uint8)
+    red, green = (_DIMMEST + (_BRIGHTEST - _DIMMEST) * share for share in (u, v))
+    colour = np.stack([red, green, np.full_like(u, _BLUE)], axis=-1)
+    return np.asarray(colour * np.where(dark, _SHADE, 1.0)[..., None], dtype=np.uint8)

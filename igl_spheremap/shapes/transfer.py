@@ -129,8 +129,8 @@ def transfer(
     FoldingsRemain
         If a map is not certified folding-free.
     TypeError
-        If the source is not a map, as where the order of arguments is another one, or if the target has no faces and
-        the method needs them.
+        If the source is not a map, for instance because the arguments are in another order, or if the target has no
+        faces and the method needs them.
     ValueError
         If there is no such method, or no regular sphere of that name.
 
@@ -222,22 +222,24 @@ def _points(target: Any) -> FloatArray:
     return check_rows(target, name="points")
 
 
-def sphere_mesh(to: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, IntArray]:
+def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, IntArray]:
     """Points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
-    x, f = regular_mesh(to) if isinstance(to, str) else (to.sphere, to.mesh) if isinstance(to, SphereMap) else to
+    if isinstance(target, str):
+        target = regular_mesh(target)
+    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else target
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 
 
-def regular_mesh(to: str) -> tuple[FloatArray, IntArray]:
+def regular_mesh(name: str) -> tuple[FloatArray, IntArray]:
     """The icosphere of that name: "ico:K" has edges cut into 2^K parts, and 10 * 4^K + 2 vertices, nested.
 
     >>> regular_mesh("ico:5")[0].shape
     (10242, 3)
     """
-    kind, _, depth = to.partition(":")
+    kind, _, depth = name.partition(":")
     if kind != "ico" or not depth.isdigit() or int(depth) > _DEEPEST:
-        raise ValueError(f"{to!r} is not a regular sphere: give ico:0 to ico:{_DEEPEST}")
+        raise ValueError(f"{name!r} is not a regular sphere: give ico:0 to ico:{_DEEPEST}")
     return regular_sphere(10 * 4 ** int(depth) + 2)
 
 
@@ -262,7 +264,7 @@ def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, Array
     Raises
     ------
     ValueError
-        If `target` is not the name of a regular sphere.
+        If there is no regular sphere of that name.
     MeshError
         If `target` is not a closed genus-0 mesh.
     FoldingsRemain

@@ -20,7 +20,7 @@ from igl_spheremap.io.textured import read_picture
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.job import Job, run_job
 from igl_spheremap.populations.map_many import map_many
-from igl_spheremap.populations.mapping import Options
+from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.populations.page import draw_row, map_sheet, scale, write_page
 from igl_spheremap.populations.table import Row, plain, worst_first
 
@@ -67,7 +67,7 @@ def vermilion(image):
 
 
 def test_folded_faces_are_seen(desk):
-    options = Options(Auto(), 0.0, None, force=False, folder=os.getcwd())
+    options = SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
     row = run_job(Job("400.ply", "400.obj"), options).row
     x, f = read_mesh("400.obj")
     write_mesh("400.obj", x * np.where(np.arange(len(x)) % 50 == 0, -1, 1)[:, None], f, force=True)
@@ -116,7 +116,7 @@ def test_hemispheres_are_seen_from_their_side_first(desk):
     for side in ("lh", "rh"):
         v, f = read_mesh("400.ply")
         write_mesh(f"{side}.white.ply", v, f)
-        options = Options(Auto(), 0.0, None, force=False, folder=os.getcwd())
+        options = SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
         row = run_job(Job(f"{side}.white.ply", f"{side}.obj"), options).row
         x, _ = read_mesh(f"{side}.obj")
         left = f[np.argsort(v[f, 0].mean(axis=1))[:9]]
@@ -145,7 +145,7 @@ def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
     assert f"igl-spheremap {words}" in unescape(made).replace("'", "")
     assert "--repair" in html  # hints on the page of the shell are flags
     assert "repair_mesh" not in html
-    rows, options = [Row("a", "b", notes="no map")], Options(Auto(), 0.0, None, force=False, folder=os.getcwd())
+    rows, options = [Row("a", "b", notes="no map")], SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
     sheet = map_sheet(rows, options)
     pages = [write_page(name, rows, sheet, 1, began=began).read_bytes() for name in ("a.html", "b.html")]
     assert pages[0] == pages[1]
@@ -163,7 +163,7 @@ def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):
     """And the bars hold every map once."""
     angles = [*np.linspace(1, 2, 12), 20.0]
     rows = [Row(f"here/sub-{k}_x.ply", f"{k}.obj", "failed", mean_angle=angle) for k, angle in enumerate(angles)]
-    options = Options(Auto(), 0.0, None, force=False, folder=os.getcwd())
+    options = SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
     html = write_page("a.html", rows, map_sheet(rows, options), 1, began="2026-01-01T00:00:00+00:00").read_text("utf-8")
     bars = re.findall(r'data-figure="mean_angle" data-low="([\d.]+)" data-high="([\d.]*)"', html)
     held = [[row.source for row in rows if float(low) <= row.mean_angle < float(high or np.inf)] for low, high in bars]

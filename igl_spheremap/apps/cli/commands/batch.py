@@ -13,7 +13,7 @@ from ....io.replacing import check_writable
 from ....populations.executors import connect
 from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
-from ....populations.mapping import Options
+from ....populations.mapping import SphereMapping
 from ....populations.page import Sheet, check_page, map_sheet, write_page
 from ....populations.ratings import FAIL, PASS, Rating, read_ratings
 from ....populations.table import (
@@ -61,7 +61,7 @@ def run_batch(args: Namespace) -> Exit:
                         manifest=manifest, **options, **repairs or {})
 
     def sheet(rows: Sequence[Row]) -> Sheet:
-        return map_sheet(rows, Options(method, args.balance, repairs, force=args.force, folder=os.getcwd()))
+        return map_sheet(rows, SphereMapping(method, args.balance, repairs, force=args.force, folder=os.getcwd()))
 
     return run_files(args, "mapping", len(sources), manifest, run, sheet)
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....draw.palette import colours
-from ....errors import FileError, MeshError, import_optional
+from ....errors import MeshError, import_optional
 from ....io.files import write_mesh
 from ....io.scalars import data_format, write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
 from ....mesh.arrays import FloatArray, own_unit
 from ....mesh.check import check_mesh
 from ....plane.plane_map import UnitSquare
-from ....shapes.texture import Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
+from ....shapes.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
 from ....verify.distortion import vertex_maps
 from ...viewer.choices import Z_UP, guess_up
 from ...viewer.colouring import square_colours
@@ -98,8 +98,7 @@ def _check_export(args: Namespace) -> None:
     if textured and not target.lower().endswith(_TEXTURED):
         raise UsageError(f"{what} writes .glb or .obj files, not {target}")
     if args.show == "checkerboard" and not target.lower().endswith((*_TEXTURED, ".ply")):
-        raise FileError(f"{target}: --show checkerboard writes a texture, to .glb and .obj files, or vertex colours, "
-                        "to .ply files")
+        raise UsageError(f"--show checkerboard writes .glb, .obj or .ply files, not {target}")
     if args.show in ("factor", "angles") and not target.lower().endswith(_COLOURED):
         data_format(target, write=True)
     if args.image is not None and (args.texture or args.show in ("factor", "angles")):
@@ -116,7 +115,7 @@ def _image(args: Namespace, source: InputMesh | InputDisk, atlas: Atlas) -> NDAr
     if args.texture is None:
         return checker_image() if args.image is None else read_picture(args.image)
     texture = read_textured(args.source)
-    return bake(atlas, source.f, _corners(texture, source), texture.image, max(1024, *texture.image.shape[:2]))
+    return bake(atlas, source.f, _corners(texture, source), texture.image, max(SIDE, *texture.image.shape[:2]))
 
 
 def _corners(texture: TexturedMesh, source: InputMesh | InputDisk) -> FloatArray:

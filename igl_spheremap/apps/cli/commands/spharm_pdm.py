@@ -7,10 +7,10 @@ from typing import Any
 
 from ....io.replacing import make_folder
 from ....maps.options import Auto
-from ....populations.mapping import Options
+from ....populations.mapping import SphereMapping
 from ....populations.page import Sheet, map_sheet
 from ....populations.run_many import run_many
-from ....populations.spharm_pdm import ShapeFolder, shape_jobs
+from ....populations.spharm_pdm import ShapeExpansion, shape_jobs
 from ....populations.table import Row
 from ..exits import Exit, UsageError
 from .batch import check_files, list_sources, run_files
@@ -24,7 +24,8 @@ def run_spharm_pdm(args: Namespace) -> Exit:
     """
     sources = list_sources(args)
     where = {"force": args.force, "folder": os.getcwd()}
-    task = ShapeFolder(Options(Auto(polish=None), args.balance, None, **where), args.degree, args.subdivision, **where)
+    mapping = SphereMapping(Auto(polish=None), args.balance, None, **where)
+    task = ShapeExpansion(mapping, args.degree, args.subdivision, **where)
     try:
         jobs = shape_jobs(sources, args.out, args.template)
     except ValueError as error:
@@ -38,6 +39,6 @@ def run_spharm_pdm(args: Namespace) -> Exit:
         return run_many(jobs, task, manifest, **options)
 
     def sheet(rows: list[Row]) -> Sheet:
-        return map_sheet(rows, task.options)
+        return map_sheet(rows, mapping)
 
     return run_files(args, "expanding", len(jobs), manifest, run, sheet)
