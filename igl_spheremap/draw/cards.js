@@ -4,7 +4,7 @@
 const sheet = document.querySelector(".sheet"), form = document.querySelector(".toolbar");
 const dialog = document.querySelector("dialog"), title = document.title;
 const key = "igl_spheremap ratings " + location.pathname;
-let ratings = {}, bar = null;
+let ratings = {}, bar = null;  // the bar of a histogram that was clicked: cards outside of it are hidden
 try { ratings = JSON.parse(localStorage.getItem(key)) || {}; } catch { /* a browser that keeps nothing */ }
 const add = (parent, tag, properties = {}) => parent.appendChild(Object.assign(document.createElement(tag), properties));
 const cards = JSON.parse(document.querySelector(".cards").textContent).map(card => ({...card,
@@ -14,7 +14,7 @@ const rated = row => ratings[row.source] || {rating: "", comment: ""};
 
 function rate(row, change) {
   ratings[row.source] = {...rated(row), ...change};
-  try { localStorage.setItem(key, JSON.stringify(ratings)); } catch { /* as above */ }
+  try { localStorage.setItem(key, JSON.stringify(ratings)); } catch { /* a browser that keeps nothing */ }
   show();
 }
 
@@ -86,7 +86,7 @@ function sort() {
   sheet.append(all);
 }
 
-// The page of one map; the others are those that the sheet shows, in its order.
+// The page of one card, by the address's hash; its neighbours are those that the sheet shows, in its order.
 const opened = () => cards.find(({element}) => element.id === location.hash.slice(1));
 function step(by) {
   const list = shown(), next = list[list.indexOf(opened()) + by];
@@ -97,11 +97,11 @@ function open() {
   if (!card) { if (dialog.open) dialog.close(); document.title = title; return; }
   const {row, reasons, caption, command, picture} = card, list = shown(), place = list.indexOf(card);
   dialog.textContent = "";
-  const bar = add(dialog, "div", {className: "steps"});
-  add(bar, "button", {type: "button", textContent: "\u2190 previous", disabled: place < 1, onclick: () => step(-1)});
-  add(bar, "button", {type: "button", textContent: "next \u2192", disabled: place < 0 || place > list.length - 2, onclick: () => step(1)});
-  add(bar, "span", {textContent: place < 0 ? "" : `${place + 1} of ${list.length}`});
-  add(bar, "button", {type: "button", textContent: "all", onclick: () => dialog.close()});
+  const steps = add(dialog, "div", {className: "steps"});
+  add(steps, "button", {type: "button", textContent: "\u2190 previous", disabled: place < 1, onclick: () => step(-1)});
+  add(steps, "button", {type: "button", textContent: "next \u2192", disabled: place < 0 || place > list.length - 2, onclick: () => step(1)});
+  add(steps, "span", {textContent: place < 0 ? "" : `${place + 1} of ${list.length}`});
+  add(steps, "button", {type: "button", textContent: "all", onclick: () => dialog.close()});
   add(dialog, "h1", {textContent: row.source});
   addRating(dialog, row);
   if (picture) {

@@ -21,7 +21,7 @@ from ..io.textured import write_picture
 from .group import Group
 from .permutation import LEVEL, PointTest
 
-_SIZE = 480  # pixels of a view
+_SIZE = 480  # pixels of a view: two fill half the width of a screen
 _PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
 
 
@@ -32,7 +32,7 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[st
     """
     with reading(Path(path)):
         if Path(path).suffix.lower() not in SEPARATORS:
-            raise MeshError("a table of variables is a .tsv or .csv file")
+            raise MeshError("a table of variables is a .tsv or .csv file; give one of these")
         header, *rows = read_cells(Path(path))
         known = {row[0]: row for row in rows}
         lines = [known.get(name) or known.get(Path(name).stem) for name in members]

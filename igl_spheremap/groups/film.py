@@ -20,7 +20,7 @@ from .series import Series
 
 #: Standard deviations that films and pictures of a mode go to either side.
 REACH = 2.0
-_SIZE = 320  # pixels
+_SIZE = 320  # pixels of a side; a film of a series shows two bodies side by side
 _FRAMES = 24  # of a mode: to one end, to the other and back
 _MOST = 200  # frames of a series, evenly chosen
 _PAUSE = 80  # milliseconds of a mode's frames; a series that has fewer is as long

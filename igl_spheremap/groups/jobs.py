@@ -27,7 +27,7 @@ from ..shapes.transfer import resample, sphere_mesh, transfer
 from .features import FeatureFiles, file_of
 from .placing import at_points, carried, mapped, own_areas
 
-_DEGREE = 8  # of the harmonics whose powers distinguish the members
+_DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
 
 
 @dataclass(frozen=True)

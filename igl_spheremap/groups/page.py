@@ -28,7 +28,7 @@ from .series import Series
 from .series_files import frame_rows
 
 _SHOWN = 3  # modes with pictures
-_SIZE = 200  # pixels of each of the two views of a member
+_SIZE = 200  # pixels of each of the two views of a member: both fill a card on a screen of high resolution
 _FAR = 3.0  # colours end at this many root mean square distances of the members: few points of one lie farther
 
 

@@ -15,6 +15,9 @@ from .group import Group
 LEVEL = 0.05
 _BLOCK = 64  # permutations of one product of matrices
 _RANK = 1e-9  # share of a column that must not lie in the covariates
+_TIE = 1e-9  # statistics that differ by a smaller share are equal up to rounding
+#: With fewer permutations the smallest p is above `LEVEL`.
+_FEWEST = round(1 / LEVEL) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,7 @@ def permutation_test(
     >>> ism.permutation_test(group, [30, 40, 50], permutations=19).effect.shape  # for instance ages
     (1, 42, 3)
     """
-    check_whole(permutations, "permutations", 19)
+    check_whole(permutations, "permutations", _FEWEST)
     count = len(group.members)
     tested, levels = _columns(variable, count)
     nuisance = np.ones((count, 1)) if covariates is None else np.column_stack(
@@ -147,7 +150,7 @@ def permutation_test(
         block = np.stack([basis[rng.permutation(count)] for _ in range(min(_BLOCK, permutations - start))])
         maxima[start : start + len(block)] = statistics(block).max(axis=1)
     maxima.sort()
-    beyond = permutations - np.searchsorted(maxima, F * (1 - _RANK))
+    beyond = permutations - np.searchsorted(maxima, F * (1 - _TIE))
     effect = np.linalg.solve(R, Qx.T @ flat).reshape(-1, *values.shape[1:])
     explained = F / (F + ratio)
     noise = np.sqrt((1 - explained) * squares / (freedom * values.shape[2]))

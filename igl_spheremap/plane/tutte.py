@@ -15,7 +15,7 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 from ..verify.rim import plane_signs
 from .doubling import without_chords
 
-#: Boundary edges count as no shorter than this share of their mean: the circle has room for shorter ones.
+#: Boundary edges count as no shorter than this share of their mean, so that the images of their ends stay apart.
 _SHORTEST = 1e-3
 #: Weights that are made positive lie between this and its inverse: a solve with factors up to 1e6 between them keeps
 #: ten of sixteen digits.

@@ -21,7 +21,8 @@ from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult
 
 _AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
-_INTERVAL = 1.0  # seconds between two calls of `idle`
+_INTERVAL = 1.0  # seconds between two calls of `idle`, which brings results to the disk
+_ANSWER = 6.0  # seconds for a scheduler to answer: many round trips of a slow network, and a person still waits
 
 
 @dataclass(frozen=True)
@@ -110,10 +111,10 @@ def workers_of(
             yield Workers(found, run_job, lambda: count)
 
 
-def connect(scheduler: str, seconds: float = 6.0) -> Any:
+def connect(scheduler: str, seconds: float = _ANSWER) -> Any:
     """An executor on the Dask scheduler at an address, or of a scheduler file.
 
-    Raise WorkersUnavailable if it does not answer, or if a worker has another version.
+    Raise WorkersUnavailable if it does not answer within some seconds, or if a worker has another version.
     """
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:

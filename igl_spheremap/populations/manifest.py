@@ -22,7 +22,7 @@ from ..errors import FileError
 from ..io.replacing import check_writable
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
-_INTERVAL = 1.0  # seconds between two flushes to the disk
+_INTERVAL = 1.0  # seconds between two flushes to the disk: a power cut loses the results of no more than that
 _BEGIN = b'{"igl_spheremap run": '
 _BEYOND = 1 << 40  # Windows locks bytes against reading, too: one that no file reaches
 

@@ -56,6 +56,7 @@ _BIDS_VERSION = "1.10.0"
 #: Pixels of each view; greys of the deepest and the highest folds; brightness of faces that the light grazes; colour.
 _SIZE, _DARK, _LIGHT, _AMBIENT = 260, 0.35, 0.95, 0.75
 _BORDER = (0.8, 0.15, 0.1)
+_REACH = 2.0  # standard deviations of depth to either side, where the greys end
 
 
 @dataclass(frozen=True)
@@ -326,11 +327,11 @@ def register_hemispheres(
     Raises
     ------
     ValueError
-        If a name is unknown, two files would have one place, or labels fit no template.
+        If a name is unknown, or two files would have one place.
     FileError
         If a template is not found, a side is not known, or the manifest can't be written.
     MeshError
-        If labels have the size of no template.
+        If no template has as many vertices as a file has labels.
 
     Examples
     --------
@@ -510,7 +511,7 @@ def _views(surface: SphereMap, labels: IntArray, views: Sequence[FloatArray]) ->
     """Views of a surface, grey by its folds, with the borders of labels."""
     v, f = surface.vertices, surface.faces
     depth = depth_potential(v, f, ell=_SULC)
-    grey = np.clip(depth[f].mean(axis=1) / (4 * depth.std()) + 0.5, 0, 1)
+    grey = np.clip(depth[f].mean(axis=1) / (2 * _REACH * depth.std()) + 0.5, 0, 1)
     folds = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
     for view in views:
         colours = folds * shading(v, f, view, _AMBIENT)[:, None]

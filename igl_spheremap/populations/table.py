@@ -27,9 +27,9 @@ _CONVERT: dict[str, Callable[[Any], Any]] = {
     "bool": lambda value: str(value).lower() == "true", "int": int, "str": str,
     "float": lambda value: math.nan if value in (None, "") else float(value),
 }  # fmt: skip
-#: What `from_plain` raises.
+#: What `from_plain` raises for what is not a row.
 ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
-#: Statuses of rows whose target holds a map.
+#: Statuses of rows whose target holds a map, free of foldings or not.
 MAPPED = ("certified", "folded")
 #: Tukey's outer fence: interquartile ranges above the third quartile.
 OUTLIER = 3.0
@@ -57,10 +57,10 @@ class JobRow:
     worker : str
         Host and process.
     notes : str
-        What was done beyond the ordinary, or why nothing was made.
+        What else was done, or why nothing was made.
     """
 
-    #: Figures that are the worse the larger they are, with their labels.
+    #: Figures with their labels; a larger one is worse.
     FIGURES: ClassVar[Mapping[str, str]] = {}
 
     source: str
@@ -97,7 +97,7 @@ class Row(JobRow):
     worker : str
         Host and process.
     notes : str
-        What was done beyond the ordinary, or why there is no map.
+        What else was done, or why there is no map.
     foldings_before : int
         Folded faces before the repair.
     energy : float
@@ -134,12 +134,12 @@ class Row(JobRow):
 
 @dataclass(frozen=True, slots=True)
 class RegistrationRow(JobRow):
-    """What is known of one hemisphere and its registration; of several targets each figure is that of the worst.
+    """What is known of one hemisphere and its registration; with several templates each figure is that of the worst.
 
     Attributes
     ----------
     unlike : float
-        1 less the mean correlation of the depth potentials of surface and target.
+        1 less the mean correlation of the depth potentials of surface and template.
     mean_area, p95_area : float
         Mean and 95th percentile of the sizes of the natural logarithms of areas after the registration over
         those before.
@@ -156,7 +156,7 @@ class RegistrationRow(JobRow):
     unsure: float = math.nan
 
 
-#: All kinds of rows; a table holds one kind, which its columns tell.
+#: All kinds of rows; a table holds one kind, which is known by its columns.
 _KINDS: tuple[type[JobRow], ...] = (RegistrationRow, Row)
 
 
@@ -171,7 +171,7 @@ def plain(row: JobRow) -> dict[str, Any]:
 
 
 def from_plain(entry: Mapping[str, Any]) -> JobRow:
-    """The row that `plain` or a line of a table describes; one of ROW_ERRORS where it describes none."""
+    """The row that `plain` or a line of a table describes; raises one of ROW_ERRORS where it is something else."""
     values = {}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
     for field in fields(kind):
@@ -235,7 +235,7 @@ def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any
 
 
 def _refuse(constant: str) -> None:
-    """Python reads NaN and Infinity, which no JSON holds."""
+    """Python's parser accepts NaN and Infinity, which are not JSON."""
     raise ValueError(constant)
 
 
@@ -247,7 +247,7 @@ def figures_of(rows: Sequence[JobRow]) -> Mapping[str, str]:
 def excess(rows: Sequence[JobRow]) -> FloatArray:
     """How far the figures (rows, figures) lie above the third quartile, in interquartile ranges.
 
-    NaN counts as 0, and where the range is 0, all that is above it is infinitely far.
+    NaN counts as 0; where the range is 0, all that is above it lies infinitely far.
 
     >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
     [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]

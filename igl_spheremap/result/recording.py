@@ -91,7 +91,7 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = budget
-        #: Of this many iterates two are kept, where the number of foldings stays, and where it changes.
+        #: Two iterates of this many are kept: first where the number of foldings stays, then where it changes.
         self._strides = [2, 2]
         self._lock = threading.Lock()
         self._frames: list[Frame] = []

@@ -18,7 +18,7 @@ from ..sphere.rows import unit_rows
 
 #: Texels of bounding boxes of faces that are looked at together: some 1 GB.
 _TEXELS = 1 << 22
-#: Side of a picture in texels: a checkerboard's square, a sixteenth of it, is sharp where it fills a sixth of a screen.
+#: Side of a picture in texels: 64 for each of a checkerboard's 16 squares.
 SIDE = 1024
 #: The checkerboard's colours run from the darkest to the brightest along u in red and along v in green; blue stays, in
 #: the middle, so that no square is black or white. Dark squares have less than half of the light.

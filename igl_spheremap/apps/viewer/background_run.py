@@ -25,6 +25,8 @@ Source = tuple[FloatArray, IntArray]
 
 #: Messages on their way between the processes: more than a run sends while a window draws a picture.
 _IN_TRANSIT = 64
+#: Seconds between two reports of progress without a window.
+_TURN = 0.3
 #: Seconds between messages: iterates of small meshes come faster than messages are worth.
 _GATHER = 0.01
 #: A stage may begin with the last map of the one before, up to rounding; it is shown once.
@@ -92,13 +94,13 @@ class BackgroundRun:
         self._process.join()
 
     def wait(self, progress: Callable[[BackgroundRun], None] = lambda run: None) -> None:
-        """Until it is done; `progress` is called with the run several times a second."""
+        """Wait until it is done; `progress` is called with the run several times a second."""
         while self.running:
-            self.poll(seconds=0.3, wait=0.1)
+            self.poll(_TURN, wait=_TURN / 3)
             progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
-        """Take over what has arrived, for so long at most; the first message may be waited for."""
+        """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
         until = time.monotonic() + seconds
         while self.running and time.monotonic() < until:
             alive = self._process.is_alive()  # before the queue is read, so that no last word is missed
@@ -162,7 +164,7 @@ class BackgroundRun:
 
 
 def stage_of(iterate: Iterate) -> tuple[str, int]:
-    """What stays the same until a stage ends."""
+    """Stage and round, which stay the same until a stage ends."""
     return iterate.stage, iterate.round
 
 

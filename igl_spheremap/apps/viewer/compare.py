@@ -37,6 +37,8 @@ _REACH = 2.0
 _FOLDS = 0.12
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
+#: Ends of the colours of each subject, the same for all maps, to be compared; u and area ratios are logarithms.
+_ENDS = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}
 _HEAD, _FOOT = 54, 150  # pixels above the surfaces, and of the histograms below
 #: Pixels of a slider over the width of a window.
 _BAR = 40
@@ -229,7 +231,7 @@ class Comparison(ColouredApp):
 
     def show_subject(self, subject: str) -> None:
         self.subject = subject
-        reach = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}.get(self.subject)
+        reach = _ENDS.get(self.subject)
         for k, x in enumerate(self.maps.values()):
             colours = colouring(self.mesh, x, self.subject, reach)
             bodies = [self.grid.bodies[row, k] for row in (0, 1)]

@@ -32,6 +32,9 @@ _GAP = 6
 _CIRCLE = 7
 #: Radius of the marks of folded faces that are not seen, in pixels.
 _MARK = 4.0
+#: By the mouse: radians a pixel, so that a drag over 400 pixels is half a turn; pixels that shift a body by its radius;
+#: the factor of a notch of the wheel; and the least and the largest magnification.
+_TURNING, _SHIFTING, _NOTCH, _ZOOMS = 0.008, 150, 1.15, (0.3, 200)
 
 
 class Grid:
@@ -128,7 +131,7 @@ class Grid:
         left, top, w, h = self.cell(*place)
         at = self._pixels(frame, places)
         inside = ((at > [left, top]) & (at < [left + w, top + h])).all(axis=1)
-        # Of marks that would cover each other one is drawn.
+        # Where marks would cover each other, only one of them is drawn.
         _, chosen = np.unique(np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True)
         canvas = imgui.GetBackgroundDrawList()
         colour, white = packed(palette.FOLDED), packed(palette.BACKGROUND)
@@ -222,11 +225,11 @@ class Grid:
             return
         dx, dy = io.MouseDelta
         if imgui.IsMouseDragging(0):
-            self.rotate(0.008 * dx, 0.008 * dy)
+            self.rotate(_TURNING * dx, _TURNING * dy)
         elif imgui.IsMouseDragging(1):
-            self.shift = self.shift + np.array([dx, -dy]) / (150 * self.zoom)
+            self.shift = self.shift + np.array([dx, -dy]) / (_SHIFTING * self.zoom)
         if io.MouseWheel:
-            self.zoom = float(np.clip(self.zoom * 1.15**io.MouseWheel, 0.3, 200))
+            self.zoom = float(np.clip(self.zoom * _NOTCH**io.MouseWheel, *_ZOOMS))
         if imgui.IsMouseDoubleClicked(0):
             self.turn, self.zoom, self.shift = np.eye(3), 1.0, np.zeros(2)
 

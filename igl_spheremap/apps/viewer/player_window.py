@@ -294,8 +294,8 @@ def play(
         Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
         pictures), in place of opening a window; needs no display.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely;
-        or "left" or "right": seen from there, with z up.
+        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        stands safely; "left" and "right" show it from that side, with z up.
     size : (int, int)
         Width and height in pixels; 1400 by 640 by default.
     keep : float

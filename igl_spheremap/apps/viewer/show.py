@@ -22,10 +22,10 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     result : SphereMap
         A map.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely;
-        or "left" or "right": seen from there, with z up.
+        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show at first: "foldings" (the default), "conformal factor", "angle differences",
+        What the colours show when the window opens: "foldings", the default, "conformal factor", "angle differences",
         "area distortion" or "checkerboard".
 
     Raises
@@ -33,7 +33,7 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     DisplayError
         If there is no display or no OpenGL.
     ValueError
-        If there is no such direction or subject.
+        If `up` or `subject` is another word.
 
     Examples
     --------
@@ -60,10 +60,10 @@ def screenshot(
     path : path
         Ends in .png or .jpg; an existing file is replaced.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z", "-z", or "auto": so that the surface stands safely;
-        or "left" or "right": seen from there, with z up.
+        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show: "foldings" (the default), "conformal factor", "angle differences", "area distortion"
+        What the colours show: "foldings", the default, "conformal factor", "angle differences", "area distortion"
         or "checkerboard".
     size : (int, int)
         Width and height in pixels; 1280 by 760 by default.
@@ -75,7 +75,7 @@ def screenshot(
     FileError
         If the picture can't be written.
     ValueError
-        If there is no such direction or subject.
+        If `up` or `subject` is another word.
 
     Examples
     --------

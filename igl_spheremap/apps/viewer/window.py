@@ -63,6 +63,8 @@ _ENDS = (b"IEND\xaeB`\x82", b"\xff\xd9")
 Picture = NDArray[np.uint8]
 #: Takes a picture and how often it is shown.
 Write = Callable[[Picture, int], None]
+#: Brightness of faces that are turned away from the light, and what the light adds to those that face it.
+_AMBIENT, _DIFFUSE = 0.62, 0.42
 #: Files that hold a video; any other name is that of a folder.
 VIDEOS = (".gif", ".mp4")
 _offscreen: bool | None = None
@@ -163,7 +165,7 @@ def matcaps() -> list[FloatArray]:
     size = np.maximum(np.hypot(x, y), 1)
     x, y = x / size, y / size
     z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
-    shade = linear(np.minimum(1, 0.62 + 0.42 * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT)))
+    shade = linear(np.minimum(1, _AMBIENT + _DIFFUSE * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT)))
     return [shade[..., None] * np.eye(4, 3)[k] for k in range(4)]
 
 
