@@ -1,8 +1,8 @@
 """Judge the spheres, disks and maps between surfaces that any programs wrote: exact signs, angles, areas, edges.
 
     python -m benchmarks judge --meshes DIR                      write the 50 meshes there, and nothing else
-    python -m benchmarks judge FOLDER ... [--program NAME]       judge the files of each FOLDER
-    python -m benchmarks judge --run FOLDER [--only NAME ...]    run the programs that are installed here, and judge
+    python -m benchmarks judge --meshes DIR FOLDER ...           judge the files of each FOLDER
+    python -m benchmarks judge --meshes DIR --run FOLDER         run the programs that are installed here, and judge
     python -m benchmarks judge [--kind sphere|disk|map]          print what is known
 
 A program maps each DIR/NAME.ply to a sphere about the origin, or to the plane if it has a boundary, or onto
@@ -58,8 +58,9 @@ NOTES = ("Folds, degrees and crossings are exact. Figures are means over a mesh,
          "as reported.")
 #: Files of positions without faces.
 _PLAIN = (".npy", ".csv", ".tsv", ".txt", ".1d", ".mat")
-#: Radii, and distances from a target over its diagonal, that a note says.
+#: A note names radii that differ by more than this share, and distances from a target above this share of its diagonal.
 _OFF = {"sphere": UNIT_TOLERANCE, "map": 1e-3}
+_NOTE = 160  # letters of a note, which is a cell of the page
 
 
 class Unfit(Exception):
@@ -177,13 +178,15 @@ def figures_of(task: Task, x: np.ndarray) -> dict:
         on, image, note = on_sphere(task, x)
         own, mirror = (Certificate.of(p, task.f) for p in (on, on * [-1, 1, 1]))
     reflected = mirror.foldings < own.foldings
-    best = mirror if reflected else own
-    wrong = "folded" if best.foldings else "crossing" if len(best.crossings) else "" if best.degree == 1 else "covered"
+    upright = mirror if reflected else own
+    wrong = ("folded" if upright.foldings else "crossing" if len(upright.crossings)
+             else "" if upright.degree == 1 else "covered")
     if wrong == "covered":
         note = f"{note}{'; ' * bool(note)}the sphere is covered {own.degree} times: is its centre the origin?"
     angle = angle_figures(ism.angle_differences(task.v, task.f, image))
     return {"verdict": f"mirrored{', ' * bool(wrong)}{wrong}" if reflected else wrong or "certified",
-            "folds": best.foldings, "degree": own.degree, "crossings": len(best.crossings), "angle": angle["mean"],
+            "folds": upright.foldings, "degree": own.degree, "crossings": len(upright.crossings),
+            "angle": angle["mean"],
             "angle_p99": angle["p99"], "area": log_figures(ism.log_area_ratios(task.v, task.f, image))["mean"],
             "edge": log_figures(ism.log_length_ratios(task.v, task.f, image))["mean"], "note": note}
 
@@ -216,7 +219,7 @@ def run(folder: Path, meshes: Path, only: list[str], seconds: int) -> None:
             done = subprocess.run([*map(str, command)], cwd=ROOT, stdout=subprocess.DEVNULL, check=False, text=True)
             if not done.returncode:
                 break  # all are done, or it is not installed
-            note(place, pending(program, tasks, place)[0], "", fault(done, f"not done after {seconds} s"))
+            add_time(place, pending(program, tasks, place)[0], "", fault(done, f"not done after {seconds} s"))
 
 
 def pending(program: str, tasks: list[Task], place: Path) -> list[Task]:
@@ -227,12 +230,12 @@ def pending(program: str, tasks: list[Task], place: Path) -> list[Task]:
     return [task for task in tasks if program in PROGRAMS[task.kind] and task.name not in times | notes]
 
 
-def note(place: Path, task: Task, seconds: object, text: str) -> None:
+def add_time(place: Path, task: Task, seconds: object, text: str) -> None:
     """Add a line to the times of a program."""
     print(place.name, task.name, seconds, text, file=sys.stderr, flush=True)
     place.mkdir(parents=True, exist_ok=True)
     with (place / TIMES).open("a", encoding="utf-8") as file:
-        print(task.name, seconds, " ".join(text.split())[:160], sep="\t", file=file)
+        print(task.name, seconds, " ".join(text.split())[:_NOTE], sep="\t", file=file)
 
 
 def trials(program: str, meshes: Path, place: Path, seconds: int) -> None:
@@ -255,9 +258,9 @@ def trials(program: str, meshes: Path, place: Path, seconds: int) -> None:
             print(f"{program}: {error}", file=sys.stderr)
             return
         except Exception as error:  # whatever a program raises is a row
-            note(place, task, "", f"{type(error).__name__}: {error}")
+            add_time(place, task, "", f"{type(error).__name__}: {error}")
         else:
-            note(place, task, f"{taken:.4f}", "")
+            add_time(place, task, f"{taken:.4f}", "")
 
 
 def numbers(rows: list[dict], measure: str) -> tuple[float, float]:
@@ -279,7 +282,7 @@ def by_program(rows: list[dict]) -> dict[str, list[dict]]:
 
 
 def certified(rows: list[dict]) -> int:
-    """How many maps are."""
+    """How many maps are certified."""
     return sum(row["verdict"] == "certified" for row in rows)
 
 
@@ -364,7 +367,7 @@ def main(argv: list[str]) -> None:
     words = parser(__doc__)
     words.add_argument("folders", nargs="*", type=Path, metavar="FOLDER")
     words.add_argument("--meshes", type=Path, metavar="DIR",
-                       help="what was mapped (judge_meshes); the 50 meshes are written there if it does not exist")
+                       help="what is mapped; without FOLDER the 50 meshes are written there if it does not exist")
     words.add_argument("--program", metavar="NAME", help="name of the program of one FOLDER; that of the folder")
     words.add_argument("--run", type=Path, metavar="FOLDER",
                        help="run the programs that are installed here, each with a folder there")
@@ -378,8 +381,12 @@ def main(argv: list[str]) -> None:
     folders = {args.program or path.resolve().name: path for path in args.folders}
     if len(folders) < len(args.folders):
         words.error("several folders of one name: judge them one by one, with --program")
-    meshes = args.meshes or Path("judge_meshes")
-    if (args.meshes or args.run or folders) and not meshes.exists():
+    meshes = args.meshes
+    if meshes is None and (args.run or folders):
+        words.error("give --meshes DIR, the meshes that are mapped")
+    if meshes is not None and not meshes.exists():
+        if folders:
+            words.error(f"there is no {meshes}; --meshes {meshes} alone writes the 50 meshes there")
         from .judge_meshes import write
 
         write(meshes)

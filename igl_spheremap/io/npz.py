@@ -58,7 +58,7 @@ def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
     mesh = check_mesh(arrays["vertices"], arrays["faces"], caps=arrays.get("caps"))
     runs = json.loads(str(arrays["json"]))
     if not isinstance(runs.get("sphere"), dict):
-        raise MeshError("the record of this map is of a version before 0.3; read_mesh and read_sphere read its "
+        raise MeshError("damaged: the archive does not say how its map was made; read_mesh and read_sphere read its "
                         "surfaces, sphere_map(v, f, x) certifies them")
 
     def stored(name: str) -> SphereMap:

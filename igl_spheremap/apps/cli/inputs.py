@@ -120,9 +120,13 @@ def read_source(
         repaired = repair_mesh(mesh, **repair)
     except MeshError as error:
         raise MeshError(f"{name}: {error}", error.remedy) from None
-    cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, cut + repaired.actions, repaired.caps,
+    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, _triangulated(mesh) + repaired.actions, repaired.caps,
                      repaired.face_source)
+
+
+def _triangulated(mesh: LoadedMesh) -> tuple[str, ...]:
+    """What reading a file with polygons changed."""
+    return (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
 
 
 def load_any(args: Namespace) -> InputMesh:
@@ -131,8 +135,8 @@ def load_any(args: Namespace) -> InputMesh:
         return load_source(args)
     args.progress.stage(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=True))
-    cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-    return InputMesh("stdin" if args.source == STREAM else args.source, mesh.v, mesh.f, mesh.metadata, cut)
+    name = "stdin" if args.source == STREAM else args.source
+    return InputMesh(name, mesh.v, mesh.f, mesh.metadata, _triangulated(mesh))
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:

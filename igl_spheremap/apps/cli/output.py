@@ -49,12 +49,17 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         raise FileError("can't write stdout: it is closed")
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
-    inputs = {os.path.realpath(path) for path in _inputs(args)}
+    others = _inputs(args)
     for path in (*_paths(args, _OUTPUTS), *(getattr(args, "overlay", None) or ())):
         check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
-        if os.path.realpath(path) in inputs:
-            raise UsageError(f"{path} is an input or another output, which would be lost; write another file")
-        inputs.add(os.path.realpath(path))
+        check_apart(path, others)
+        others.append(path)
+
+
+def check_apart(path: str | os.PathLike[str], others: Iterable[str], flag: str = "") -> None:
+    """Raise a UsageError that names the flag if a file is one of others, which it would replace."""
+    if os.path.realpath(path) in set(map(os.path.realpath, others)):
+        raise UsageError(f"{flag}{path} is an input or another output, which would be lost; write another file")
 
 
 def check_plots(args: Namespace) -> None:
@@ -77,8 +82,7 @@ def check_report(args: Namespace) -> None:
         raise UsageError(f"--report {error}") from None
     if path == Path(args.report):  # a folder is made if it is missing
         check_writable(path, force=True)
-        if os.path.realpath(path) in {os.path.realpath(other) for other in (*_inputs(args), *_paths(args, _OUTPUTS))}:
-            raise UsageError(f"--report {path} is an input or another output, which would be lost; write another file")
+        check_apart(path, (*_inputs(args), *_paths(args, _OUTPUTS)), "--report ")
 
 
 def write_plot(path: str, figure: Any) -> None:

@@ -62,23 +62,24 @@ def reproduce(
     if "projections" in names:
         report("projections in a row take some ten minutes, besides the runs")
     runs.announce(one for name in names for one in runs_of(name, runs))
-    written, tables = [], {}
-    for name in names:
-        path = out / f"{name}{'.md' if name in makers else '.png'}"
-        made = makers[name](runs) if name in makers else FIGURES[name](runs)
+    written: list[Path] = []
+    tables: dict[str, str] = {}
+
+    def write(path: Path, content: bytes) -> None:
         with replacing(path, force=True) as partial:
-            if name in makers:
-                tables[name] = str(made)
-                partial.write_text(tables[name], encoding="utf-8")
-            else:
-                partial.write_bytes(_picture(made))
+            partial.write_bytes(content)
         written.append(path)
         report(f"wrote {path}")
+
+    for name in names:
+        if name in makers:
+            tables[name] = str(makers[name](runs))
+            write(out / f"{name}.md", tables[name].encode())
+        else:
+            write(out / f"{name}.png", _picture(FIGURES[name](runs)))
     if page is not None:
-        for path, filled in ((page, fill(text, tables)), (out / "methods.json", settings())):
-            with replacing(path, force=True) as partial:
-                partial.write_text(filled, encoding="utf-8")
-            written.append(path)
+        write(page, fill(text, tables).encode())
+        write(out / "methods.json", settings().encode())
     return written
 
 

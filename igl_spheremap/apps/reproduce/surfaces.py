@@ -83,12 +83,12 @@ def load_surface(name: str, folder: Path | None) -> PaperSurface:
     one = COUNTERPARTS[name]
     up = one.up
     if folder is not None and one.file and (folder / one.file).is_file():
-        v, f = _read(folder / one.file)
+        v, f = read_mesh(folder / one.file)
         source, relation = one.file, one.relation
         if one.simplify_to:
             v, f = _simplified(v, f, int(one.simplify_to))
     elif one.file == _GRAY_MATTER and (shipped := _nilearn_fsaverage()) is not None:
-        v, f = _read(shipped)
+        v, f = read_mesh(shipped)
         source, relation = f"nilearn's {shipped.name}", one.relation
     else:
         v, f = samples.from_spec(one.sample)
@@ -103,20 +103,11 @@ def all_surfaces(folder: Path | None) -> Iterator[PaperSurface]:
         yield PaperSurface(name, *samples.make(name), f"sample:{name}", "the sample")
     for path in sorted(folder.rglob("*.obj")) if folder else ():
         try:
-            v, f = _read(path)
+            v, f = read_mesh(path)
             check_mesh(v, f)
         except (FileError, MeshError):
             continue
         yield PaperSurface(path.stem, v, f, str(path), "the file")
-
-
-def _read(path: Path) -> tuple[FloatArray, IntArray]:
-    """Positions and faces; archives of the corpus hold arrays `v` and `f`."""
-    if path.suffix == ".npz":
-        with np.load(path) as arrays:
-            return arrays["v"], arrays["f"].astype(np.int64)
-    mesh = read_mesh(path)
-    return mesh.v, mesh.f
 
 
 def _simplified(v: FloatArray, f: IntArray, n: int) -> tuple[FloatArray, IntArray]:

@@ -32,7 +32,7 @@ from ...reproduce.items import ALL, ITEMS, reproduce
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, flags_of, with_flags
 from ..inputs import expand, subjects
-from ..output import LISTED, aligned, check_report, paragraph
+from ..output import LISTED, aligned, check_apart, check_report, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
            "file": Exit.FILE}
@@ -131,8 +131,7 @@ def check_files(args: Namespace, others: Sequence[str]) -> None:
         except ValueError as error:
             raise UsageError(f"--summary {error}") from None
         check_writable(args.summary, force=True)
-        if os.path.realpath(args.summary) in set(map(os.path.realpath, others)):
-            raise UsageError(f"--summary {args.summary} is an input or another output, which would be lost")
+        check_apart(args.summary, others, "--summary ")
     check_report(args)
     if args.report is not None:
         check_page(args.report)
