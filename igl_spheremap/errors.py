@@ -192,6 +192,15 @@ def one_line(error: BaseException) -> str:
     return printable(" ".join(str(words).split())) or type(error).__name__
 
 
+def without_name(line: str, name: str) -> str:
+    """A message without the name of its file, for where that stands already.
+
+    >>> without_name("a.ply: no faces", "a.ply"), without_name("can't read a.ply: No such file", "a.ply")
+    ('no faces', "can't read it: No such file")
+    """
+    return f" {line.removeprefix(f'{name}: ')}".replace(f" {name}", " it")[1:]
+
+
 def import_optional(module: str, user: str, extra: str = "") -> Any:
     """Import a module that `user` needs; if it is not installed, raise a FileError that says how to install it."""
     try:

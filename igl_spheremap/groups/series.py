@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..correspondence.registration import register
 from ..draw.markup import table
 from ..draw.shown import Drawing, Shown, place_drawing
-from ..errors import MeshError, check_number, own_errstate
+from ..errors import MeshError, check_number, own_errstate, without_name
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..mesh.measure import enclosed_volume, surface_area
@@ -137,7 +137,7 @@ def series(
             result = mapped(source, balance)
         except MeshError as error:
             name = os.fspath(source) if isinstance(source, str | os.PathLike) else f"frame {k}"
-            raise MeshError(f"{name}: {str(error).removeprefix(f'{name}: ')}", error.remedy) from error
+            raise MeshError(f"{name}: {without_name(str(error), name)}", error.remedy) from error
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_number, check_whole, one_line, own_errstate
+from ..errors import MeshError, check_number, check_whole, one_line, own_errstate, without_name
 from ..io import npz
 from ..io.npz import read_arrays
 from ..io.replacing import make_folder, replacing
@@ -207,7 +207,7 @@ class _Crew:
                          listener=lambda _: log_share(name, next(done), len(jobs)))
         for member, row in zip(members, rows, strict=True):
             if row.status not in MAPPED:
-                self.left_out[member.name] = failing + row.notes.removeprefix(f"{member.name}: ")
+                self.left_out[member.name] = failing + without_name(row.notes, row.source)
         found = [member for member, row in zip(members, rows, strict=True) if row.status in MAPPED]
         if len(found) < _FEWEST:
             reason = "".join(f"; {name}: {why}" for name, why in list(self.left_out.items())[:1])

@@ -120,7 +120,11 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     assert len(found.members) == 3
     assert {*found.left_out} == {str(tmp_path / "open.ply"), str(tmp_path / "none.ply"), "5", "6"}
     assert all("open surface" in found.left_out[name] for name in (str(tmp_path / "open.ply"), "5"))
+    assert not any(name in reason for name, reason in found.left_out.items() if "ply" in name)
+    assert "can't read it" in found.left_out[str(tmp_path / "none.ply")]
     assert "times as far" in found.left_out["6"]
+    with pytest.raises(ism.MeshError, match="2 surfaces make no group; give 3 or more"):
+        ism.template(maps[:2])
     with pytest.raises(ism.MeshError, match="a group needs 3"):
         ism.template([*maps[:2], tmp_path / "none.ply"], target="ico:1", executor=here)
 

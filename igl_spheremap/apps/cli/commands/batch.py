@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ....errors import without_name
 from ....io.replacing import check_writable
 from ....populations.executors import connect
 from ....populations.manifest import began
@@ -169,7 +170,7 @@ def counts(rows: Sequence[JobRow], total: int) -> str:
     there = f", {resumed} were there already" if resumed else ""
     lines = [paragraph("certified", f"{len(rows) - len(bad)} of {total} files{there}")]
     for row in bad[:LISTED]:
-        reason = row.notes.removeprefix(f"{row.source}: ") or f"{row.foldings} foldings remain"
+        reason = without_name(row.notes, row.source) or f"{row.foldings} foldings remain"
         lines.append(paragraph(row.status, f"{row.source}: {reason}"))
     if len(bad) > LISTED:
         lines.append(paragraph("", f"and {len(bad) - LISTED} more"))

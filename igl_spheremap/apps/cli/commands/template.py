@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....errors import FileError, MapError, MeshError, import_optional, one_line
+from ....errors import FileError, MapError, MeshError, import_optional, one_line, without_name
 from ....groups.design import read_design, write_test
 from ....groups.features import FeatureFiles
 from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
@@ -201,7 +201,7 @@ def _add(args: Namespace) -> Exit:
             cells = (name, "added", *member_row(member, placed.scores)[2:])
             found.add("added", f"{name}: {member.distance:.4g} from the mean")
         except (MeshError, FileError, MapError) as error:
-            reason = with_flags(one_line(error).removeprefix(f"{name}: "), flags_of(args))
+            reason = with_flags(without_name(one_line(error), name), flags_of(args))
             refused, cells = True, (name, "left out", reason)
             found.add("left out", f"{name}: {reason}")
         rows[name] = cells

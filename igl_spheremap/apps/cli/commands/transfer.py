@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, save_npz
 
 from ....draw.palette import colours
-from ....errors import FileError, MapError, MeshError, one_line
+from ....errors import FileError, MapError, MeshError, one_line, without_name
 from ....groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
 from ....io.coefficients import read_coefficients, write_coefficients
 from ....io.files import write_mesh
@@ -203,7 +203,7 @@ def _harmonics_of_all(args: Namespace) -> Exit:
             pair = load_pair(Namespace(**{**vars(args), "source": name, "sphere": sphere}))
             shapes[name] = spherical_harmonics(pair.map(), degree=args.degree)
         except (MeshError, FileError, MapError) as error:
-            reasons[name] = one_line(error).removeprefix(f"{name}: ")
+            reasons[name] = without_name(one_line(error), name)
     if not shapes:
         raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
     args.progress.stage("aligning" if args.align else "writing")
