@@ -125,7 +125,7 @@ class FoldingsRemain(MapError):
 class FactorisationFailed(RuntimeError):
     """A matrix is not numerically positive definite, or the backend gave up on it.
 
-    Another Laplacian of the same surface, with mollified or intrinsic Delaunay weights, may do.
+    Another Laplacian of the same surface, with mollified or intrinsic Delaunay weights, may work.
     """
 
 

@@ -18,7 +18,7 @@ _ROUNDING = 8 * np.finfo(float).eps
 SHORT = 32 * _ROUNDING
 #: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
 _FLAT = 4 * np.finfo(float).eps
-#: Rounds of moves at most.
+#: Rounds of moves at most; they end when no face is flat any more.
 _ROUNDS = 40
 
 
@@ -139,7 +139,7 @@ class Coincidences:
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
     def _is_flat(self, corners: list[int], owners: list[int]) -> bool:
-        """The same of one face."""
+        """What `_flat` says, of one face."""
         sides = [0.0, 0.0, 0.0]
         for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (p[v].tolist() for v in corners)
@@ -266,7 +266,7 @@ def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: Int
     """Give nodes at the ends of sides as short as rounding one place on a surface, in place, where faces are negative.
 
     A limb of the other surface may lie in a speck of this one: its faces are apart there, and have no area here.
-    Returned is how many have none.
+    Returns the number of faces without area.
     """
     normals, held = _normals(surface)[owners], marked(fixed, len(p))
     place, groups, some = np.arange(len(p)), dict[int, list[int]](), True

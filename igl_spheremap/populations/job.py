@@ -53,7 +53,7 @@ class Task(ABC, Generic[JobT]):
 
     @abstractmethod
     def text(self) -> str:
-        """All that changes a result."""
+        """Version and options, all that decides the results, as one text: part of their keys."""
 
     @abstractmethod
     def empty(self, job: JobT) -> JobRow:
@@ -71,7 +71,7 @@ class Task(ABC, Generic[JobT]):
         return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
 
     def places(self, paths: Sequence[str]) -> list[str]:
-        """The same of several."""
+        """Where several paths are."""
         return [self.place(path) for path in paths]
 
 

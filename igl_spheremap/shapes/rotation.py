@@ -112,18 +112,19 @@ def euler_angles(R: FloatArray) -> tuple[float, float, float]:
     """
     alpha = np.arctan2(R[1, 2], R[0, 2])
     beta = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
-    sin_cos = np.cos(alpha) * R[1, :2] - np.sin(alpha) * R[0, :2]  # of the rest: right even where alpha is rounding
+    # The second row of R_z(-alpha) R: whatever alpha is, where rounding decides it, gamma fits it.
+    sin_cos = np.cos(alpha) * R[1, :2] - np.sin(alpha) * R[0, :2]
     return alpha, beta, np.arctan2(*sin_cos)
 
 
-def best_rotations(target: FloatArray, source: FloatArray, band: int, count: int = 4) -> list[RotationCandidate]:
+def best_rotations(target: FloatArray, source: FloatArray, band: int) -> list[RotationCandidate]:
     """Local maxima of the correlation of two functions' coefficients ((L + 1)^2, k), degrees 1 ... band - 1, by value.
 
-    The correlation is that of all columns together.
+    The correlation is that of all columns together. An ellipsoid fits itself in four ways: as many maxima are refined.
     """
     f, g = _padded(target, band), _padded(source, band)
     size = np.sqrt(np.vdot(f, f).real * np.vdot(g, g).real)
-    refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), count)]
+    refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), len(_FLIPS))]
     refined.sort(key=lambda candidate: -candidate.correlation)
     kept: list[RotationCandidate] = []
     for R, value in refined:

@@ -33,7 +33,7 @@ class Exit(IntEnum):
     NO_DISPLAY = 71, "nothing can be drawn here: no display for a window, no OpenGL, or no such frame"
     FILE = 74, "a file can't be read or written"
     INTERRUPTED = 130, "interrupted by Ctrl-C (what was done until then is written)"
-    TERMINATED = 143, "ended by SIGTERM (the same)"
+    TERMINATED = 143, "ended by SIGTERM (what was done until then is written)"
 
 
 #: What statuses mean where a surface with a boundary is mapped to the plane.

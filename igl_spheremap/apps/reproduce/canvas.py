@@ -51,7 +51,7 @@ def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, 
 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
-    """A map seen whole, with the brightness of the source's faces, in vermilion what it folds; boxes as above."""
+    """A map seen whole, with the brightness of the source's faces; in vermilion what it folds, with boxes as there."""
     x = unit_rows(x)
     folded = np.flatnonzero(folded_faces(x, surface.f))
     _show(ax, surface, x, title, folded)

@@ -42,8 +42,9 @@ _ENDS = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortio
 _HEAD, _FOOT = 54, 150  # pixels above the surfaces, and of the histograms below
 #: Pixels of a slider over the width of a window.
 _BAR = 40
-#: Points of the line from a landmark to its target.
-_STEPS = 40
+#: Points of the line from a landmark to its target; radii of the dots of both and of the line, and how far landmarks
+#: are lifted off the sphere: a target is larger, and seen around a landmark that has met it.
+_STEPS, _DOT, _TARGET, _LINE, _LIFT = 40, 0.02, 0.032, 0.007, 1.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,12 +202,12 @@ def landmark_part(
     if turn is not None:
         x, targets = x @ turn.T, None if targets is None else targets @ turn.T
     grey = np.array(SURFACE) * relief(mesh)[:, None]
-    dots = {"landmarks": (x[landmarks], LINES[0], 0.02)}
+    dots = {"landmarks": (x[landmarks], LINES[0], _DOT)}
     if targets is not None:
         steps = np.linspace(0, 1, _STEPS)[:, None, None]
         line = unit_rows(((1 - steps) * x[landmarks] + steps * targets).reshape(-1, 3))
-        dots |= {"targets": (targets, LINES[5], 0.032), "way": (line, INK, 0.007),
-                 "landmarks": (1.02 * x[landmarks], LINES[0], 0.02)}
+        dots |= {"targets": (targets, LINES[5], _TARGET), "way": (line, INK, _LINE),
+                 "landmarks": (_LIFT * x[landmarks], LINES[0], _DOT)}
     return Part(caption, x, mesh.f, grey, folded, dots=dots)
 
 
