@@ -164,8 +164,8 @@ def _describe(args: Namespace, group: Group) -> None:
               members=[member.name for member in group.members], left_out=dict(group.left_out))
     for name, reason in list(group.left_out.items())[:LISTED]:
         found.add("left out", with_flags(f"{name}: {reason}", flags_of(args)))
-    found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in the last of "
-                      f"{len(group.changes)} rounds", changes=group.changes)
+    found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in round {len(group.changes)}, "
+                      "the last", changes=group.changes)
     for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
         found.add(name, f"{mean.min():.4g} to {mean.max():.4g}, standard deviation {np.median(sd):.3g} in the median",
                   **{name: {"lowest": mean.min(), "highest": mean.max(), "median_sd": np.median(sd)}})
