@@ -45,7 +45,7 @@ def test_export(name, show, files, tmp_path, capsys):
 def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
     assert main(["export", *files, str(tmp_path / "a.obj"), "--show", "angles"]) == 74
-    assert main(["export", *files, str(tmp_path / "a.gii"), "--show", "checkerboard"]) == 74
+    assert main(["export", *files, str(tmp_path / "a.gii"), "--show", "checkerboard"]) == 64
     err = capsys.readouterr().err
     assert err.count("\n") == 3
     assert "unknown format of data" in err
