@@ -1,8 +1,12 @@
-"""Numbers out of range are one line and status 64, before anything is read."""
+"""Numbers out of range are one line and status 64, before anything is read; defaults are those of Python."""
+
+import inspect
 
 import pytest
 
+import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
+from igl_spheremap.apps.cli.parser import COMMANDS
 
 
 @pytest.mark.parametrize(("words", "problem"), [
@@ -20,3 +24,21 @@ from igl_spheremap.apps.cli import main
 def test_numbers_out_of_range_are_one_line(words, problem, capsys):
     assert main(words.split()) == 64
     assert problem in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("command", "function", "parameters"), [
+    ("flatten", ism.flatten, {"balance": "balance"}),
+    ("match", ism.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
+    ("register", ism.register, {"stiffness": "stiffness"}),
+    ("template", ism.template, {name: name for name in ("modes", "balance", "farthest", "retries")} | {"to": "target"}),
+    ("template", ism.permutation_test, {"permutations": "permutations"}),
+    ("harmonics", ism.spherical_harmonics, {"degree": "degree"}),
+    ("grid", ism.to_grid, {"kind": "kind", "rows": "rows"}),
+    ("resample", ism.resample, {"to": "target"}),
+    ("batch", ism.map_many, {"retries": "retries", "balance": "balance"}),
+])
+def test_flags_have_the_defaults_of_the_functions(command, function, parameters):
+    row = next(row for row in COMMANDS if row.name == command)
+    flags = {names[-1].removeprefix("--").replace("-", "_"): options.get("default") for names, options in row.arguments}
+    defaults = {flag: inspect.signature(function).parameters[name].default for flag, name in parameters.items()}
+    assert {flag: flags[flag] for flag in parameters} == defaults
