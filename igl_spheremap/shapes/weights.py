@@ -51,7 +51,8 @@ def linear_matrix(f: IntArray, location: Location, n_vertices: int) -> csr_array
     """Barycentric weights of the corners of faces as a (k, n) matrix without zeros."""
     k = len(location.face)
     start = np.arange(0, 3 * k + 1, 3)
-    matrix = csr_array((location.weights.ravel(), f[location.face].ravel(), start), shape=(k, n_vertices))
+    entries = location.weights.ravel(), f[location.face].ravel(), start
+    matrix = csr_array(entries, shape=(k, n_vertices), copy=True)  # entries are sorted in place: not the caller's
     matrix.eliminate_zeros()
     matrix.sort_indices()
     return matrix
