@@ -28,8 +28,26 @@ _FLAT = 512 * _EPS
 _LEAST_AREA = 1e-9
 
 
+class CheckedFaces:
+    """What a `Mesh` and a `Disk` measure of their faces alike."""
+
+    unit: FloatArray
+    f: IntArray
+    caps: BoolArray | None
+
+    @property
+    def surface(self) -> slice | BoolArray:
+        """The faces that are not caps, as an index of rows."""
+        return slice(None) if self.caps is None else ~self.caps
+
+    @cached_property
+    def angles(self) -> FloatArray:
+        """Corner angles (m, 3), in radians."""
+        return corner_angles(self.unit, self.f)
+
+
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(CheckedFaces):
     """A closed, oriented, connected genus-0 triangle mesh that `check_mesh` has passed.
 
     Attributes
@@ -47,7 +65,7 @@ class Mesh:
         no area. They are what the Moebius gauge balances, unless `SphereMapper.map` is given other weights. Caps have
         no share in them.
     areas : (n,) float64 array
-        The same with the areas of caps included.
+        Vertex areas as `A`, with those of caps included.
     caps : (m,) bool array or None
         Faces that only close holes and cuts; None if there are none.
 
@@ -66,16 +84,6 @@ class Mesh:
     A: FloatArray
     areas: FloatArray
     caps: BoolArray | None = None
-
-    @property
-    def surface(self) -> slice | BoolArray:
-        """The faces that are not caps, as an index of rows."""
-        return slice(None) if self.caps is None else ~self.caps
-
-    @cached_property
-    def angles(self) -> FloatArray:
-        """Corner angles (m, 3), in radians."""
-        return corner_angles(self.unit, self.f)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.v)} vertices, {len(self.f)} faces)"

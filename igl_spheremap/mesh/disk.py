@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import Remedy, own_errstate
 from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
-from .check import area_weights, check_caps, check_indices, check_positions, normalised
+from .check import CheckedFaces, area_weights, check_caps, check_indices, check_positions, normalised
 from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
-from .measure import corner_angles
 from .objects import takes_mesh
 from .timings import stage
 
 
 @dataclass(frozen=True, eq=False)
-class Disk:
+class Disk(CheckedFaces):
     """An oriented, connected triangle mesh with one boundary loop and no handle, which `check_disk` has passed.
 
     Attributes
@@ -46,16 +44,6 @@ class Disk:
     rim: IntArray
     A: FloatArray
     caps: BoolArray | None = None
-
-    @property
-    def surface(self) -> slice | BoolArray:
-        """The faces that are not caps, as an index of rows."""
-        return slice(None) if self.caps is None else ~self.caps
-
-    @cached_property
-    def angles(self) -> FloatArray:
-        """Corner angles (m, 3), in radians."""
-        return corner_angles(self.unit, self.f)
 
     def __repr__(self) -> str:
         return f"Disk({len(self.v)} vertices, {len(self.f)} faces, {len(self.rim)} on the rim)"

@@ -16,7 +16,8 @@ from .system import VertexSystem
 
 #: Share of the predicted decrease that a step of a line search must bring (Armijo), as rho in Algorithm 1.
 _DECREASE = 1e-4
-#: A line search gives up where steps must be shortened to less than this share of Newton's.
+#: A line search gives up where steps must be shortened to less than this share of Newton's. With 1e-2 eight samples are
+#: balanced alike (`python -m benchmarks versions . sample:bird ... --of balance --set newton.loop._SHORTEST=1e-2`).
 _SHORTEST = 1e-3
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces. With
 #: 1e-4 and 1e-3 every eighth part of the set tune ends alike to .1 percent, and spring, comb, sword, dilo and

@@ -91,6 +91,12 @@ Field = Callable[[FloatArray], FloatArray]
 _CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 _COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
 _BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
+#: Chosen by looking at the meshes: rounds of relaxation after marching and after a subdivision; secant steps to the
+#: surface, and bounds of the slope in them, which is 1 for distances; grids tried for a count, and by which share it
+#: may be missed.
+_ROUNDS, _ROUNDS_AFTER = 10, 3
+_SECANTS, _SLOPES = 4, (0.25, 1.0)
+_GRIDS, _MISSED = 4, 0.03
 
 
 def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float) -> tuple[FloatArray, IntArray]:
@@ -110,10 +116,10 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
             break
     else:
         raise ValueError(f"{n_vertices} vertices can't resolve this shape: ask for more")
-    v = _relax(field, v, f, rounds=10)
+    v = _relax(field, v, f, rounds=_ROUNDS)
     for _ in range(levels):
         v, f = igl.upsample(v, f)
-        v = _relax(field, v, f, rounds=3)
+        v = _relax(field, v, f, rounds=_ROUNDS_AFTER)
     return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
 
 
@@ -130,11 +136,11 @@ def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
     normal = igl.per_vertex_normals(v, f)
     value, move = evaluate(field, v), np.zeros(len(v))
     step = -value
-    for _ in range(4):
+    for _ in range(_SECANTS):
         move += step
         before, value = value, evaluate(field, v + move[:, None] * normal)
         change = value - before
-        slope = np.clip(np.divide(change, step, out=np.ones_like(step), where=step != 0.0), 0.25, 1.0)
+        slope = np.clip(np.divide(change, step, out=np.ones_like(step), where=step != 0.0), *_SLOPES)
         step = -value / slope
     return v + move[:, None] * normal
 
@@ -146,10 +152,10 @@ def evaluate(field: Field, points: FloatArray) -> FloatArray:
 
 def _march_to_count(field: Field, box: FloatArray, count: float, scale: float) -> tuple[FloatArray, IntArray]:
     """Marching cubes on the grid that yields ``count`` vertices: spacing near ``scale / sqrt(count)``."""
-    for _ in range(4):
+    for _ in range(_GRIDS):
         spacing = scale / np.sqrt(count)
         v, f = _march(field, box, spacing)
-        if abs(len(v) / count - 1.0) < 0.03:
+        if abs(len(v) / count - 1.0) < _MISSED:
             break
         scale = spacing * np.sqrt(len(v))
     return v, f

@@ -37,10 +37,12 @@ _SAMPLE_SMOOTHING = 0.03
 _GOOD = 1.2
 #: Steps gain at least this many times what a sweep over the vertices gains of the differences that can be lowered;
 #: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish
-#: MESH ...`).
+#: MESH ...`). With 2 eight samples end the same, with 8 2 percent lower, for 1.2 of the time (`python -m benchmarks
+#: versions . sample:bird ... --set untangle.match_angles._STEPS_PER_SWEEP=8`).
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
 #: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
+#: With 60 degrees the eight samples of `_STEPS_PER_SWEEP` end 2 percent lower, for 1.3 of the time.
 _THIN = np.radians(30)
 #: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
 #: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks
@@ -175,7 +177,7 @@ class AngleProblem:
                 movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
                 around = touching(self.f, movable)
                 loss = AngleLoss(self.source[:, around], self._smoothing)
-                z = relax_angles(z, self.f[around], loss, movable, sweeps=2)
+                z = relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
             y = z
         if bad.any() or not covers_once(y, self.f):
             return Trial(x, np.inf, folded)

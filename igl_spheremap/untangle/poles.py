@@ -32,7 +32,7 @@ def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tu
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:
-    """The same body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
+    """The body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
     roots = [tip for tip, parent, _ in tips_beyond(placed.depth, placed.f, floor) if parent < 0]
     tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
     t = to_ball(placed.z[tips]).astype(np.float64) @ placed.turn

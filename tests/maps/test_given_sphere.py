@@ -96,10 +96,12 @@ def test_effort_bounds_the_steps_of_a_polish():
     assert not np.array_equal(cut, polished)
 
 
-def test_an_unknown_polish_is_refused():
+def test_an_unknown_polish_and_an_effort_without_one_are_refused():
     x, f = icosphere(1)
     with pytest.raises(ValueError, match="unknown polish 'floor'"):
         ism.repair_foldings(x, f, x, polish="floor")
+    with pytest.raises(ValueError, match="effort is what a polish may cost"):
+        ism.repair_foldings(x, f, x, effort=ism.Effort(systems=2))
 
 
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
