@@ -16,8 +16,8 @@ onto = ism.match(a, b)
 assert onto.map.certificate.folding_free
 
 # %%
-# The common refinement of both meshes has positions on both surfaces, and half of the way. Colours go along the
-# dinosaur, from the tip of its tail to its head.
+# The common refinement of both meshes has positions on both surfaces, and between them. Colours go along the dinosaur,
+# from the tip of its tail to its head.
 
 common = onto.overlay()
 on_source, on_target = (fit(one, np.eye(3)) for one in (common.on_source, common.on_target))

@@ -2,7 +2,7 @@
 A group and its modes
 =====================
 
-Four pears of different bend and width, each on a mesh of its own, have a mean and modes: no one of them is the
+Four pears of different bend and width, each on a mesh of its own, have a mean and modes: none of them is the
 reference.
 """
 

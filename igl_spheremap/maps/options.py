@@ -373,7 +373,7 @@ class GuYau(Method):
         """Refuse steps that diverge, and an option of the Tutte map where none is made, too."""
         super().__post_init__()
         if not self.tutte and "tutte_plateau" in self.settings():
-            raise ValueError("tutte_plateau: of tutte=True; give it, too")
+            raise ValueError("tutte_plateau is of the Tutte map, which tutte=False leaves out; drop one of them")
         if not 0 < self.step < 2:
             raise ValueError(
                 f"step {self.step:g} is unstable; give one between 0 and 2, in units of what the weights allow"
@@ -439,7 +439,8 @@ class Stereographic(Method):
         super().__post_init__()
         unused = {"angle_tolerance", "max_iterations"} & set(self.settings())
         if unused and self.plane == "laplace-beltrami":
-            raise ValueError(f"{' and '.join(sorted(unused))}: of plane='conformal-equivalence'; give it, too")
+            raise ValueError(f"{' and '.join(sorted(unused))} would have no effect: only plane='conformal-equivalence' "
+                             "iterates; give that plane, too")
 
 
 #: By the name that users give.

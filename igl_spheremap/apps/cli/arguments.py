@@ -200,8 +200,6 @@ TOLERANCES = (
     argument("--tolerance", "T", "energy above the minimum, in units of the mesh's discretisation error (auto)",
              type=FROM_ZERO),
     GRADIENT_TOLERANCE,
-    argument("--angle-tolerance", "T", "largest angle defect of a flat metric, in radians (stereographic)",
-             type=FROM_ZERO),
 )
 AS_PRINTED = switch("--as-printed", help="Algorithms 1 and 2 as the paper prints them, without safeguards (lai2014); "
                     "other options count on top")

@@ -365,8 +365,8 @@ def test_methods_are_those_of_the_records_and_the_default_is_the_front_doors():
 def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
-    assert set(found) == {"tolerance", "gradient_tolerance", "angle_tolerance", "max_iterations", "gauge", "polish",
-                          "effort", "edge_weights", "metric", "stop"}
+    assert set(found) == {"tolerance", "gradient_tolerance", "max_iterations", "gauge", "polish", "effort",
+                          "edge_weights", "metric", "stop"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
