@@ -10,13 +10,13 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.io.files import read_mesh
 
-A, B = "sample:pear:n_vertices=400", "sample:spheroid:n_vertices=500"
+A, B = "sample:pear:n_vertices=200", "sample:spheroid:n_vertices=250"
 
 
 @pytest.fixture
 def landmarks(tmp_path):
     """Corresponding vertices of A and B as lists, and one of another length."""
-    for name, vertices in (("a.vts", (3, 200)), ("b.vts", (5, 300)), ("short.vts", (1,)), ("far.vts", (1, 9000))):
+    for name, vertices in (("a.vts", (3, 150)), ("b.vts", (5, 200)), ("short.vts", (1,)), ("far.vts", (1, 9000))):
         (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
     return lambda a, b: ["--landmarks", str(tmp_path / a), str(tmp_path / b)]
 
@@ -33,7 +33,7 @@ def matched(tmp_path_factory):
 def test_the_overlay_lies_on_both(matched):
     pieces = read_mesh(matched / "a.ply"), read_mesh(matched / "b.ply")
     assert np.array_equal(pieces[0].f, pieces[1].f)
-    v, _ = ism.samples.make("pear", n_vertices=400)
+    v, _ = ism.samples.make("pear", n_vertices=200)
     assert np.allclose(pieces[0].v[: len(v)], v, atol=1e-6)
     report = json.loads((matched / "figures.json").read_text())
     assert report["certificate"]["folding_free"]
@@ -49,7 +49,7 @@ def test_an_archive_holds_the_whole_map_and_its_map_is_not_made_again(matched, t
                         lambda *args, **options: made.append(args) or ism.balanced_spherical_map(*args, **options))
     assert main(["match", whole, B, again, "-q"]) == 0
     assert [len(v) for v, _ in made] == [len(onto.target.vertices)]
-    found, (b, _) = read_mesh(again), ism.samples.make("spheroid", n_vertices=500)
+    found, (b, _) = read_mesh(again), ism.samples.make("spheroid", n_vertices=250)
     assert np.array_equal(found.f, onto.map.faces)  # B lies on the connectivity of A
     assert np.ptp(found.v, axis=0) == pytest.approx(np.ptp(b, axis=0), rel=0.1)
 
@@ -83,7 +83,7 @@ def test_landmarks_are_met_and_those_that_contradict_each_other_are_named(landma
 
 
 def test_curves_are_lists_of_any_lengths(landmarks, tmp_path, capsys):
-    f, g = (ism.samples.make(name, n_vertices=n)[1] for name, n in (("pear", 400), ("spheroid", 500)))
+    f, g = (ism.samples.make(name, n_vertices=n)[1] for name, n in (("pear", 200), ("spheroid", 250)))
     for name, vertices in (("ridge.vts", f[0, :2]), ("other.vts", g[0])):
         (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
     whole, lists = str(tmp_path / "whole.npz"), [str(tmp_path / name) for name in ("ridge.vts", "other.vts")]
@@ -96,7 +96,7 @@ def test_curves_are_lists_of_any_lengths(landmarks, tmp_path, capsys):
 
 
 def test_files_are_repaired_where_that_is_asked_for(tmp_path, capsys):
-    v, f = ism.samples.make("pear", n_vertices=400)
+    v, f = ism.samples.make("pear", n_vertices=200)
     holed, out = str(tmp_path / "holed.ply"), str(tmp_path / "out.ply")
     ism.write_mesh(holed, v, f[1:])
     assert main(["match", holed, B, out, "-q"]) == 2
@@ -105,7 +105,7 @@ def test_files_are_repaired_where_that_is_asked_for(tmp_path, capsys):
     assert "--fill-holes goes with --repair" in capsys.readouterr().err
     assert main(["match", B, holed, out, "-q", "--repair", "--fill-holes"]) == 0
     assert "repaired" in capsys.readouterr().err
-    assert np.array_equal(read_mesh(out).f, ism.samples.make("spheroid", n_vertices=500)[1])
+    assert np.array_equal(read_mesh(out).f, ism.samples.make("spheroid", n_vertices=250)[1])
 
 
 def test_what_can_t_be_done_is_said_before_the_work(tmp_path, capsys):
@@ -118,7 +118,7 @@ def test_what_can_t_be_done_is_said_before_the_work(tmp_path, capsys):
 
 def test_no_input_is_overwritten(tmp_path, capsys):
     cat = str(tmp_path / "cat.ply")
-    ism.write_mesh(cat, *ism.samples.make("pear", n_vertices=400))
+    ism.write_mesh(cat, *ism.samples.make("pear", n_vertices=200))
     assert main(["match", cat, B, str(tmp_path / "out.ply"), "--overlay", cat, str(tmp_path / "b.ply"), "-f"]) == 64
     assert "would be lost" in capsys.readouterr().err
 
