@@ -102,11 +102,11 @@ os.chdir({str(tmp_path)!r})
 scripts, figures = {[str(script) for script in DEMOS if script.stem in WITH_WIDGETS]!r}, {{}}
 
 def script(hand):
-    for size in ((1400, 900), (640, 400)):
+    for size in ((1400, 900), (500, 300)):
         hand.resize(*size)
     used = hand.everything(leave=('picture', 'video', 'map'))
-    hand.drag((500, 200), (550, 250))
-    hand.wheel(500, 200, 2)
+    hand.drag((400, 150), (440, 190))
+    hand.wheel(400, 150, 2)
     figures[name] = sorted(used)
 
 for name in scripts:

@@ -357,7 +357,7 @@ def watched():
 app.show_app, ps.frame_tick = keep, watched
 
 def script(hand):
-    hand.resize(640, 400)  # drawn in software, pixel by pixel
+    hand.resize(500, 300)  # drawn in software, pixel by pixel
     figures['used'] = sorted(hand.everything(leave=('map',)))
     hand.choose('colours', 'checkerboard')
     squares = []

@@ -29,6 +29,7 @@ def script(hand):
         act()
         hand.frame(2)
         figures['visited'].append(at())
+    hand.resize(500, 300)  # drawn in software, pixel by pixel
     typed = {{'max iterations': '9', '##name': 'saved'}}
     figures['used'] = sorted(hand.everything(leave=('run', 'play '), typed=typed))
     hand.choose('speed', 'x100')
@@ -40,7 +41,7 @@ def script(hand):
     hand.choose('method', 'lai2014')
     hand.type('delta', '5')
     figures['refused'] = hand.shows('delta is 5; give a number from 0 to 1')
-    for size in ((1400, 900), (500, 300), (640, 400)):
+    for size in ((1400, 900), (640, 400), (500, 300)):
         hand.resize(*size)
     hand.type('mesh', 'sample:unicorn')
     hand.click('run')
@@ -54,8 +55,8 @@ def script(hand):
     figures['methods'] = hand.open('method')
     hand.click('lai2014')
     for button in (0, 1):
-        hand.drag((500, 200), (550, 250), button)
-    hand.wheel(500, 200, 2)
+        hand.drag((400, 150), (440, 190), button)
+    hand.wheel(400, 150, 2)
     hand.click('picture')
     hand.click('replace it')
     hand.wait(lambda: hand.shows('wrote saved.png'))
@@ -95,7 +96,7 @@ def broken(self, centre):
     raise IndexError('planted')
 
 def script(hand):
-    hand.resize(640, 400)
+    hand.resize(500, 300)
     hand.click('Moebius map')
     move, ResultView.move, hand.strict = ResultView.move, broken, False
     hand.slide('strength', 0.9)
