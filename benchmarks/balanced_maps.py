@@ -2,9 +2,11 @@
 
     python -m benchmarks balanced_maps maps [FOLDER] [--bodies 32]
     python -m benchmarks balanced_maps programs FILE ...
+    python -m benchmarks balanced_maps lengths
 
 `maps` takes every sample, every mesh below FOLDER and random bodies with limbs at two balances. `programs` needs lapy,
-u-unwrap3d, and Octave with SDEM for their rows. Times are CPU seconds of one thread.
+u-unwrap3d, and Octave with SDEM for their rows, `lengths` of a cortex in nilearn cat-surf. Times are CPU seconds of one
+thread.
 """
 
 from __future__ import annotations
@@ -22,8 +24,10 @@ import numpy as np
 from bodies import random_body
 
 import igl_spheremap as ism
+from igl_spheremap.verify.distortion import log_length_ratios
 
-from .common import octave, parser, timed
+from .common import fsaverage5, octave, parser, timed
+from .judge_programs import cat_surf
 
 BALANCES = (0.5, 1.0)
 #: What a program in a process of its own may take.
@@ -136,6 +140,23 @@ def programs(paths):
             print("| " + " | ".join((Path(path).stem, name, *cells)) + " |", flush=True)
 
 
+def lengths():
+    """Spheres of the left white surface of fsaverage5 by balances, cat-surf, and FreeSurfer."""
+    v, f = ism.read_mesh(fsaverage5() / "white_left.gii.gz")
+    made = {f"`balance={b}`": timed(lambda b=b: ism.balanced_spherical_map(v, f, balance=b).sphere)
+            for b in (0.8, 0.85, 0.9)}
+    made |= {"cat-surf's, relaxed": cat_surf(v, f, relax=True),
+             "FreeSurfer's, in nilearn": (ism.read_mesh(fsaverage5() / "sphere_left.gii.gz").v, None)}
+    print("| sphere | log area ratio | angles, degrees | log edge ratio | folded faces | CPU s |\n"
+          "|---|---|---|---|---|---|")
+    for name, (x, seconds) in made.items():
+        x = x / np.linalg.norm(x, axis=1, keepdims=True)
+        area, angle, edge = (np.abs(measure(v, f, x)).mean()
+                             for measure in (ism.log_area_ratios, ism.angle_differences, log_length_ratios))
+        print(f"| {name} | {area:.3f} | {angle:.1f} | {edge:.3f} | {ism.certify(x, f).foldings} | "
+              f"{'' if seconds is None else f'{seconds:.2f}'} |")
+
+
 def by_balance(balance):
     """A map of this package from the conformal map that it made itself."""
     return lambda v, f, x: (ism.balanced_spherical_map(v, f, balance=balance).sphere, None)
@@ -189,5 +210,6 @@ def main(argv: list[str]) -> None:
     commands.add_parser("maps").add_argument("folder", type=Path, nargs="?")
     commands.choices["maps"].add_argument("--bodies", type=int, default=32)
     commands.add_parser("programs").add_argument("paths", nargs="+")
+    commands.add_parser("lengths")
     options = vars(arguments.parse_args(argv))
     globals()[options.pop("command")](**options)

@@ -2,7 +2,6 @@
 
     python -m benchmarks correspondences --meshes FOLDER... [--fsaverage FOLDER] [--pairs COUNT]
                                          [--only pairs warps landmarks chance registration functional overlays sizes]
-    python -m benchmarks --package CHECKOUT correspondences ... --only pairs   by the `register` of an earlier version
 
 FOLDER of the meshes holds the names of `PAIRS` as .obj or .npz files with `v` and `f`; that of fsaverage5 is
 nilearn/datasets/data/fsaverage5 of the package nilearn, if none is named. Distances are root mean squares over A's
@@ -137,8 +136,7 @@ def pairs(data, count=None):
         names = every[row]
         a, b = map(data.map, names)
         best = min(distance(a, b, x) for x in starts(a, b))
-        find = getattr(ism, "match", ism.register)  # an earlier version has none
-        onto, seconds = timed(lambda: find(a, b))  # noqa: B023
+        onto, seconds = timed(lambda: ism.match(a, b))  # noqa: B023
         end = distance(a, b, onto.map.sphere)
         print(f"| {title(names[0])} | {title(names[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {best:.3f} | "
               f"{end:.4f} | {onto.map.certificate.foldings} | {seconds:.1f} |", flush=True)

@@ -3,8 +3,8 @@
     python -m benchmarks tables [NAME ...] [--corpus FOLDER] [--parts FOLDER] [--before CHECKOUT]
 
 Without names all are made. The folders are the corpus (docs/corpus.md) and that of `python -m benchmarks gather`;
-CHECKOUT is one of version 0.3.0, for tables that compare with it. A page holds a table between <!-- table NAME --> and
-<!-- end -->.
+CHECKOUT is one of another version, for the tables of tried.md that compare with it. A page holds a table between
+<!-- table NAME --> and <!-- end -->.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ TABLES = {
     "balance_maps": "balanced_maps maps CORPUS --bodies 32",
     "balance_programs": "balanced_maps programs corpus:choi_maxplanck corpus:paper_brain_15002 "
                         "corpus:choi_hippocampus corpus:armadillo_oded",
+    "balance_lengths": "balanced_maps lengths",
     "match_pairs": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only pairs --pairs 12",
     "match_warps": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only warps",
     "match_landmarks": "correspondences --meshes CORPUS/public CORPUS/hard CORPUS/pairs --only landmarks",
@@ -63,6 +64,10 @@ TABLES = {
     "groups_weights": "groups --weights 4 --members 10",
     "groups_sizes": "groups --sizes 10 100 1000 --vertices 300 --to ico:2",
     "groups_meshes": "groups --sizes 100 --vertices 10000",
+    "landmarks": "landmarks",
+    "scaling": "scaling map sample:octopus:n_vertices=7500,arm_length=8 map sample:spring:n_vertices=7500 "
+               ".5 sample:octopus:n_vertices=7500 1 sample:octopus:n_vertices=7500",
+    "stages": "stages",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
 }

@@ -2,7 +2,7 @@
 
     python -m benchmarks throughput [--meshes 25] [--vertices 2562] [--rounds 6]
 
-Writes docs/throughput.md and its picture.
+Writes docs/throughput.md, whose picture docs/pictures.py draws.
 """
 
 from __future__ import annotations
@@ -230,17 +230,6 @@ Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Pytho
 - **Same connectivity**: meshes that only move, in a worker that has just mapped the same faces, take
   {100 * share["small"]:.0f} percent of the CPU time of others, cortices of {CORTEX:,} vertices
   {100 * share["cortex"]:.0f} percent (`SphereMapper.move`).
-
-## What a job adds to a plain loop
-
-A plain loop takes some 15 ms a mesh. A job adds, on a quiet machine (version 0.3.0, lower quartiles of 200):
-
-| part | ms |
-|---|---:|
-| angles of every face of surface and sphere: libigl's `internal_angles`, twice .59 ms | 1.3 |
-| areas and edges | .8 |
-| mean, 99th percentile and maximum of all three | .3 |
-| digests, the row, hand-over from the child to the command and back | 1 |
 
 ## What a large study costs
 
