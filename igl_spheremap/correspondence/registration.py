@@ -97,7 +97,7 @@ class Registration(Result):
         return self.map._drawing()
 
     def _figures(self) -> str:
-        stages = [(stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3g}") for stage in self.stages]
+        stages = [(stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3f}") for stage in self.stages]
         return table(stages, ("stage", "correlation", "strain")) + self.map._figures()
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,9 @@ from .plot import pose, raster, shading
 _SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
 _MARK = 8  # the same of the mark of a folded face, twice
 _LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
+_PALE = math.log(2)  # of the darkest colours at least, so that a map that keeps areas looks as if it did
+#: Notebooks set all cells to the right, as numbers are.
+_STYLE = "<style>.shown figure { margin: 0 } .shown [scope=row] + td { text-align: left }</style>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,7 @@ class Shown:
     def _repr_html_(self) -> str:
         """What notebooks show."""
         drawing = self._drawing()
-        return picture(png(drawing.image()), drawing.caption) + self._figures()
+        return f'<div class="shown">{_STYLE}{picture(png(drawing.image()), drawing.caption)}{self._figures()}</div>'
 
 
 def area_drawing(
@@ -71,7 +75,8 @@ def area_drawing(
     """A surface and its image (n, 3) by logarithms of area ratios, both without caps; an image in the plane z = 0 is
     seen from above.
     """
-    ramp, folded = area_ramp(ratios), np.zeros(len(mesh.f), dtype=bool)
+    ramp = max(area_ramp(ratios), area_ramp(ratios, _PALE), key=lambda ramp: ramp.high)
+    folded = np.zeros(len(mesh.f), dtype=bool)
     folded[certificate.flipped] = folded[certificate.degenerate] = True
     kept = np.flatnonzero(folded[mesh.surface])
     below, above = ramp.ends
