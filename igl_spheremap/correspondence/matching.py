@@ -81,7 +81,7 @@ def match(
     features : (the source's values, the target's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
         surfaces and compared at unit variance. Without them curvature and depth choose starts and guide the descent,
-        but for its last steps on each mesh.
+        except in its last steps on each mesh.
     curves : iterable of (curve of the source, curve of the target), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
         two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on

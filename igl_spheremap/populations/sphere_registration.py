@@ -286,7 +286,7 @@ def register_hemispheres(
     report: str | os.PathLike[str] | None = None,
     listener: Callable[[RegistrationRow], None] | None = None,
 ) -> list[RegistrationRow]:
-    """Register cortical surfaces to templates, and write what pipelines expect behind a surface.
+    """Register cortical surfaces to templates, and write the files that pipelines expect.
 
     Of each hemisphere: its sphere, the sphere registered to each template, the logarithm to base 2 of how registration
     changed areas, what FreeSurfer calls sulc, curv and area, and the surface with the vertices of each template. If

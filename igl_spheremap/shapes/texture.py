@@ -145,7 +145,7 @@ def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
 
 
 def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = SIDE) -> NDArray[np.uint8]:
-    """A picture for the coordinates of an atlas that shows what another one shows by its own.
+    """Draw the texture of a surface anew, for the coordinates of an atlas.
 
     Parameters
     ----------
@@ -154,17 +154,17 @@ def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], si
     f : (m, 3) int64 array
         Faces of the mesh.
     uv : (m, 3, 2) float64 array
-        Coordinates of their corners in the picture that is there, which repeats; NaN where a face has none.
+        Coordinates of their corners in the surface's own texture, which repeats; NaN where a face has none.
     image : (height, width, 3) uint8 array
-        That picture, rows from above.
+        That texture, rows from above.
     size : int
         Of the new one, in texels.
 
     Returns
     -------
     (size, size, 3) uint8 array
-        Each texel within a face has the colour of its place, between four of the picture; the others that of the
-        nearest one.
+        Each texel within a face has the colour of its place, interpolated between four texels; the others have that
+        of the nearest one.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""`sphere-reg`: cortical surfaces registered to templates, with all that pipelines expect behind them."""
+"""`sphere-reg`: cortical surfaces registered to templates, with all files that pipelines expect of them."""
 
 import os
 from argparse import Namespace
@@ -20,7 +20,7 @@ from .batch import check_files, list_sources, run_files
 
 
 def run_sphere_reg(args: Namespace) -> Exit:
-    """Register cortical surfaces to fsaverage or fsLR, and write what pipelines expect behind a surface.
+    """Register cortical surfaces to fsaverage or fsLR, and write the files that pipelines expect.
 
     igl-spheremap sphere-reg sub-01_hemi-L_white.surf.gii --to fsaverage --to fsLR --out derivatives
     igl-spheremap sphere-reg --subjects-dir subjects --out reg/{subject}/surf --names freesurfer --report quality
