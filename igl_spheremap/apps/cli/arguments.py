@@ -112,10 +112,18 @@ def is_given(args: Namespace, argument: Argument) -> bool:
 def check_companions(args: Namespace) -> None:
     """Raise a UsageError for a flag that is given without one that it goes with."""
     for flag in args.row.arguments:
-        *others, last = wanted = flag[1].get("goes_with", ("",))
+        wanted = flag[1].get("goes_with", ())
         there = [other for other in args.row.arguments if set(other[0]) & set(wanted)]
-        if last and is_given(args, flag) and not any(is_given(args, other) for other in there):
-            raise UsageError(f"{flag[0][-1]} goes with {' or '.join(filter(None, (', '.join(others), last)))}")
+        if there and is_given(args, flag) and not any(is_given(args, other) for other in there):
+            words = ", ".join(wanted[:-1]), wanted[-1]
+            raise UsageError(f"{flag[0][-1]} goes with {' or '.join(filter(None, words))}")
+
+
+def refuse_flags(args: Namespace, names: Iterable[str], why: str) -> None:
+    """Raise a UsageError for flags of these names that are given; `why` says what ignores them."""
+    found = [flag[0][-1] for flag in args.row.arguments if flag[0][-1] in names and is_given(args, flag)]
+    if found:
+        raise UsageError(f"{why} takes no {' and no '.join(found)}")
 
 
 def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:

@@ -13,6 +13,7 @@ from ....mesh.check import check_mesh
 from ....result import findings
 from ....sphere.rows import row_lengths, unit_rows
 from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
+from ..arguments import refuse_flags
 from ..exits import Exit
 from ..inputs import InputMap, load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
@@ -38,6 +39,7 @@ def run_check(args: Namespace) -> Exit:
     check_outputs(args)
     pair = load_map(args, args.reflect)
     if not isinstance(pair, InputMap):
+        refuse_flags(args, ("--directions", "--reflect"), "a map to the plane")
         return check_plane_map(args, *pair)
     mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
     args.progress.stage(f"certifying {pair.name}")

@@ -30,13 +30,13 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
-from ..arguments import is_given
+from ..arguments import refuse_flags
 from ..exits import Exit, UsageError, flags_of, with_flags
 from ..inputs import expand
 from ..output import LISTED, Findings
 
 _PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
-_COMMON = ("sources", "out", "json", "quiet")
+_COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
 _TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force"), "add": ("farthest",),
           "design": ("permutations",)}
@@ -61,15 +61,10 @@ def run_template(args: Namespace) -> Exit:
 def _refuse_unused(args: Namespace) -> None:
     """Refuse flags that this use of the command would ignore."""
     way = next((way for way in _TAKEN if getattr(args, way)), "")
-    unused = []
-    for argument in args.row.arguments:
-        flag = argument[0][-1]
-        name = flag.removeprefix("--").replace("-", "_")
-        used = name in (*_COMMON, way, *_TAKEN[way]) if way else name not in _TAKEN["design"]
-        if not used and is_given(args, argument):
-            unused.append(flag)
-    if unused:
-        raise UsageError(f"{f'--{way}' if way else 'a new group'} takes no {' and no '.join(unused)}")
+    taken = {f"--{name}" for name in (*_COMMON, way, *_TAKEN[way])} if way else set()
+    flags = [names[-1] for names, _ in args.row.arguments if names[-1].startswith("--")]
+    unused = [flag for flag in flags if flag not in taken] if way else [f"--{name}" for name in _TAKEN["design"]]
+    refuse_flags(args, unused, f"--{way}" if way else "a new group")
 
 
 def _make(args: Namespace) -> Exit:

@@ -17,11 +17,14 @@ from ...viewer.compare import plane_view
 from ...viewer.player import Player
 from ...viewer.player_window import PlayerWindow
 from ...viewer.result_view import ResultView, caption_of
-from ..arguments import chosen_method, is_given
+from ..arguments import chosen_method, refuse_flags
 from ..exits import UsageError
 from ..inputs import InputMesh, load_pair, load_source, read_source
 from ..output import Findings, check_outputs
 from .plane import find_plane_map
+
+#: Flags that say how a map is made.
+_MAKING = ("--method", "--balance")
 
 
 def run_view(args: Namespace) -> None:
@@ -31,10 +34,8 @@ def run_view(args: Namespace) -> None:
     igl-spheremap view lh.pial lh.sphere.conformal --show angles
     igl-spheremap view bunny_map.npz --screenshot bunny.png
     """
-    making = [flag[0][-1] for flag in args.row.arguments
-              if flag[0][-1] in ("--method", "--balance") and is_given(args, flag)]
-    if making and args.sphere is not None:
-        raise UsageError(f"{' and '.join(making)} would make a map, but {args.sphere} is shown; leave out one of them")
+    if args.sphere is not None:
+        refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
     pictures = _pictures(args)
     open_for(pictures)
     try:
@@ -42,6 +43,7 @@ def run_view(args: Namespace) -> None:
     except (MeshError, UsageError, FileError):
         if (plane := find_plane_map(args)) is None:
             raise
+        refuse_flags(args, (*_MAKING, "--show"), "a map to the plane, which is shown with a checkerboard,")
         args.progress.close()
         found, p = plane
         name, up = os.path.basename(found.name), args.up or guess_up(args.source)
