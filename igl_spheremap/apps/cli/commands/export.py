@@ -58,32 +58,43 @@ def run_export(args: Namespace) -> None:
         write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force, up=up)
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
     elif args.texture or args.show in _TEXTURES or (args.show == "checkerboard" and target.lower().endswith(_TEXTURED)):
-        # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
-        projection: Projection = "octahedral" if args.show in (None, "octahedral") else "equirectangular"
-        cut = bool(args.texture) or not (target.lower().endswith(".obj") and projection == "equirectangular")
-        atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
-        write_textured(target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force, up=up)
-        vertices = len(atlas.uv) if target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
-        kind = "cut along the seam" if cut else "the mesh as it is"
-        found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-        outcome = f"{vertices} vertices, {len(atlas.f)} faces, {kind}"
+        outcome = _export_texture(args, pair, up, found)
     elif args.show == "checkerboard":
         properties = square_colours(check_mesh(source.v, source.f), pair.unit)
         write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
         outcome = "vertex colours"
     else:
-        values = vertex_maps(source.v, source.f, pair.unit)[args.show]
-        if Path(target).name.lower().endswith(_COLOURED):
-            metadata = {"vertex_properties": {**colours(values), "quality": values}, "up": up}
-            write_mesh(target, source.v, source.f, force=args.force, metadata=metadata)
-        else:
-            write_scalars(target, {args.show: values}, surface=(source.v, source.f), force=args.force,
-                          metadata=source.metadata)
-        found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
-        outcome = f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
+        outcome = _export_scalars(args, pair, up, found)
     what = " ".join(filter(None, (args.texture, args.show)))
     found.add("written", f"{target}: {what}, {outcome}")
     found.report(args)
+
+
+def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
+    """Write a texture by a projection of the sphere; what was written, in words."""
+    # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
+    projection: Projection = "octahedral" if args.show in (None, "octahedral") else "equirectangular"
+    cut = bool(args.texture) or not (args.target.lower().endswith(".obj") and projection == "equirectangular")
+    source = pair.source
+    atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
+    write_textured(args.target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force, up=up)
+    vertices = len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
+    found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
+    return f"{vertices} vertices, {len(atlas.f)} faces, {'cut along the seam' if cut else 'the mesh as it is'}"
+
+
+def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
+    """Write a scalar map, as colours where the format has them; its range, in words."""
+    source = pair.source
+    values = vertex_maps(source.v, source.f, pair.unit)[args.show]
+    if args.target.lower().endswith(_COLOURED):
+        metadata = {"vertex_properties": {**colours(values), "quality": values}, "up": up}
+        write_mesh(args.target, source.v, source.f, force=args.force, metadata=metadata)
+    else:
+        write_scalars(args.target, {args.show: values}, surface=(source.v, source.f), force=args.force,
+                      metadata=source.metadata)
+    found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
+    return f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
 
 
 def _check_export(args: Namespace) -> None:
