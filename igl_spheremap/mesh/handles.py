@@ -19,8 +19,8 @@ _PRIME = 2**31 - 1
 _ROOTS = 24
 #: Reach of the first searches, in mean edge lengths; each further one reaches twice as far.
 _REACH = 6
-#: Vertices, over all roots, that the exact searches near one loop may visit: half a second; three roots are searched
-#: from whatever that takes.
+#: Vertices, over all roots, that the exact searches near one loop may visit, in a tenth of a second; three roots are
+#: searched from whatever that takes.
 _VISITS, _LEAST_ROOTS = 400_000, 3
 #: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
 _SHORTER = 1 - 1e-9

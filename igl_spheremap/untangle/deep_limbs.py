@@ -23,7 +23,9 @@ from ..sphere.stereographic import LongComplex, log_sum, plane_angles
 from .layout import Placed
 
 #: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
-#: its own if its tip is as much deeper than where it begins.
+#: its own if its tip is as much deeper than where it begins. With 2 and 8 springs and octopuses end 1.6 percent lower
+#: (`python -m benchmarks versions . sample:spring sample:spring:turns=2 sample:octopus sample:octopus:arm_length=6
+#: --set untangle.deep_limbs._ONSET=8`).
 _ONSET = 4.0
 #: Nepers between the floor of limbs and the resolution of numbers about 1. With the first the edges at the tips keep
 #: one to two bits; the second, which leaves four, is tried where rounding folds so much that the first map is lost.
