@@ -24,11 +24,11 @@ from .graph_sphere import aggregate
 from .ordering import bandwidth_order, renumbered
 
 #: Levels of up to this size are factorised by SuperLU: small enough to cost nothing, and any size from 1,000 to 4,000
-#: gives sample:brain:n_vertices=48000 the same levels (this and the other numbers here tried by hand).
+#: gives sample:brain:n_vertices=48000 the same levels (tried by hand, as are the next three).
 _COARSEST = 2_000
 #: The smoother acts on the eigenvalues between these fractions of the largest, which power steps estimate from below;
-#: the coarse levels act on the rest. A solve to 1e-7 of that sample takes 12 cycles; from .1 14, from .4 13, to 1.02
-#: 13, to 1.3 12; after 6 and 24 power steps 19 and 13.
+#: the coarse levels act on the rest. A solve to 1e-7 of the sample of `_COARSEST` takes 12 cycles; with .1
+#: and .4 as the lower end 14 and 13, with 1.02 and 1.3 as the upper one 13 and 12, with 6 and 24 power steps 19 and 13.
 _SMOOTHED_FROM, _SMOOTHED_TO = 0.2, 1.1
 _POWER_STEPS = 12
 #: Weight of the Jacobi step S that smooths aggregates: the largest eigenvalue of S A S is least for it, 1/9 where that
