@@ -9,9 +9,10 @@ from typing import Any
 
 from ...errors import FileError, import_optional
 
-#: Names of all tables and figures, and one for all of them.
-ITEMS = ("table1", "table2", "table3", "table4", "eigenfunctions", "projections", "boosts",
-         "fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "gradient", "eq24")
+#: Names of all tables, of which the first have runs that can be repeated, of all figures, and one for all of both.
+REPEATED = ("table1", "table2", "table3")
+WRITTEN = (*REPEATED, "table4", "eigenfunctions", "projections", "boosts")
+ITEMS = (*WRITTEN, "fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "gradient", "eq24")
 ALL = "all"
 #: Renumbered copies of a surface that show what rounding alone changes.
 COPIES = 5

@@ -29,8 +29,8 @@ from ....populations.table import (
     worst_first,
     write_table,
 )
-from ...reproduce.items import ALL, ITEMS, reproduce
-from ..arguments import chosen_method, repair_options
+from ...reproduce.items import ALL, ITEMS, REPEATED, WRITTEN, reproduce
+from ..arguments import chosen_method, refuse_flags, repair_options
 from ..exits import Exit, Interrupt, UsageError, flags_of, with_flags
 from ..inputs import expand, subjects
 from ..output import LISTED, aligned, check_apart, check_report, paragraph
@@ -210,6 +210,9 @@ def run_reproduce(args: Namespace) -> None:
     igl-spheremap reproduce all --meshes meshes --out reproduction
     """
     names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
+    for flag, needed in (("--spread", REPEATED), ("--page", WRITTEN)):
+        if not set(names) & set(needed):
+            refuse_flags(args, (flag,), f"{' '.join(names)} without any of {', '.join(needed)}")
     report = (lambda line: None) if args.quiet else args.progress.write
     written = reproduce(
         names,
