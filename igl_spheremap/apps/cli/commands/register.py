@@ -100,7 +100,7 @@ def _describe(found: Findings, result: Registration, names: Sequence[str]) -> No
     )
     for stage in result.stages:
         correlation = ", ".join(f"of {name} {r:.4f}" for name, r in zip(names, stage.correlation, strict=True))
-        mean, most = (100 * np.expm1(strain) for strain in (stage.strain, stage.strain_95))
+        mean, most = (round(100 * np.expm1(strain), 6) for strain in (stage.strain, stage.strain_95))
         found.add(stage.name, f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
                   f"95% below {most:.3g}")
     for note in result.notes:
