@@ -131,7 +131,7 @@ def template(
         check_whole(processes, "processes", 1)
     mesh = sphere_mesh(target)
     if len(sources) < _FEWEST:
-        raise MeshError(f"{len(sources)} surfaces make no group; give {_FEWEST} or more")
+        raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
     if features is not None and len(features) != len(sources):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
     with ExitStack() as stack:

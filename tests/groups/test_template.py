@@ -123,7 +123,7 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     assert not any(name in reason for name, reason in found.left_out.items() if "ply" in name)
     assert "can't read it" in found.left_out[str(tmp_path / "none.ply")]
     assert "times as far" in found.left_out["6"]
-    with pytest.raises(ism.MeshError, match="2 surfaces make no group; give 3 or more"):
+    with pytest.raises(ism.MeshError, match="a group needs 3 surfaces or more, not 2"):
         ism.template(maps[:2])
     with pytest.raises(ism.MeshError, match="a group needs 3"):
         ism.template([*maps[:2], tmp_path / "none.ply"], target="ico:1", executor=here)
