@@ -146,10 +146,12 @@ class ResultView(ColouredApp):
         self._mark(self.picked)
 
     def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on both sides, or none; the lens follows it, as strong as it is."""
-        self.picked, self._facing = vertex, self.grid.turn
+        """Mark a vertex on both sides; the lens follows it, as strong as it is. Without one, it is what fits again."""
         if vertex is not None:
             self.power = self._magnified
+        elif self.picked is not None:
+            self.power = None  # at the power of a limb's tip the rest of the sphere would be a speck
+        self.picked, self._facing = vertex, self.grid.turn
         if self._magnified > 1:
             self.show_subject(self.subject)
         else:

@@ -311,7 +311,11 @@ view.pick(tips[0])
 next_at = seen()[tips[0]].tolist()
 view.look(1.0)
 plain = float(np.abs(view.image.x - planted @ view.turn.T).max())
-figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain)
+sound = ResultView(result.mesh, result.sphere, result=result)
+sound.pick(vertex)
+sound.look(40.0)
+sound.pick(None)
+figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain, left=sound.image.magnified)
 """)
     assert len(figures["ahead"]) == 2
     assert min(figures["ahead"]) > 0.3
@@ -319,6 +323,7 @@ figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain)
     assert figures["next"] == pytest.approx([0, 0, 1])
     assert figures["shown"]
     assert figures["plain"] < 1e-12
+    assert not figures["left"]  # the lens goes with the vertex
 
 
 @needs_drawing
