@@ -132,7 +132,7 @@ def _relax(field: Field, v: FloatArray, f: IntArray, rounds: int) -> FloatArray:
 
 
 def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
-    """Secant steps along the vertex normals to the zero set."""
+    """Secant steps along vertex normals to the zero set; a vertex whose normal leads past the longest edge stays."""
     normal = igl.per_vertex_normals(v, f)
     value, move = evaluate(field, v), np.zeros(len(v))
     step = -value
@@ -142,6 +142,7 @@ def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
         change = value - before
         slope = np.clip(np.divide(change, step, out=np.ones_like(step), where=step != 0.0), *_SLOPES)
         step = -value / slope
+    move[np.abs(move) > np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).max()] = 0.0
     return v + move[:, None] * normal
 
 
