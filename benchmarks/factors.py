@@ -9,6 +9,7 @@ times in one, and the least time counts. Prints a table: factor / solve, memory 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -31,7 +32,8 @@ def main(argv: list[str]) -> None:
     if options.backend:
         print(json.dumps(cell(*load(options.meshes[0], options.levels), options.backend)))
         return
-    print("| backend | " + " | ".join(options.meshes) + " |\n|---" * 1 + "|---" * len(options.meshes) + "|")
+    names = [Path(mesh).stem.removeprefix("sample:") for mesh in options.meshes]
+    print("| backend | " + " | ".join(names) + " |\n|---" + "|---" * len(names) + "|")
     for backend in available_backends():
         found = [in_process("factors", mesh, "--levels", options.levels, "--backend", backend)
                  for mesh in options.meshes]

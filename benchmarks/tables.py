@@ -64,6 +64,8 @@ TABLES = {
     "groups_weights": "groups --weights 4 --members 10",
     "groups_sizes": "groups --sizes 10 100 1000 --vertices 300 --to ico:2",
     "groups_meshes": "groups --sizes 100 --vertices 10000",
+    "factors": "factors sample:brain:n_vertices=15000 corpus:lucy_cr_50k sample:brain:n_vertices=60000 "
+               "sample:brain:n_vertices=240000",
     "landmarks": "landmarks",
     "scaling": "scaling map sample:octopus:n_vertices=7500,arm_length=8 map sample:spring:n_vertices=7500 "
                ".5 sample:octopus:n_vertices=7500 1 sample:octopus:n_vertices=7500",
