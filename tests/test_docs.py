@@ -147,7 +147,7 @@ def test_python_blocks_run(page, desk, capsys):
     namespace = {"__name__": "__main__"}
     for block in found:
         require(block.needs)
-        code = "\n" * block.line + smaller(block.text)  # so that a traceback shows the page's own line
+        code = "\n" * block.line + block.text  # so that a traceback shows the page's own line
         exec(compile(code, str(page), "exec"), namespace)
 
 
@@ -166,7 +166,7 @@ def test_shell_commands_run(page, desk, capfd):
 
 
 def smaller(text):
-    """Code or a command with the small sample."""
+    """A gallery's script or a command with the small sample."""
     for large, small in SMALLER.items():
         text = text.replace(large, small)
     return text
