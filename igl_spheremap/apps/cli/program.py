@@ -48,7 +48,7 @@ def _end_at_once(*_: object) -> None:
     os._exit(Exit.INTERRUPTED)
 
 
-class _Terminated(KeyboardInterrupt):
+class _Terminated(BaseException):
     """SIGTERM came."""
 
 

@@ -73,6 +73,16 @@ def test_failures_within_are_reported_in_one_line(error, status, tmp_path, monke
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
+def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path, monkeypatch, capsys):
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr("json.dumps", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
+    assert main(["info", SAMPLE, "--json", str(tmp_path / "a.json")]) == 143
+    assert capsys.readouterr() == ("", "igl-spheremap: terminated\n")
+    assert os.listdir(tmp_path) == []
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
 @pytest.mark.parametrize(("words", "meant"), [
     (["mpa", "a.obj"], "no command 'mpa'; did you mean map?"),
     (["bunny.obj"], "no command 'bunny.obj'; did you mean map bunny.obj OUT?"),
