@@ -20,6 +20,12 @@ V, F = ism.samples.sphere(642)
 BALL = ism.sphere_map(V, F, V)
 
 
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    """Pictures of a tenth of the pixels."""
+    monkeypatch.setattr("igl_spheremap.draw.shown._SIZE", 96)
+
+
 def shown(result):
     """The pixels of the picture, and its caption."""
     text = result._repr_html_()
