@@ -195,8 +195,8 @@ class PlayerWindow(Player):
         moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iteration %d")
         if moved:
             self._leave_for(iteration)
-        # one line in any case, so that the widgets below stay where they are
-        paragraph(f"plays {self._rate:,.{int(self._rate < 10)}f} iterations a second" if self.playing else "paused")
+        if self.playing:
+            paragraph(f"plays {self._rate:,.{int(self._rate < 10)}f} iterations a second")
         imgui.AlignTextToFramePadding()
         imgui.TextUnformatted("change of foldings:")
         for label, way in (("previous", -1), ("next", 1)):
