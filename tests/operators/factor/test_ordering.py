@@ -98,7 +98,7 @@ def test_graph_sphere_keeps_neighbours_together():
 @pytest.mark.parametrize("size", [1, 3])
 def test_graph_sphere_places_graphs_of_hundreds_of_pieces(size):
     """What is left of a mesh without its hubs may be that."""
-    x = graph_sphere(sp.block_diag([np.ones((size, size))] * 400, format="csr"))
+    x = graph_sphere(sp.block_diag([sp.coo_array(np.ones((size, size)))] * 400, format="csr"))
     assert x.shape == (400 * size, 3)
     assert np.isfinite(x).all()
 
