@@ -5,7 +5,6 @@ of a module in `commands/`, whose docstring is the help: a sentence, and example
 """
 
 import ast
-import difflib
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Collection, Iterable
@@ -346,6 +345,13 @@ COMMANDS = (
 )
 
 
+def _near(word: str, names: list[str]) -> list[str]:
+    """The name that may have been meant by a word, if there is one."""
+    from difflib import get_close_matches  # only wrong lines need it
+
+    return get_close_matches(word, names, n=1)
+
+
 class _Parser(ArgumentParser):
     """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
 
@@ -356,14 +362,14 @@ class _Parser(ArgumentParser):
         """Parse a command line; a UsageError names what may have been meant by an unknown command or flag."""
         first, names = words[0], [command.name for command in COMMANDS]
         if first not in names and not first.startswith("-"):
-            near = difflib.get_close_matches(first, names, n=1)
+            near = _near(first, names)
             meant = near or ([f"map {first} OUT"] if "." in first or ":" in first else [])
             raise UsageError(f"there is no command {first!r}" + "".join(f"; did you mean {one}?" for one in meant)
                              + f" (see {self.prog} --help)")
         args, unknown = self.parse_known_args(words)
         if unknown:
             flags = [flag for names, _ in args.row.arguments for flag in names if flag.startswith("--")]
-            near = difflib.get_close_matches(unknown[0].partition("=")[0], flags, n=1)
+            near = _near(unknown[0].partition("=")[0], flags)
             raise UsageError(f"{args.command} takes no {unknown[0]}" + "".join(f"; did you mean {one}?" for one in near)
                              + f" (see {self.prog} {args.command} --help)")
         check_companions(args)
