@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from ..errors import FoldingsRemain, check_number, own_errstate
-from ..mesh.disk import check_disk
+from ..mesh.disk import Disk, check_disk
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import stage, timed
 from ..result.run import History, Listener, Status
@@ -109,14 +109,7 @@ def disk_conformal_map(
     True
     """
     history = History(listener)
-    disk = check_disk(v, f, caps=caps)
-    with stage("disk"):
-        p, certificate, run = conformal_disk(disk, history)
-    result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
-    if not certificate.folding_free and run.status is not Status.STOPPED:
-        raise FoldingsRemain(f"no map to the disk without foldings was found: {certificate}; "
-                             "remesh the surface where it is deepest", result)
-    return result
+    return map_conformally(check_disk(v, f, caps=caps), history)
 
 
 @takes_mesh
@@ -175,3 +168,14 @@ def balanced_disk_map(
     """
     check_number(balance, "balance", most=1)
     return disk_conformal_map(v, f, caps=caps, listener=listener).rebalance(balance, listener=listener)
+
+
+def map_conformally(disk: Disk, history: History) -> DiskMap:
+    """The map of `disk_conformal_map`, of a mesh that is checked."""
+    with stage("disk"):
+        p, certificate, run = conformal_disk(disk, history)
+    result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
+    if not certificate.folding_free and run.status is not Status.STOPPED:
+        raise FoldingsRemain(f"no map to the disk without foldings was found: {certificate}; "
+                             "remesh the surface where it is deepest", result)
+    return result

@@ -22,7 +22,7 @@ from ..newton.system import VertexSystem
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
-from .disk_map import DiskMap, disk_conformal_map
+from .disk_map import DiskMap, map_conformally
 from .plane_map import PlaneMap, upright
 from .problem import RADIUS, FreeProblem
 from .tutte import by_lengths, tutte_map
@@ -146,7 +146,7 @@ def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | No
                 with suppress(StopIteration):
                     history(Iterate("unrolled", 0, 0, q, 0.0))
                 return FlatMap(disk, q, certificate, history.complete(_UNROLLED, "flatten", settings))
-    start = start or disk_conformal_map(disk, listener=history)
+    start = start or map_conformally(disk, History(history))
     p, run = start.plane, start.run
     if run.status is not Status.STOPPED:
         with stage("flatten"):
