@@ -111,7 +111,7 @@ class Hand:
         self.move(x, y)
         self.press(True, button)
         self.press(False, button)
-        self.frame(_ANSWER)
+        self.frame(_ANSWER - 1)
 
     def drag(self, start, end, button=0):
         """Drag from a point to another, by a point between them."""
@@ -120,7 +120,7 @@ class Hand:
         self.move(*((a + b) / 2 for a, b in zip(start, end, strict=True)))
         self.move(*end)
         self.press(False, button)
-        self.frame(_ANSWER)
+        self.frame(_ANSWER - 1)
 
     def wheel(self, x, y, notches):
         self.move(x, y)
