@@ -29,7 +29,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Keep what was collected, which lives to the end, out of the garbage collector.s rounds: a tenth of the time."""
+    """Keep what was collected, which lives to the end, out of the garbage collector's rounds: a tenth of the time."""
     gc.collect()
     gc.freeze()
 
