@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..mesh.arrays import FloatArray, check_values
+from ..mesh.arrays import FloatArray, check_values, own_unit
 from ..shapes.basis import expand
 from ..shapes.features import FeatureSurface, check_varies
 from ..shapes.rotation import RotationCandidate, best_rotations
@@ -102,7 +102,7 @@ class FeaturePair:
 
 
 def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
-    """Rows for all vertices, finite and not constant, the same number of columns of either."""
+    """Rows for all vertices, finite and not constant, the same number of columns of either, each in its own unit."""
     names = "features of the source", "features of the target"
     checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
     for each, name in zip(checked, names, strict=True):
@@ -110,4 +110,4 @@ def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list
     k, other = (each.shape[1] for each in checked)
     if k != other:
         raise ValueError(f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both")
-    return checked
+    return [np.stack([own_unit(column)[0] for column in each.T], axis=1) for each in checked]

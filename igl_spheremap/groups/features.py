@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from ..io.scalars import read_named
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import FloatArray, plain_array
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,24 @@ class FeatureFiles:
                 raise MeshError(f"{path} has {len(column)} values and {self.paths[0]} has {len(columns[0])}; give "
                                 "data of one mesh")
         return np.stack(columns, axis=1).astype(dtype or np.float64)
+
+
+def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -> None:
+    """Raise an error unless each of the surfaces has features, and all have the same columns."""
+    if features is None:
+        return
+    if len(features) != len(names):
+        raise ValueError(f"features are of {len(features)} surfaces, sources are {len(names)}; give one for each")
+    widths = []
+    for name, each in zip(names, features, strict=True):
+        shape = (0, len(each.paths)) if isinstance(each, FeatureFiles) else plain_array(each, "features").shape
+        if len(shape) not in (1, 2):
+            raise MeshError(f"features of surface {name} have shape {shape}; give data over its vertices, (n,) or "
+                            "(n, k)")
+        widths.append(shape[1] if shape[1:] else 1)
+        if widths[-1] != widths[0]:
+            raise MeshError(f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
+                            f"{widths[0]}; give the same ones of each")
 
 
 def file_of(path: str) -> str:

@@ -20,7 +20,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..shapes.transfer import check_map, resample
 from .modes import ModelFigures, model_figures
-from .placing import at_points, carried
+from .placing import at_points, carried, check_unit
 from .procrustes import placed
 
 
@@ -202,8 +202,11 @@ class Group(Shown):
         ------
         FoldingsRemain
             If the map is not certified folding-free.
+        MeshError
+            If its coordinates are above 1e48, or its extent is below 1e-48.
         """
-        coarse = at_points(check_map(source, "source"), self.sphere, self.faces)
+        check_unit(check_map(source, "source"))
+        coarse = at_points(source, self.sphere, self.faces)
         registered = register(coarse, self.map)
         onto = carried(source, coarse, registered.map.sphere)
         points = resample(onto, (self.sphere, self.faces)).v

@@ -57,6 +57,10 @@ class MapJob(MemberJob):
     def sources(self) -> tuple[str, ...]:
         return (self.source, *map(file_of, self.features))
 
+    @property
+    def chosen(self) -> tuple[object, ...]:
+        return self.is_map, *(path.removeprefix(file_of(path)) for path in self.features)
+
 
 @dataclass(frozen=True, kw_only=True)
 class MemberTask(Task[MemberJob]):
@@ -83,13 +87,10 @@ class MapMember(MemberTask):
 
     balance: float
 
-    def text(self) -> str:
-        return f"{self.version} member {self.icosphere} {self.balance!r}"
-
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         assert isinstance(job, MapJob)
         source = self.place(job.source)
-        result = read_map(source) if job.is_map else mapped(source, self.balance)
+        result = mapped(read_map(source) if job.is_map else source, self.balance)
         n = len(result.sphere)
         values = np.empty((n, 0))
         if job.features:
@@ -108,9 +109,6 @@ class MapMember(MemberTask):
 @dataclass(frozen=True, kw_only=True)
 class RegisterMember(MemberTask):
     """Register a member's points to a template: from any rotation, or from the sphere of the round before."""
-
-    def text(self) -> str:
-        return f"{self.version} register {self.icosphere}"
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, arrays = self.surface(job.source), read_arrays(self.place(job.beside[0]))
@@ -131,9 +129,6 @@ class RegisterMember(MemberTask):
 @dataclass(frozen=True, kw_only=True)
 class PlaceMember(MemberTask):
     """Carry a registration, turned into the frame of the group, to the member's own mesh, and sample it there."""
-
-    def text(self) -> str:
-        return f"{self.version} place {self.icosphere}"
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         arrays = read_arrays(self.place(job.source))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +17,8 @@ from ..mesh.arrays import FloatArray, IntArray, check_values
 from ..mesh.measure import enclosed_volume, surface_area
 from ..mesh.timings import counted
 from ..shapes.transfer import resample, sphere_mesh, transfer
-from .placing import Source, at_points, carried, mapped, own_areas
+from .features import check_features
+from .placing import Source, at_points, carried, mapped, names_of, own_areas
 from .procrustes import generalised_procrustes
 
 
@@ -128,16 +128,15 @@ def series(
     x, f = sphere_mesh(target)
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
-    if features is not None and len(features) != len(sources):
-        raise ValueError(f"features are of {len(features)} frames, sources are {len(sources)}; give one for each")
+    names = names_of(sources)
+    check_features(features, names)
     maps: list[SphereMap] = []
     before = first = None
-    for k, source in enumerate(counted("frames", list(sources))):
+    for name, source in zip(names, counted("frames", list(sources)), strict=True):
         try:
             result = mapped(source, balance)
         except MeshError as error:
-            name = os.fspath(source) if isinstance(source, str | os.PathLike) else f"frame {k}"
-            raise MeshError(f"{name}: {without_name(str(error), name)}", error.remedy) from error
+            raise MeshError(f"frame {name}: {without_name(str(error), name)}", error.remedy) from error
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))
@@ -147,8 +146,8 @@ def series(
     direct = carried(result, coarse, register(coarse, first).map.sphere)
     points = np.stack([resample(each, (x, f)).v for each in maps])
     data = [np.empty((len(each.sphere), 0)) for each in maps] if features is None else [
-        check_values(values, len(each.sphere), f"features of frame {k}")
-        for k, (each, values) in enumerate(zip(maps, features, strict=True))]
+        check_values(values, len(each.sphere), f"features of frame {name}")
+        for name, each, values in zip(names, maps, features, strict=True)]
     return Series(
         points, f, x, np.stack([own_areas(each, x, f) for each in maps]),
         np.stack([transfer(each, values, (x, f)) for each, values in zip(maps, data, strict=True)]), tuple(maps),

@@ -36,12 +36,12 @@ from ..sphere.moebius import best_rotation, orientation_target
 from ..sphere.rows import row_lengths, weighted_sum
 from ..untangle.local_repair import unfolded
 from . import FARTHEST
-from .features import FeatureFiles
+from .features import FeatureFiles, check_features
 from .files import file_names
 from .group import Group, Member, too_far
 from .jobs import MapJob, MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember, columns_of, write_arrays
 from .modes import principal_modes
-from .placing import Source
+from .placing import Source, names_of
 from .procrustes import Alignment, blocks, generalised_procrustes, placed
 
 #: The manifest in a group's folder.
@@ -132,8 +132,7 @@ def template(
     mesh = sphere_mesh(target)
     if len(sources) < _FEWEST:
         raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
-    if features is not None and len(features) != len(sources):
-        raise ValueError(f"features are of {len(features)} surfaces, sources are {len(sources)}; give one for each")
+    check_features(features, names_of(sources))
     with ExitStack() as stack:
         place = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
         crew = stack.enter_context(executor_of(executor, processes))
@@ -236,8 +235,7 @@ class _Work:
 
     def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None) -> list[_Member]:
         """Map all members, in the order of their contents."""
-        names = [os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
-                 for k, source in enumerate(sources)]
+        names = names_of(sources)
         members = [_Member(k, *each) for k, each in enumerate(zip(names, file_names(names), strict=True))]
         jobs, known = [], []
         for member, source in zip(members, sources, strict=True):

@@ -39,21 +39,25 @@ class Job:
         """All files that are written."""
         return (self.target,)
 
+    @property
+    def chosen(self) -> tuple[object, ...]:
+        """What is taken of the files that are read, where that is not all of them: part of the result's key."""
+        return ()
+
 
 JobT = TypeVar("JobT", bound=Job)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task(ABC, Generic[JobT]):
-    """What is done to every input, and by which version; relative paths begin in `folder`."""
+    """What is done to every input, and by which version; relative paths begin in `folder`.
 
-    force: bool
-    folder: str
+    Its `repr`, of all fields that decide the results, is part of their keys.
+    """
+
+    force: bool = field(repr=False)
+    folder: str = field(repr=False)
     version: str = __version__
-
-    @abstractmethod
-    def text(self) -> str:
-        """Version and options, all that decides the results, as one text: part of their keys."""
 
     @abstractmethod
     def empty(self, job: JobT) -> JobRow:
@@ -76,9 +80,9 @@ class Task(ABC, Generic[JobT]):
 
 
 def key_of(job: JobT, task: Task[JobT], folder: str) -> str:
-    """The key of a result in a manifest in that folder, with which targets may move: a digest of both and the task."""
+    """The key of a result in a manifest in that folder, with which targets may move."""
     places = [os.path.relpath(os.path.realpath(target), folder) for target in job.targets]
-    return sha256(" ".join([task.text(), *places]).encode("utf-8", "surrogateescape")).hexdigest()[:32]
+    return sha256(" ".join([repr(task), repr(job.chosen), *places]).encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
 def run_job(job: JobT, task: Task[JobT]) -> JobResult:

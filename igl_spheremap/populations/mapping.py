@@ -36,10 +36,6 @@ class SphereMapping(Task[Job]):
     balance: float
     repair: Mapping[str, Any] | None
 
-    def text(self) -> str:
-        settings = ",".join(f"{key}={value}" for key, value in sorted(self.method.settings().items()))
-        return f"{self.version} {self.method.name} {settings} {self.balance!r} {self.repair}"
-
     def empty(self, job: Job) -> Row:
         return Row(job.source, job.target)
 

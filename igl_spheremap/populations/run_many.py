@@ -46,7 +46,7 @@ def run_many(
             todo.clear()
 
     began = datetime.now(timezone.utc).isoformat(timespec="seconds")
-    run = {"options": task.text(), "began": began, "by": host_and_process()}
+    run = {"options": repr(task), "began": began, "by": host_and_process()}
     with Manifest(manifest, run) as log, workers_of(executor, processes, timeout, memory) as workers:
         keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
         kept = _earlier_rows(log, keys, retry_failed or task.force) if resume else {}

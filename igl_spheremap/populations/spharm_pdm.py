@@ -59,9 +59,6 @@ class ShapeExpansion(Task[ShapeJob]):
     degree: int
     subdivision: int
 
-    def text(self) -> str:
-        return f"{self.mapping.text()} spharm-pdm {self.degree} {self.subdivision}"
-
     def empty(self, job: ShapeJob) -> Row:
         return self.mapping.empty(job)
 

@@ -117,9 +117,6 @@ class SphereRegistration(Task[HemisphereJob]):
 
     reflect: bool = False
 
-    def text(self) -> str:
-        return f"{self.version} sphere-reg balance={_BALANCE} reflect={self.reflect}"
-
     def empty(self, job: HemisphereJob) -> RegistrationRow:
         return RegistrationRow(job.source, job.target)
 

@@ -42,5 +42,5 @@ def test_areas_and_volumes_are_those_of_the_frames(bending):
 def test_one_frame_makes_no_series():
     with pytest.raises(ism.MeshError, match="two or more"):
         ism.series([ism.samples.sphere(42)])
-    with pytest.raises(ValueError, match="features are of 1 frames"):
+    with pytest.raises(ValueError, match="features are of 1 surfaces"):
         ism.series([ism.samples.sphere(42)] * 2, features=[[0.0]])

@@ -6,6 +6,7 @@ from family import AMOUNTS, body, family, spiral
 
 import igl_spheremap as ism
 from igl_spheremap.correspondence.registration import reflected
+from igl_spheremap.groups.features import FeatureFiles
 from igl_spheremap.mesh.measure import surface_area
 
 
@@ -85,6 +86,37 @@ def test_a_member_that_changed_is_mapped_again(tmp_path, here):
     assert same(again, ism.template(files, target="ico:1", executor=here))
 
 
+def test_another_column_of_the_same_files_is_read(tmp_path, here):
+    for k, (v, f) in enumerate(family(AMOUNTS[:3], n=150)):
+        ism.write_mesh(tmp_path / f"{k}.ply", v, f)
+        np.savez(tmp_path / f"{k}.npz", thickness=np.full(len(v), 2.0), curv=np.full(len(v), 5.0))
+    files = [str(tmp_path / f"{k}.ply") for k in range(3)]
+    for column, mean in (("thickness", 2), ("curv", 5), ("thickness", 2)):
+        features = [FeatureFiles((f"{tmp_path}/{k}.npz:{column}",)) for k in range(3)]
+        found = ism.template(files, features=features, target="ico:1", executor=here, out=tmp_path / "out")
+        assert np.allclose(found.feature_mean, mean)
+
+
+@pytest.mark.parametrize("unit", [2.0**150, 2.0**-150])
+def test_units_of_length_change_no_digit(maps, three, here, unit):
+    scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
+    found = ism.template(scaled, target="ico:2", executor=here)
+    assert np.allclose(found.vertices / unit, three.vertices)
+    assert np.allclose(found.variances / unit**2, three.variances)
+    placed = found.place(scaled[1])
+    assert np.allclose(placed.scores / unit, three.place(maps[1]).scores)
+    assert str(found.figures().compactness) == str(three.figures().compactness)
+
+
+@pytest.mark.parametrize("unit", [1e300, 1e-300])
+def test_units_whose_areas_are_no_float64_numbers_are_refused(maps, three, here, unit):
+    scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
+    for call in (lambda: ism.template(scaled, target="ico:1", executor=here), lambda: ism.series(scaled),
+                 lambda: three.place(scaled[0])):
+        with pytest.raises(ism.MeshError, match="choose units"):
+            call()
+
+
 def test_mirrored_bodies_have_a_mirrored_template(three, maps, here):
     mirrored = ism.template([reflected(each) for each in maps[:3]], target="ico:2", executor=here)
     assert three.place(reflected(mirrored.map)).member.distance < 0.02 * radius(three)
@@ -132,6 +164,8 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
 @pytest.mark.parametrize(("options", "error", "words"), [
     ({"modes": 0}, ValueError, "modes"), ({"target": "ico"}, ValueError, "regular sphere"),
     ({"balance": 2}, ValueError, "balance"), ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
+    ({"features": [[1.0], None, [1.0]]}, ism.MeshError, "surface b.ply have shape"),
+    ({"features": [[1.0], [[1.0, 2.0]], [1.0]]}, ism.MeshError, "surface b.ply have 2 columns, those of a.ply have 1"),
     ({"farthest": 0}, ValueError, "farthest"), ({"processes": 0}, ValueError, "processes"),
 ])
 def test_options_are_checked(options, error, words):

@@ -120,7 +120,7 @@ def test_results_of_other_options_or_versions_do_not_count(run, monkeypatch):
     assert run(balance=1)[0].status == "file"
     assert run()[0].resumed
     monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")  # nothing else changes a version
-    monkeypatch.setattr("igl_spheremap.populations.mapping.SphereMapping.text", lambda self: "0.0.0")
+    monkeypatch.setattr("igl_spheremap.populations.mapping.SphereMapping.__repr__", lambda self: "0.0.0")
     assert run()[0].status == "file"
 
 
