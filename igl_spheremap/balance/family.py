@@ -136,7 +136,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), limbs=True))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED).z)
+    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED).points)
     return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)
 
 

@@ -75,7 +75,7 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
     for floor in floors(np.float32):
-        yield onto_sphere(placed, shorten_limbs(placed, angles, floor).z)
+        yield onto_sphere(placed, shorten_limbs(placed, angles, floor).points)
     yield x
 
 

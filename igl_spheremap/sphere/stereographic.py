@@ -6,17 +6,16 @@ are deep, and float64 ends at 709.
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.arrays import ComplexArray, FloatArray
+from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from .rows import INFINITE
 
 LongComplex = NDArray[np.clongdouble]
 LongFloat = NDArray[np.longdouble]
-AnyComplex = TypeVar("AnyComplex", ComplexArray, LongComplex)
 
 
 def logarithm(z: ComplexArray | complex) -> ComplexArray:
@@ -40,12 +39,31 @@ def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
     return unit + logarithm(np.exp(a - unit) + np.exp(b - unit))
 
 
-def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) -> LongFloat:
+class Anchored(NamedTuple):
+    """Points of the plane relative to anchors, each 0 or of length 1: beside them positions keep their digits."""
+
+    z: ComplexArray | LongComplex
+    anchor: ComplexArray | complex = 0j
+
+    def turned(self) -> ComplexArray | LongComplex:
+        """Points after the rotations of the sphere that take their anchors to 0."""
+        return np.asarray(self.z / (1 + np.abs(self.anchor) ** 2 + np.conj(self.anchor) * self.z))
+
+    def beside(self, k: int, offset: ComplexArray | LongComplex, rows: IntArray) -> ComplexArray | LongComplex:
+        """Places of some rows, relative to their anchors, at offsets from row k."""
+        anchor = np.broadcast_to(self.anchor, self.z.shape)
+        return np.asarray(self.z[k] + (anchor[k] - anchor[rows]) + offset)
+
+
+def to_ball(points: Anchored) -> LongFloat:
     """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
 
-    Beside an anchor, 0 or of length 1, `z` and two of the coordinates keep their relative precision.
+    Beside an anchor two of the coordinates keep the digits of the position.
+
+    >>> to_ball(Anchored(np.array([1e-300 + 0j]), np.array([1j]))).astype(float).tolist()
+    [[1e-300, 1.0, -0.0]]
     """
-    z = from_anchor(z.astype(np.clongdouble), anchor)
+    anchor, z = points.anchor, Anchored(points.z.astype(np.clongdouble), points.anchor).turned()
     far = np.abs(z) > 1
     u = np.where(far, 1 / np.where(far, z, 1).conj(), z)
     q = u.real**2 + u.imag**2
@@ -53,11 +71,6 @@ def to_ball(z: ComplexArray | LongComplex, anchor: ComplexArray | complex = 0j) 
     along = x * np.conj(anchor)  # its imaginary part is the coordinate across
     plane = np.where(anchor == 0, x, anchor * (height + 1j * along.imag))
     return np.column_stack((plane.real, plane.imag, np.where(anchor == 0, height, -along.real)))
-
-
-def from_anchor(z: AnyComplex, anchor: ComplexArray | complex) -> AnyComplex:
-    """Positions relative to anchors after the rotations of the sphere that take these to 0."""
-    return np.asarray(z / (1 + np.abs(anchor) ** 2 + np.conj(anchor) * z))
 
 
 def plane_angles(z: ComplexArray) -> FloatArray:

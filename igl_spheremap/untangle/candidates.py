@@ -63,16 +63,16 @@ def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[Flo
 def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
     """A layout, and others by the mesh's own angles around `holes` faces; none of limbs too deep for Moebius maps."""
     if placed is not None:
-        yield onto_sphere(placed, placed.z)
+        yield onto_sphere(placed, placed.points)
     source = proper_angles(mesh.angles)
     # Well-shaped faces of middling size, and the largest, in turn.
     pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(), strict=False)
     for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
         if closed is not None:
-            placed = centred(mesh, Layout(mesh.f, closed, hole))
+            placed = centred(mesh, Layout.of(mesh.f, closed, hole))
             if placed.depth.max() < _DEEPEST:
-                yield onto_sphere(placed, placed.z)
+                yield onto_sphere(placed, placed.points)
 
 
 class Badness:

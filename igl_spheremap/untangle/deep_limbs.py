@@ -11,15 +11,16 @@ vertex above a floor at the least sum of angle differences.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
-from ..sphere.stereographic import LongComplex, log_sum, plane_angles
+from ..sphere.stereographic import Anchored, log_sum, plane_angles
 from .layout import Placed
 
 #: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
@@ -47,14 +48,23 @@ _NARROWEST = 0.005
 class Shortened(NamedTuple):
     """Positions that float64 resolves."""
 
-    #: In the plane, relative to the anchors of the placement.
-    z: LongComplex
+    points: Anchored
     #: The largest ratio by which a limb's depth was divided.
     stretch: float
 
 
-@dataclass(eq=False)
-class DeepLimb:
+class Branch(NamedTuple):
+    """A branch of the merge tree of deep vertices."""
+
+    #: Its deepest vertex.
+    tip: int
+    #: The tip of the deeper branch that it meets; -1 if there is none.
+    meets: int
+    vertices: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
     """A disc of vertices about a tip that is to be shortened, and the limbs that branch off within it.
 
     Attributes
@@ -67,18 +77,8 @@ class DeepLimb:
         Of the disc, in that unit.
     width : float
         Of the bins, in nepers.
-    branches : list of (DeepLimb, int)
-        Limbs inside the disc, with the bin of their tips.
-    is_branch : bool
-        Whether it lies in the disc of another limb itself.
-    kappa : (bins,) float64 array
-        The result, from the rim inwards.
-    cost_to_go : (steps,) float64 array
-        Least cost of the limb with its branches, by the steps that were gained outside its rim.
-    choice : (bins, steps) int64 array
-        Index of the best kappa in each bin, by the steps that were gained outside the bin.
-    useful : (bins,) int64 array
-        How many of the steps that were gained bring the vertices of a bin nearer to the floor.
+    branches : list of Limb
+        Limbs whose branches of the merge tree meet this one.
     """
 
     tip: int
@@ -86,30 +86,103 @@ class DeepLimb:
     log: ComplexArray
     log_radius: float
     width: float
-    branches: list[tuple[DeepLimb, int]] = field(default_factory=list)
-    is_branch: bool = False
-    kappa: FloatArray = field(init=False)
-    cost_to_go: FloatArray = field(init=False)
-    choice: IntArray = field(init=False)
-    useful: IntArray = field(init=False)
+    branches: list[Limb]
 
-    @property
-    def log_distance(self) -> FloatArray:
-        """Nepers from the rim inwards, for the disc's vertices; the tip's as its nearest neighbour's."""
+    @cached_property
+    def inwards(self) -> FloatArray:
+        """Nepers from the rim to the disc's vertices; to the tip those to its nearest neighbour."""
         distance = self.log_radius - self.log.real[self.disc]
         return np.minimum(distance, distance[self.disc != self.tip].max())
 
-    def bins(self, distance: FloatArray) -> IntArray:
-        """Bins of given distances from the rim, in nepers; the last one is that of the tip."""
-        last = int(self.log_distance.max() / self.width)
-        return np.clip((distance / self.width).astype(np.int64), 0, last)
+    @cached_property
+    def bins(self) -> int:
+        """Number of bins; the last one holds the tip."""
+        return int(self.inwards.max() / self.width) + 1
 
-    def shortened(self, distance: FloatArray) -> FloatArray:
-        """Nepers from the rim after shortening: piecewise linear, beyond the last bin with its slope."""
-        knots = self.width * np.arange(len(self.kappa) + 1)
-        values = self.width * np.append(0, np.cumsum(self.kappa))
-        inside = np.where(distance >= 0, np.interp(distance, knots, values), distance)
-        return np.where(distance > knots[-1], values[-1] + (distance - knots[-1]) * self.kappa[-1], inside)
+    def bins_at(self, distance: FloatArray) -> IntArray:
+        """Bins at distances from the rim, in nepers."""
+        return np.clip((distance / self.width).astype(np.int64), 0, self.bins - 1)
+
+    @cached_property
+    def branches_at(self) -> IntArray:
+        """Bins that hold the tips of the branches."""
+        return self.bins_at(self.log_radius - self.log.real[[branch.tip for branch in self.branches]])
+
+
+class Costs(NamedTuple):
+    """What shortening costs in each bin of a limb, in degrees summed over faces."""
+
+    #: Of the angles, for each kappa: (bins, kappas).
+    angles: FloatArray
+    #: How many vertices it holds.
+    vertices: FloatArray
+    #: Depth of the deepest vertex, in nepers.
+    deepest: FloatArray
+    #: How many steps that are gained bring the vertices nearer to the floor.
+    useful: IntArray
+    floor: float
+    #: Nepers that a bin gains as kappa falls by `_STEP`.
+    step: float
+    #: Steps beyond which costs are constant.
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The least cost of a limb, and the kappas that have it, for each number of steps gained outside its rim.
+
+    Attributes
+    ----------
+    least : (steps,) float64 array
+        The least cost of the limb with its branches.
+    choice : (bins, steps) int64 array
+        Index of the best kappa in each bin, by the steps that were gained outside the bin.
+    useful : (bins,) int64 array
+        As of `Costs`.
+    branches : list of Table
+        Those of the branches.
+    """
+
+    least: FloatArray
+    choice: IntArray
+    useful: IntArray
+    branches: list[Table]
+
+    @classmethod
+    def of(cls, costs: Costs, branches: Sequence[Table] = (), branches_at: Sequence[int] | IntArray = ()) -> Table:
+        """Solve for the least cost V_0 of a limb, from the tip outwards, for every gain g in nepers outside its rim.
+
+            V_b(g) = min over kappa of  C_b(kappa) + W_b(min(h, u_b)) + V_{b+1}(h),    h = g + w (1 - kappa),
+            W_b(h) = 300 n_b max(0, depth_b - log kappa - h - floor) + sum of V_0(h) of the branches at bin b.
+
+        w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
+        depth_b that of the deepest. A gain is of use up to u_b.
+        """
+        bins, steps = len(costs.angles), costs.steps
+        thinner, value = -np.log(_KAPPAS)[:, None], np.zeros(steps)
+        choice = np.zeros((bins, steps), dtype=np.int64)
+        for b in range(bins - 1, -1, -1):
+            gained = np.minimum(np.arange(steps), costs.useful[b])
+            for branch, at in zip(branches, branches_at, strict=True):
+                if at == b:
+                    value = value + branch.least[np.minimum(gained, len(branch.least) - 1)]
+            missing = np.maximum(0, costs.deepest[b] + thinner - costs.step * gained - costs.floor)
+            later = value + _BELOW * costs.vertices[b] * missing
+            later = np.concatenate((later, np.repeat(later[:, -1:], len(thinner), axis=1)), axis=1)
+            total = np.stack([costs.angles[b, i] + row[i:i + steps] for i, row in enumerate(later)])
+            choice[b] = total.argmin(axis=0)
+            value = total.min(axis=0)
+        return cls(value, choice, costs.useful, list(branches))
+
+    def chosen(self, gained: int) -> tuple[FloatArray, IntArray]:
+        """The kappas of the bins for steps gained outside the rim, and the useful steps gained up to each bin."""
+        kappas, gains, last = [], [], self.choice.shape[1] - 1
+        for choice, useful in zip(self.choice, self.useful, strict=True):
+            step = int(choice[min(gained, last)])
+            gained += step
+            kappas.append(_KAPPAS[step])
+            gains.append(min(gained, int(useful)))
+        return np.array(kappas), np.array(gains)
 
 
 def floors(dtype: type[np.floating]) -> list[float]:
@@ -124,28 +197,13 @@ def normal_range(floor: float) -> float:
 
 def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened:
     """Shorten limbs until no edge on the sphere is below exp(-floor); `source` are the angles to keep."""
-    limbs = _planned(tips_beyond(placed.depth, placed.f, floor, placed.finer), placed, source, floor)
-    if not limbs:
-        return Shortened(placed.z.astype(np.clongdouble), 1.0)
-    for limb in limbs:
-        if not limb.is_branch:
-            _follow(limb, 0)
-    z, anchor = placed.z.astype(np.clongdouble), np.broadcast_to(placed.anchor, placed.log.shape)
-    moved: dict[int, tuple[IntArray, ComplexArray]] = {}  # by the tip of a limb: its vertices, and where it puts them
-    for limb in limbs:
-        log, vertices = limb.log.copy(), [limb.disc]
-        for branch, _ in limb.branches:
-            where, at = moved[branch.tip]
-            log[where] = log_sum(limb.log[branch.tip], at)
-            vertices.append(where)
-        other = limb.disc[limb.disc != limb.tip]
-        distance = limb.log_radius - log.real[other]
-        log[other] += distance - limb.shortened(distance)
-        where = np.unique(np.concatenate(vertices))
-        moved[limb.tip] = where, log[where]
-        if not limb.is_branch:
-            z[where] = placed.z[limb.tip] + (anchor[limb.tip] - anchor[where]) + np.exp(log[where])
-    return Shortened(z, float(max(len(limb.kappa) / limb.kappa.sum() for limb in limbs)))
+    points = placed.points
+    z, stretch = points.z.astype(np.clongdouble), 1.0
+    for limb in _limbs(tips_beyond(placed.depth, placed.f, floor, placed.finer), placed):
+        rows, log, divided = _drawn(limb, _table(limb, placed, source, floor), 0)
+        z[rows] = points.beside(limb.tip, np.exp(log), rows)
+        stretch = max(stretch, divided)
+    return Shortened(points._replace(z=z), stretch)
 
 
 def suits_shortening(placed: Placed, source: FloatArray, floor: float) -> bool:
@@ -155,42 +213,17 @@ def suits_shortening(placed: Placed, source: FloatArray, floor: float) -> bool:
     smooth map does.
     """
     found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
-    of_deepest = {max((tip for tip, parent, _ in found if parent < 0), key=lambda tip: placed.depth[tip], default=-1)}
-    for tip, parent, _ in reversed(found):
-        if parent in of_deepest:
-            of_deepest.add(tip)
-    limbs = _planned([limb for limb in found if limb[0] in of_deepest], placed, source, floor)
-    return not limbs or bool(limbs[-1].cost_to_go[0] <= 0)
-
-
-def _planned(found: list[tuple[int, int, IntArray]], placed: Placed, source: FloatArray,
-             floor: float) -> list[DeepLimb]:
-    """Discs about tips beyond the floor, branches before what they branch off from, with the costs of their kappas."""
-    limbs: dict[int, DeepLimb] = {}
-    parents: dict[int, int] = {}
-    inwards = placed.depth + placed.finer
-    width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
-    for tip, parent, members in found:
-        log = placed.about(tip)
-        radius = float(np.delete(log.real, members).min(initial=np.inf))
-        disc = np.flatnonzero(log.real < radius)
-        if 1 < len(disc) < len(log):
-            limbs[tip], parents[tip] = DeepLimb(tip, disc, log, radius, width), parent
-    for tip, limb in limbs.items():
-        if parents[tip] in limbs:
-            around = limbs[parents[tip]]
-            inside = np.flatnonzero(around.disc == tip)
-            distance = around.log_distance[inside] if len(inside) else np.zeros(1)
-            around.branches.append((limb, int(around.bins(distance)[0])))
-            limb.is_branch = True
-    for limb in limbs.values():
-        _plan(limb, placed, source, floor)
-    return list(limbs.values())
+    of_deepest = {max((each.tip for each in found if each.meets < 0), key=lambda tip: placed.depth[tip], default=-1)}
+    for each in reversed(found):
+        if each.meets in of_deepest:
+            of_deepest.add(each.tip)
+    limbs = _limbs([each for each in found if each.tip in of_deepest], placed)
+    return not limbs or bool(_table(limbs[-1], placed, source, floor).least[0] <= 0)
 
 
 def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
-                finer: FloatArray | float = 0.0) -> list[tuple[int, int, IntArray]]:
-    """Merge tree of the deep vertices: (tip, the deeper tip that its limb meets or -1, the limb), branches first.
+                finer: FloatArray | float = 0.0) -> list[Branch]:
+    """Merge tree of the deep vertices, each branch before the one that it meets.
 
     The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
     edges are short, though coordinates are `finer` there: what is to be shortened is shortened on its whole length.
@@ -206,7 +239,7 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     part = [-1] * n
     tip: dict[int, int] = {}
     members: dict[int, list[int]] = {}
-    found: list[tuple[int, int, IntArray]] = []
+    found: list[Branch] = []
     deep = np.flatnonzero(inwards > _ONSET)
     for v in deep[np.argsort(-inwards[deep], kind="stable")].tolist():
         here = v
@@ -215,73 +248,88 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
             elder, younger = (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
             end = tip[younger]
             if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:
-                found.append((end, tip[elder], np.array(members[younger])))
+                found.append(Branch(end, tip[elder], np.array(members[younger])))
             keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
             tip[keep] = tip[elder]
             for u in members[gone]:
                 part[u] = keep
             members[keep] += members.pop(gone)
             here = keep
-    return found + [(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
+    return found + [Branch(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
 
 
-def _plan(limb: DeepLimb, placed: Placed, source: FloatArray, floor: float) -> None:
-    """Solve for the least cost V of the limb, for every gain g in nepers outside its rim, from the tip outwards.
+def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
+    """Discs about tips, each with its branches; in the list are those that are no branch of another."""
+    inwards = placed.depth + placed.finer
+    width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
+    apart: list[tuple[int, Limb]] = []  # what each meets, and the limb
+    for tip, meets, vertices in found:
+        log = placed.about(tip)
+        radius = float(np.delete(log.real, vertices).min(initial=np.inf))
+        disc = np.flatnonzero(log.real < radius)
+        if 1 < len(disc) < len(log):
+            branches = [limb for met, limb in apart if met == tip]
+            apart = [each for each in apart if each[0] != tip]
+            apart.append((meets, Limb(tip, disc, log, radius, width, branches)))
+    return [limb for _, limb in apart]
 
-        V_b(g) = min over kappa of  C_b(kappa) + W_b(min(h, u_b)) + V_{b+1}(h),    h = g + w (1 - kappa),
-        W_b(h) = 300 n_b max(0, depth_b - h - floor) + sum of V_0(h) of the branches whose tips are in bin b.
 
-    w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
-    depth_b that of the deepest. A gain is of use up to u_b: in general all of it. At an end of an axis float64 holds
-    normal numbers of any size, so that only what lifts a vertex to normal numbers is of use.
+def _table(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Table:
+    """The table of a limb, after those of its branches."""
+    branches = [_table(branch, placed, source, floor) for branch in limb.branches]
+    return Table.of(_costs(limb, placed, source, floor), branches, limb.branches_at)
+
+
+def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Costs:
+    """What shortening costs in each bin.
+
+    A gain is of use, in general. At an end of an axis float64 holds normal numbers of any size, so that only what lifts
+    a vertex to normal numbers is.
     """
-    at = limb.bins(limb.log_distance)
-    bins = int(at.max()) + 1
+    at, bins = limb.bins_at(limb.inwards), limb.bins
     own = np.ones(len(limb.disc), dtype=bool)
-    for branch, _ in limb.branches:
+    for branch in limb.branches:
         own &= ~np.isin(limb.disc, branch.disc)
     deepest, finer = np.zeros((2, bins))
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
     inner, finer_at = limb.disc != limb.tip, np.broadcast_to(placed.finer, placed.depth.shape)
     np.maximum.at(finer, at[inner], finer_at[limb.disc[inner]])
-    count = np.bincount(at, minlength=bins) + _SPARE
-    cost = _bin_costs(limb, placed.f, source, bins) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
+    angles = _bin_costs(limb, placed.f, source) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
-    thinner = -np.log(_KAPPAS)[:, None]
-    steps = int((placed.depth.max() + thinner[-1, 0] - floor) / step) + cost.shape[1]
-    limb.useful = np.full(bins, steps)
+    steps = int((placed.depth.max() - np.log(_KAPPAS[-1]) - floor) / step) + len(_KAPPAS)
+    useful = np.full(bins, steps)
     if np.isinf(finer_at[limb.tip]):
-        limb.useful = np.clip((finer - normal_range(floor)) / step, 0, steps).astype(np.int64)
-    value = np.zeros(steps)
-    limb.choice = np.zeros((bins, steps), dtype=np.int64)
-    for b in range(bins - 1, -1, -1):
-        gained = np.minimum(np.arange(steps), limb.useful[b])
-        for branch, where in limb.branches:
-            if where == b:
-                value = value + branch.cost_to_go[gained]
-        later = value + _BELOW * count[b] * np.maximum(0, deepest[b] + thinner - step * gained - floor)
-        later = np.concatenate((later, np.repeat(later[:, -1:], len(thinner), axis=1)), axis=1)
-        total = np.stack([cost[b, i] + row[i:i + steps] for i, row in enumerate(later)])
-        limb.choice[b] = total.argmin(axis=0)
-        value = total.min(axis=0)
-    limb.cost_to_go = value
+        useful = np.clip((finer - normal_range(floor)) / step, 0, steps).astype(np.int64)
+    vertices = np.asarray(np.bincount(at, minlength=bins) + _SPARE, dtype=np.float64)
+    return Costs(angles, vertices, deepest, useful, floor, step, steps)
 
 
-def _follow(limb: DeepLimb, gained: int) -> None:
-    """Read the kappas off the choices, given the steps that are gained outside the rim."""
-    limb.kappa = np.empty(len(limb.choice))
-    last = limb.choice.shape[1] - 1
-    for b, choice in enumerate(limb.choice):
-        step = choice[min(gained, last)]
-        limb.kappa[b] = _KAPPAS[step]
-        gained += int(step)
-        for branch, where in limb.branches:
-            if where == b:
-                _follow(branch, min(gained, int(limb.useful[b])))
+def _drawn(limb: Limb, table: Table, gained: int) -> tuple[IntArray, ComplexArray, float]:
+    """Vertices of a limb and its branches, logarithms of their new positions relative to its tip, and the stretch."""
+    kappas, gains = table.chosen(gained)
+    log, rows, stretch = limb.log.copy(), [limb.disc], len(kappas) / kappas.sum()
+    for branch, own, b in zip(limb.branches, table.branches, limb.branches_at.tolist(), strict=True):
+        inside, about_branch, divided = _drawn(branch, own, int(gains[b]))
+        log[inside] = log_sum(limb.log[branch.tip], about_branch)
+        rows.append(inside)
+        stretch = max(stretch, divided)
+    other = limb.disc[limb.disc != limb.tip]
+    distance = limb.log_radius - log.real[other]
+    log[other] += distance - _shortened(distance, kappas, limb.width)
+    where = np.unique(np.concatenate(rows))
+    return where, log[where], float(stretch)
 
 
-def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> FloatArray:
+def _shortened(distance: FloatArray, kappas: FloatArray, width: float) -> FloatArray:
+    """Nepers from the rim after shortening: piecewise linear, beyond the last bin with its slope."""
+    knots = width * np.arange(len(kappas) + 1)
+    values = width * np.append(0, np.cumsum(kappas))
+    inside = np.where(distance >= 0, np.interp(distance, knots, values), distance)
+    return np.where(distance > knots[-1], values[-1] + (distance - knots[-1]) * kappas[-1], inside)
+
+
+def _bin_costs(limb: Limb, f: IntArray, source: FloatArray) -> FloatArray:
     """What each kappa adds to the mean angle differences of each bin's own faces, summed, in degrees."""
     inside = np.zeros(len(limb.log), dtype=bool)
     inside[limb.disc] = True
@@ -289,11 +337,10 @@ def _bin_costs(limb: DeepLimb, f: IntArray, source: FloatArray, bins: int) -> Fl
     faces = np.flatnonzero(inside[f].all(axis=1))
     log, unit = limb.log.real[f[faces]], np.exp(1j * limb.log.imag[f[faces]])
     middle = log.mean(axis=1, keepdims=True)
-    at = np.minimum(limb.bins(limb.log_radius - middle[:, 0]), bins - 1)
-    cost = np.empty((bins, len(_KAPPAS)))
+    at, cost = limb.bins_at(limb.log_radius - middle[:, 0]), np.empty((limb.bins, len(_KAPPAS)))
     for i, kappa in enumerate(_KAPPAS):
         angles = plane_angles(np.exp(kappa * (log - middle)) * unit)
-        cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), bins)
+        cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), limb.bins)
     return cost - cost[:, :1]
 
 

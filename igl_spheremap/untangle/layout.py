@@ -25,7 +25,7 @@ from ..newton.system import VertexSystem
 from ..operators.flips import twins
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
 from ..sphere.rows import to_chart, unit_rows
-from ..sphere.stereographic import LongComplex, exponential, log_sum, logarithm, plane_angles, to_ball
+from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, plane_angles, to_ball
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
@@ -44,6 +44,10 @@ _LARGEST = 60
 _SHORT = 1e-4
 
 
+#: Logarithms of all positions relative to a vertex, precise relative to the distance from it.
+About = Callable[[int], ComplexArray]
+
+
 @dataclass(frozen=True, eq=False)
 class Placed:
     """Positions in the plane, which inverse stereographic projection takes to the sphere."""
@@ -53,9 +57,8 @@ class Placed:
     log: ComplexArray
     #: Depth of each vertex in nepers, as the head of this file says.
     depth: FloatArray
-    #: Logarithms of positions relative to a vertex, precise relative to the distance from it.
-    about: Callable[[int], ComplexArray]
-    #: The point of the plane that each position is relative to: 0, or an end of an axis, which is 0 or of length 1.
+    about: About
+    #: What each position is relative to: 0, or the end of an axis.
     anchor: ComplexArray | complex = 0j
     #: Nepers by which coordinates are finer at each vertex, as it is so near to an end of an axis; infinite at the end.
     finer: FloatArray | float = 0.0
@@ -63,9 +66,9 @@ class Placed:
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
 
     @property
-    def z(self) -> ComplexArray:
+    def points(self) -> Anchored:
         """The positions."""
-        return exponential(self.log)
+        return Anchored(exponential(self.log), self.anchor)
 
 
 def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
@@ -79,11 +82,11 @@ def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
     if closed is None:
         return None
-    layout = Layout(mesh.f, closed, hole)
+    layout = Layout.of(mesh.f, closed, hole)
     placed = centred(mesh, layout)
     if hole in _largest(mesh.f, placed.depth):
         return placed
-    return centred(mesh, Inverted(layout, _hole(mesh.f, source, placed.depth)))
+    return centred(mesh, layout.inverted(_hole(mesh.f, source, placed.depth)))
 
 
 def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
@@ -110,34 +113,64 @@ def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> Float
     return proper_angles(source + np.where(usable[:, None], plane - ball, 0))
 
 
+@dataclass(frozen=True, eq=False)
 class Layout:
-    """A triangulated sphere without one face, laid out in the plane by its angles.
+    """A triangulated sphere without one face, laid out in the plane in any unit.
 
     Attributes
     ----------
-    f, hole
-        The faces, and the one that is cut out.
+    f : (m, 3) int64 array
+        All faces.
+    about : callable
+        Positions relative to a vertex, see `About`.
     log_edge : (n,) float64 array
-        Mean logarithm of the lengths of the edges around each vertex, in any unit.
+        Mean logarithm of the lengths of the edges around each vertex.
     """
 
+    f: IntArray
+    about: About
+    log_edge: FloatArray
+
+    @classmethod
+    def of(cls, f: IntArray, angles: FloatArray, hole: int) -> Layout:
+        """Lay the faces out by angles that close, without the face `hole`."""
+        tree = _Tree(f, angles, hole)
+        return cls(f, tree.about, tree.log_edge)
+
+    def inverted(self, face: int) -> Layout:
+        """The layout after the inversion z -> 1 / (z - m) that takes the middle m of a face to infinity."""
+        corner = int(self.f[face, 0])
+        log, unit = self.about(corner), float(self.log_edge[corner])
+        middle = np.exp(log[self.f[face]] - unit).mean()
+        denominator = log_sum(log, unit + np.log(-middle))
+        return Layout(self.f, about_images(self.about, denominator, 1j * np.pi), self.log_edge - 2 * denominator.real)
+
+
+def about_images(about: About, denominator: ComplexArray, determinant: complex = 0j) -> About:
+    """`About` the images under a Moebius map (a z + b) / (c z + d), given logarithms of c z + d and of a d - b c."""
+    return lambda root: np.asarray(about(root) - denominator - denominator[root] + determinant)  # algorithm (25)
+
+
+class _Tree:
+    """The shortest edges that join all vertices, with the lengths and directions that angles give them."""
+
     def __init__(self, f: IntArray, angles: FloatArray, hole: int) -> None:
-        self.f, self.hole, self.n = f, hole, len(f) // 2 + 2
+        self.n = n = len(f) // 2 + 2
         log_length, direction = lengths_and_directions(f, angles, hole)
         kept = np.repeat(np.arange(len(f)) != hole, 3)
         start, end = f[:, [1, 2, 0]].ravel()[kept], f[:, [2, 0, 1]].ravel()[kept]
         length, turn = log_length.ravel()[kept], direction.ravel()[kept]
-        self.log_edge = np.bincount(start, length, self.n) / np.bincount(start, minlength=self.n)
-        key = np.append(start * self.n + end, end * self.n + start)
+        self.log_edge = np.bincount(start, length, n) / np.bincount(start, minlength=n)
+        key = np.append(start * n + end, end * n + start)
         order = np.argsort(key, kind="stable")
         self._key = key[order]
         self._log_length, self._direction = np.append(length, length)[order], np.append(turn, turn + np.pi)[order]
-        graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(self.n, self.n))
+        graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(n, n))
         tree = minimum_spanning_tree(graph.maximum(graph.T))
         self._tree = (tree + tree.T).tocsr()
 
     def about(self, root: int) -> ComplexArray:
-        """Logarithms of positions relative to a vertex."""
+        """Positions relative to a vertex: sums along the tree."""
         order, parent = breadth_first_order(self._tree, root, directed=False)
         child = order[1:].astype(np.int64)
         above = parent[child].astype(np.int64)
@@ -155,23 +188,6 @@ class Layout:
             log[found], left[found] = here[found] + unit, False
             unit -= largest
         return log
-
-
-class Inverted(Layout):
-    """A layout after the inversion that takes the middle of a face to infinity, as precise as the layout."""
-
-    def __init__(self, layout: Layout, face: int) -> None:
-        self.f, self._layout = layout.f, layout
-        corner = int(self.f[face, 0])
-        log = layout.about(corner)
-        unit = float(layout.log_edge[corner])
-        middle = np.exp(log[self.f[face]] - unit).mean()
-        self._log = log_sum(log, unit + np.log(-middle))
-        self.log_edge = layout.log_edge - 2 * self._log.real
-
-    def about(self, root: int) -> ComplexArray:
-        """Logarithms of positions relative to a vertex."""
-        return np.asarray(self._layout.about(root) - self._log - self._log[root] + 1j * np.pi)
 
 
 def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
@@ -206,16 +222,16 @@ def centred(mesh: Mesh, layout: Layout) -> Placed:
     unit = weighted_quantile(log.real, area)
     log -= unit
     # The conformal barycentre is a point (c, size) of the half-space over the plane: an affine map centres it.
-    p = conformal_barycentre(to_ball(exponential(log)).astype(np.float64), area)
+    p = conformal_barycentre(to_ball(Anchored(exponential(log))).astype(np.float64), area)
     square = p[0] ** 2 + p[1] ** 2 + (1 + p[2]) ** 2
     size = np.log((1 - p @ p) / square)
     log, unit = log_sum(log, logarithm(-2 * (p[0] + 1j * p[1]) / square)) - size, unit + size
     depth = unit + np.logaddexp(0, 2 * log.real) - np.log(2) - layout.log_edge
-    turn = best_rotation(to_ball(exponential(log)).astype(np.float64), orientation_target(mesh), area)
+    turn = best_rotation(to_ball(Anchored(exponential(log))).astype(np.float64), orientation_target(mesh), area)
     return Placed(layout.f, log, depth, lambda tip: layout.about(tip) - unit, turn=turn)
 
 
-def onto_sphere(placed: Placed, z: ComplexArray | LongComplex) -> FloatArray:
-    """Unit rows at positions relative to the anchors of a placement."""
-    x = to_ball(z, placed.anchor) @ placed.turn.astype(np.longdouble)
+def onto_sphere(placed: Placed, points: Anchored) -> FloatArray:
+    """Unit rows at points of the plane of a placement."""
+    x = to_ball(points) @ placed.turn.astype(np.longdouble)
     return (x / np.sqrt((x * x).sum(axis=1))[:, None]).astype(np.float64)

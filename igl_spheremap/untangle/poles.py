@@ -14,9 +14,9 @@ from itertools import permutations
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from ..sphere.stereographic import exponential, log_sum, logarithm, to_ball
+from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, to_ball
 from .deep_limbs import floors, normal_range, shorten_limbs, suits_shortening, tips_beyond
-from .layout import Placed, onto_sphere
+from .layout import Placed, about_images, onto_sphere
 
 
 def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
@@ -28,29 +28,24 @@ def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tu
     # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
     for floor in (deepest, *(shallower if placed.depth.max() < 2 * deepest else ())):
         shortened = shorten_limbs(placed, source, floor)
-        yield onto_sphere(placed, shortened.z), shortened.stretch, gauge
+        yield onto_sphere(placed, shortened.points), shortened.stretch, gauge
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:
     """The body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
-    roots = [tip for tip, parent, _ in tips_beyond(placed.depth, placed.f, floor) if parent < 0]
-    tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
-    t = to_ball(placed.z[tips]).astype(np.float64) @ placed.turn
+    found = tips_beyond(placed.depth, placed.f, floor)
+    tips = sorted((each.tip for each in found if each.meets < 0), key=lambda tip: -placed.depth[tip])[:3]
+    t = to_ball(Anchored(placed.points.z[tips])).astype(np.float64) @ placed.turn
     ends = _nearest_ends(t)
     turn = _away_from_infinity(ends)
     source, image = _completed(t, ends)
     M = _frame(image @ turn.T) @ np.linalg.inv(_frame(source @ placed.turn.T))  # algorithm (24)
     (a, b), (c, d) = M / np.sqrt(np.linalg.det(M))
     N, D = (log_sum(placed.log + logarithm(p), logarithm(q)) for p, q in ((a, b), (c, d)))
-
-    def about(tip: int) -> ComplexArray:
-        return placed.about(tip) - D - D[tip]  # algorithm (25)
-
-    at = ends @ turn.T
-    nearest = (to_ball(exponential(N - D)).astype(np.float64) @ at.T).argmax(axis=1)
+    about, at = about_images(placed.about, D), ends @ turn.T
+    nearest = (to_ball(Anchored(exponential(N - D))).astype(np.float64) @ at.T).argmax(axis=1)
     anchor = (at[:, 0] + 1j * at[:, 1])[nearest]
-    around = [about(tip) for tip in tips]
-    log = np.choose(nearest, around)
+    log = np.choose(nearest, [about(tip) for tip in tips])
     distance = log.real - np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
     finer = np.maximum(-distance, 0)
     distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]  # of the nearest vertex

@@ -17,13 +17,7 @@ from igl_spheremap.sphere.rows import from_chart, to_chart
 from igl_spheremap.sphere.stereographic import exponential, to_ball
 from igl_spheremap.untangle.angles import close_angles, proper_angles
 from igl_spheremap.untangle.deep_limbs import shorten_limbs, tips_beyond
-from igl_spheremap.untangle.layout import (
-    Inverted,
-    Layout,
-    centred,
-    lengths_and_directions,
-    onto_sphere,
-)
+from igl_spheremap.untangle.layout import Layout, centred, lengths_and_directions, onto_sphere
 from igl_spheremap.untangle.poles import at_poles
 from igl_spheremap.verify.certificate import Certificate
 
@@ -43,7 +37,7 @@ def body():
 
 def _centred(body):
     mesh, _, hole, closed = body
-    return centred(mesh, Layout(mesh.f, closed, hole))
+    return centred(mesh, Layout.of(mesh.f, closed, hole))
 
 
 def test_angles_close_around_faces_and_vertices(body):
@@ -80,7 +74,7 @@ def test_lengths_agree_across_every_edge_and_positions_have_the_angles(body):
     known = np.isfinite(away)
     assert np.abs(away[known]).max() < 1e-6
     assert np.abs(turned[known] + 1).max() < 1e-6
-    layout = Layout(f, closed, hole)
+    layout = Layout.of(f, closed, hole)
     tip = int(np.argmin(layout.log_edge))
     z = exponential(layout.about(tip) - layout.log_edge[tip])
     near = np.flatnonzero((np.abs(z) < 1e6)[f].all(axis=1))
@@ -91,10 +85,10 @@ def test_lengths_agree_across_every_edge_and_positions_have_the_angles(body):
 
 def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over_z_elsewhere(body):
     mesh, _, hole, closed = body
-    layout = Layout(mesh.f, closed, hole)
+    layout = Layout.of(mesh.f, closed, hole)
     tip = int(np.argmin(layout.log_edge))
     face = int(np.argmax(np.where(np.arange(len(mesh.f)) == hole, -np.inf, layout.log_edge[mesh.f].min(axis=1))))
-    inverted = Inverted(layout, face)
+    inverted = layout.inverted(face)
     z = exponential(inverted.about(tip) - inverted.log_edge[tip])
     near = np.flatnonzero((np.abs(z) < 1e6)[mesh.f].all(axis=1))
     assert len(near) > 20
@@ -104,7 +98,7 @@ def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over
     plane = exponential(layout.about(corner))
     w = 1 / (plane - plane[mesh.f[face]].mean())
     assert np.abs(exponential(inverted.about(corner)) - (w - w[corner])).max() < 1e-9
-    back = Inverted(inverted, hole)  # about another point of that face: shapes come back, turned
+    back = inverted.inverted(hole)  # about another point of that face: shapes come back, turned
     shape = [np.exp(1j * np.angle(exponential(at.about(tip) - at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0]))
              for at in (layout, back)]
     assert np.abs(shape[0] / shape[1] / (shape[0] / shape[1])[0] - 1).max() < 1e-6
@@ -118,9 +112,9 @@ def test_a_limb_comes_back_with_the_depth_that_was_planted():
         area = mesh.A
         source = proper_angles(corner_angles(mesh.unit, mesh.f))
         hole = int(np.argmin(mesh.unit[mesh.f].mean(axis=1) @ [0, 0, 1]))
-        placed = centred(mesh, Layout(mesh.f, close_angles(system(mesh), source, hole), hole))
+        placed = centred(mesh, Layout.of(mesh.f, close_angles(system(mesh), source, hole), hole))
         assert np.ptp(placed.depth) == pytest.approx(depth, abs=2 + 0.03 * depth)
-        assert np.abs(area @ to_ball(placed.z)).max() < 1e-6 * max(1, depth)
+        assert np.abs(area @ to_ball(placed.points)).max() < 1e-6 * max(1, depth)
 
 
 def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(body):
@@ -128,14 +122,14 @@ def test_every_limb_is_above_the_floor_and_no_more_is_shortened_than_must_be(bod
     placed = _centred(body)
     assert placed.depth.max() > 37
     for floor in (35.0, 20.0):
-        z, stretch = shorten_limbs(placed, source, floor)
-        x = onto_sphere(placed, z)
+        points, stretch = shorten_limbs(placed, source, floor)
+        x = onto_sphere(placed, points)
         assert stretch > 1
         assert -log_edges(x, mesh.f).min() < floor + 1.5
         assert Certificate.of(x, mesh.f).foldings < 0.01 * len(mesh.f)
-    z, stretch = shorten_limbs(placed, source, placed.depth.max() + 1)
+    points, stretch = shorten_limbs(placed, source, placed.depth.max() + 1)
     assert stretch == 1
-    assert (z == placed.z).all()
+    assert (points.z == placed.points.z).all()
 
 
 @pytest.mark.parametrize("limbs", [1, 2, 3, 5])
@@ -143,11 +137,11 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     rng = np.random.default_rng(limbs)
     mesh = check_mesh(*random_body(limbs, depth=9, limbs=limbs))
     closed = close_angles(system(mesh), proper_angles(corner_angles(mesh.unit, mesh.f)), hole=0)
-    placed = centred(mesh, Layout(mesh.f, closed, 0))
+    placed = centred(mesh, Layout.of(mesh.f, closed, 0))
     floor = 5.0
-    roots = [tip for tip, parent, _ in tips_beyond(placed.depth, mesh.f, floor) if parent < 0]
+    roots = [each.tip for each in tips_beyond(placed.depth, mesh.f, floor) if each.meets < 0]
     moved = at_poles(placed, floor)
-    x, y = (onto_sphere(p, p.z) for p in (placed, moved))
+    x, y = (onto_sphere(p, p.points) for p in (placed, moved))
     tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
     assert (np.sort(np.abs(y[tips]), axis=1) == [0, 0, 1]).all()
     assert len(np.unique(y[tips], axis=0)) == min(3, len(roots))
@@ -172,7 +166,8 @@ def test_at_ends_of_axes_only_limbs_that_lead_elsewhere_are_shortened(body):
     assert moved.depth[placed.depth > 37].max() < 21  # twigs on these limbs
     drawn, stretch = shorten_limbs(moved, body[1], 12.0)
     assert stretch > 1
-    assert (np.abs(drawn - moved.z)[deep] <= 1e-12 * np.abs(moved.z)[deep]).all()
+    z, before = drawn.z, moved.points.z
+    assert (np.abs(z - before)[deep] <= 1e-12 * np.abs(before)[deep]).all()
     x = onto_sphere(moved, drawn)
     assert log_edges(x, body[0].f)[deep].min() < -37
     assert Certificate.of(x, body[0].f).foldings < 0.01 * len(body[0].f)
@@ -185,25 +180,25 @@ def test_a_map_with_room_for_its_limbs_is_as_shortened_in_its_chart_as_on_paper(
     narrow = from_chart(z * np.minimum(1, np.abs(z)) ** 2, pole)  # edges as short as cubes of what they were
     placed = as_mapped(narrow, f, pole)
     assert placed.depth == pytest.approx(-log_edges(narrow, f))
-    z, stretch = shorten_limbs(placed, corner_angles(narrow, f), placed.depth.max() - 2)
-    shortened = onto_sphere(placed, z)
+    points, stretch = shorten_limbs(placed, corner_angles(narrow, f), placed.depth.max() - 2)
+    shortened = onto_sphere(placed, points)
     assert stretch > 1
     assert -log_edges(shortened, f).min() < placed.depth.max() - 1
-    assert (z == placed.z)[narrow[:, 2] < 0.5].all()
+    assert (points.z == placed.points.z)[narrow[:, 2] < 0.5].all()
 
 
 def test_tips_are_those_of_the_merge_tree():
     v, f = icosphere(4)
     peaks = np.array([[0, 0, 1.0], [1, 0, 0], [0.6, 0, 0.8]])
     depth = (np.array([50, 45, 48]) - 40 * np.arccos(np.clip(v @ peaks.T, -1, 1))).max(axis=1)
-    found = {tip: (parent, set(limb.tolist())) for tip, parent, limb in tips_beyond(depth, f, 40)}
+    found = {each.tip: (each.meets, set(each.vertices.tolist())) for each in tips_beyond(depth, f, 40)}
     a, b, c = (int(np.argmax(v @ p)) for p in peaks)
     assert set(found) == {a, b, c}
     assert found[a][0] == -1
     assert found[c][0] == a
     assert found[b][0] in (a, c)
     assert found[a][1] == set(np.flatnonzero(depth > 4).tolist())
-    assert set(tip for tip, _, _ in tips_beyond(depth, f, 49)) == {a}
+    assert {each.tip for each in tips_beyond(depth, f, 49)} == {a}
 
 
 def test_a_random_body_beyond_float64_comes_back_certified_and_near_its_angles():
