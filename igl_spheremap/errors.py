@@ -1,6 +1,6 @@
 """Errors that the package raises, each with a sentence a user can act on.
 
-A message names calls and arguments of this library; the command line prints its own flags in their place.
+What mends a fault is data, a `Remedy`: the library says it as a call, the command line as its flags.
 """
 
 from __future__ import annotations
@@ -9,42 +9,73 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from importlib import import_module
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+E = TypeVar("E", bound=Exception)
 
 #: Control characters, ends of lines, and marks that turn the direction of writing.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
-#: Options of repairs, in the order in which these are made.
-_REPAIRS = ("weld", "keep_largest", "holes", "handles", "cut")
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """A repair and its options, which correct a mesh. A front end says the call, or the flags that stand for it.
+    """A call that mends a fault; without a function, options of the call that failed.
 
-    >>> Remedy().with_options(holes="fill", handles=None).call
-    "repair_mesh(v, f, holes='fill')"
+    As a text it is what the reader types: a call in Python, flags in the shell, see `said_by`.
+
+    Attributes
+    ----------
+    function : str
+        Name of a function of this package.
+    options : dict
+        Its options; those of `repair_mesh` and `repair_disk` in the order in which the repairs are made.
+    given : str
+        The arguments before these options.
+
+    Examples
+    --------
+    >>> str(Remedy("repair_mesh", {"holes": "fill"})), str(Remedy("", {"force": True}))
+    ("repair_mesh(v, f, holes='fill')", 'force=True')
     """
 
-    function: str = "repair_mesh"
+    function: str = ""
     options: Mapping[str, Any] = field(default_factory=dict)
+    given: str = "v, f"
 
-    def with_options(self, **options: Any) -> Remedy:
-        """The repair with further options, where they are set."""
-        known = {**self.options, **{name: value for name, value in options.items() if value}}
-        return replace(self, options={name: known[name] for name in _REPAIRS if name in known})
+    def __str__(self) -> str:
+        return _SAY.get()(self)
 
-    @property
-    def call(self) -> str:
-        """The call with these options."""
-        words = ("v", "f", *(f"{name}={value!r}" for name, value in self.options.items()))
-        return f"{self.function}({', '.join(words)})"
+
+def as_call(remedy: Remedy) -> str:
+    """A remedy as Python has it; an option without a value, which the reader is to choose, by its name."""
+    options = [name if value is None else f"{name}={value!r}" for name, value in remedy.options.items()]
+    return f"{remedy.function}({', '.join((remedy.given, *options))})" if remedy.function else ", ".join(options)
+
+
+Say = Callable[[Remedy], str]
+_SAY: ContextVar[Say] = ContextVar("how messages say remedies", default=as_call)
+
+
+def said_here() -> Say:
+    """How messages say remedies here."""
+    return _SAY.get()
+
+
+@contextmanager
+def said_by(say: Say) -> Iterator[None]:
+    """Inside, messages say remedies so. Each front end has one function for it; that of Python is the default."""
+    token = _SAY.set(say)
+    try:
+        yield
+    finally:
+        _SAY.reset(token)
 
 
 class MeshError(ValueError):
@@ -54,9 +85,11 @@ class MeshError(ValueError):
 
     Attributes
     ----------
-    remedy : dict or None
-        Options with which `repair_mesh` makes such a mesh of it: ``repair_mesh(v, f, **error.remedy)``; of errors of
-        disks those of `repair_disk`. None, the default, where it can't, or the error is of something else.
+    fault : str
+        What is wrong, where, and what is to be done.
+    remedy : Remedy or None
+        The call that does it: ``repair_mesh(v, f, **error.remedy.options)``, of errors of disks ``repair_disk``. None,
+        the default, where none does.
 
     Examples
     --------
@@ -65,13 +98,24 @@ class MeshError(ValueError):
     >>> try:
     ...     ism.check_mesh(v, f[1:])
     ... except ism.MeshError as error:
-    ...     error.remedy
-    {'holes': 'fill'}
+    ...     error.remedy.function, error.remedy.options
+    ('repair_mesh', {'holes': 'fill'})
     """
 
-    def __init__(self, message: object = "", remedy: Mapping[str, Any] | None = None) -> None:
-        super().__init__(message)
-        self.remedy = remedy
+    def __init__(self, fault: str = "", remedy: Remedy | None = None) -> None:
+        super().__init__(fault, remedy)
+
+    @property
+    def fault(self) -> str:
+        return str(self.args[0])
+
+    @property
+    def remedy(self) -> Remedy | None:
+        found: Remedy | None = self.args[1]
+        return found
+
+    def __str__(self) -> str:
+        return self.fault if self.remedy is None else f"{self.fault} ({self.remedy} does)"
 
 
 class FileError(OSError):
@@ -190,6 +234,16 @@ def one_line(error: BaseException) -> str:
     elif isinstance(error, OSError) and error.strerror:
         words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return printable(" ".join(str(words).split())) or type(error).__name__
+
+
+def within(error: E, place: str) -> E:
+    """The error with a place before what is wrong.
+
+    >>> str(within(MeshError("no faces"), "a.ply: "))
+    'a.ply: no faces'
+    """
+    error.args = (f"{place}{error.args[0]}", *error.args[1:])
+    return error
 
 
 def without_name(line: str, name: str) -> str:

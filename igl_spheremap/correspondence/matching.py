@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MapError, check_number, own_errstate
+from ..errors import MapError, Remedy, check_number, own_errstate
 from ..maps.balanced import balanced_spherical_map
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
@@ -200,7 +200,8 @@ def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> No
     worst = worst[apart[worst] > 0]
     names = listed_words([given.names[k] for k in worst], _NAMED)
     raise MapError(f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
-                   f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give soft=True",
+                   f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
+                   f"{Remedy(options={'soft': True})}",
                    result)
 
 

@@ -13,7 +13,7 @@ from ..draw.markup import table
 from ..draw.palette import round_up, sizes
 from ..draw.plot import pose
 from ..draw.shown import Drawing, Shown
-from ..errors import own_errstate
+from ..errors import Remedy, own_errstate
 from ..maps.given_sphere import certified
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
@@ -250,4 +250,4 @@ def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: 
     if distance <= farthest * usual:
         return ""
     return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
-            "larger farthest")
+            f"larger {Remedy(options={'farthest': None})}")

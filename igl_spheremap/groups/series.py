@@ -136,7 +136,7 @@ def series(
         try:
             result = mapped(source, balance)
         except MeshError as error:
-            raise MeshError(f"frame {name}: {without_name(str(error), name)}", error.remedy) from error
+            raise MeshError(f"frame {name}: {without_name(error.fault, name)}", error.remedy) from error
         coarse = at_points(result, x, f)
         onto = coarse if before is None else register(coarse, before).map
         maps.append(result if before is None else carried(result, coarse, onto.sphere))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ..errors import FileError
+from ..errors import FileError, Remedy
 from .formats import Convention, PathLike
 from .gifti import structure_of
 
@@ -87,7 +87,7 @@ def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
     structure = structure_of(path.name).get("structure", structure)
     if structure not in (LEFT, RIGHT):
         raise FileError(f"{path} does not say which hemisphere it is: name it lh.NAME, rh.NAME or NAME_hemi-L, or give "
-                        'hemisphere="L" or "R"')
+                        f"{Remedy(options={'hemisphere': None})} L or R")
     kind = next((_KINDS[word] for word in _WORD.findall(path.name) if word in _KINDS), "midthickness")
     if found := _BIDS.match(path.name):
         entities = found[1]

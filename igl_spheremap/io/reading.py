@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FileError, MeshError
+from ..errors import FileError, MeshError, within
 from .formats import PathLike
 
 #: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
@@ -31,7 +31,7 @@ def reading(path: Path) -> Iterator[None]:
     except FileError:
         raise
     except MeshError as error:
-        raise MeshError(f"{path}: {error}", error.remedy) from None
+        raise within(error, f"{path}: ") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
     except Exception as error:  # other packages' parsers raise anything on damaged files

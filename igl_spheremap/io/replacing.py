@@ -11,9 +11,11 @@ import socket
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import FileError
+from ..errors import FileError, Remedy
 from .formats import PathLike
 
+#: What a file that exists needs.
+REPLACE = Remedy(options={"force": True})
 _TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
 
 
@@ -74,7 +76,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     if final.exists() and not final.is_file():
         raise FileError(f"can't write {path}: it is not a regular file; give another name")
     if final.exists() and not force:
-        raise FileError(f"{path} exists already; force=True replaces it")
+        raise FileError(f"{path} exists already; {REPLACE} replaces it")
     if not final.parent.is_dir():
         raise FileError(f"can't write {path}: there is no folder {final.parent}; make it first")
     if not os.access(final.parent, os.W_OK):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, area_drawing
-from ..errors import FoldingsRemain, own_errstate
+from ..errors import FoldingsRemain, Remedy, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..result.findings import Finding, angles, areas, energy, verdict
@@ -135,7 +135,8 @@ class SphereMap(Result):
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         if not (self.certificate.folding_free and conformal.certificate.folding_free):
-            raise FoldingsRemain("a map with foldings can't be balanced; remove them with repair_foldings", self)
+            repair = Remedy("repair_foldings", given="v, f, x")
+            raise FoldingsRemain(f"a map with foldings can't be balanced; remove them ({repair} does)", self)
         from ..balance.family import balanced_map  # at the first use: who reads a map waits for no solver
 
         history = History(listener, conformal.run)
@@ -240,7 +241,8 @@ def map_findings(result: SphereMap) -> list[Finding]:
         text = f"{result.balance:g} on the way from conformal (0) to area-preserving (1)"
         found.append(Finding("balance", text, {}))
     if result.stretch != 1:
-        advice = "" if result.gauge == "poles" else '; without gauge="centred" they may keep their angles'
+        without = Remedy(options={"gauge": "centred"})
+        advice = "" if result.gauge == "poles" else f"; without {without} they may keep their angles"
         text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
         found.append(Finding("stretch", text, {}))
     return [*found, verdict(result.certificate, result.mesh.caps)]

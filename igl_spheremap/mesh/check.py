@@ -128,7 +128,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
         ...
     igl_spheremap.errors.MeshError: open surface: 1 hole (3 edges) near (-0.333, -0.333, -0.333), ...
     """
-    return checked(v, f, caps, Remedy())
+    return checked(v, f, caps, Remedy("repair_mesh"))
 
 
 def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
@@ -209,7 +209,7 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
             raise MeshError(f"there are {n_vertices} rows but the mesh has {len(f.v)} vertices; give one row each")
         return f.f
     faces = check_triangles(f)
-    _check_sphere(faces, n_vertices, None, Remedy())
+    _check_sphere(faces, n_vertices, None, Remedy("repair_mesh"))
     return faces
 
 

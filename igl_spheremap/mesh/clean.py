@@ -8,10 +8,11 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, Remedy, check_number, own_errstate
+from ..errors import MeshError, Remedy, check_number, own_errstate, within
 from . import LARGEST_WELD
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .check import check_mesh, check_positions, checked
+from .explain import repair_by
 from .objects import takes_mesh
 from .surface import Surface
 
@@ -62,8 +63,8 @@ def asked_for(function: str, weld: float, keep_largest: bool, holes: str, handle
         if value not in choices:
             raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
     check_number(weld, "weld", most=LARGEST_WELD)
-    return Remedy(function).with_options(weld=weld, keep_largest=keep_largest, holes=holes == "fill" and holes,
-                                         handles=handles == "cut" and handles)
+    return repair_by(function, weld=weld, keep_largest=keep_largest, holes=holes == "fill" and holes,
+                     handles=handles == "cut" and handles)
 
 
 @takes_mesh
@@ -142,5 +143,5 @@ def repair_mesh(
         checked(work.v, work.f, None, asked)
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
-        raise MeshError(f"repair (done: {done}) is not enough: {error}", error.remedy) from None
+        raise within(error, f"repair (done: {done}) is not enough: ") from None
     return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))

@@ -113,8 +113,8 @@ def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) 
     order = np.argsort(edge, kind="stable")
     open_edges = order[faces_at[edge[order]] == 1]
     if not len(open_edges):
-        refusal.refuse("closed surface: it has no boundary", "map it to the sphere (spherical_conformal_map), or cut "
-                       "it open along a seam")
+        refusal.refuse("closed surface: it has no boundary", "map it to the sphere "
+                       f"({Remedy('spherical_conformal_map')} does), or cut it open along a seam")
     refusal.pinched(pinched_vertices(start, np.r_[one, other], np.r_[other, one]))
     loops = sorted((np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True)
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"

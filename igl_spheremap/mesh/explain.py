@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -20,6 +19,15 @@ from .welding import weld_tolerance
 #: Share of the faces that the largest component must have for the others to be dropped. If even it is smaller, the mesh
 #: is a heap of pieces, none of which is the surface. A tenth is a choice.
 _LEAST_PART = 0.1
+
+
+#: Options of repairs, in the order in which these are made.
+_REPAIRS = ("weld", "keep_largest", "holes", "handles", "cut")
+
+
+def repair_by(function: str, **options: Any) -> Remedy:
+    """A repair with those of its options that are set."""
+    return Remedy(function, {name: options[name] for name in _REPAIRS if options.get(name)})
 
 
 class Refusal:
@@ -125,8 +133,8 @@ class Refusal:
         return work, work.clean(keep_largest=True, weld=near)
 
     def refuse(self, what: str, hint: str) -> NoReturn:
-        """Raise the error with the hint, and the call of the repair that follows it, if there is one."""
-        options: Mapping[str, Any] | None = None
+        """Raise the error with the hint, and the repair that follows it, if there is one."""
+        remedy = None
         if self._cleaned[0].sound:
             work, parts, near = self._cleaned
             if len(work.f) < _LEAST_PART * len(self.f):
@@ -135,11 +143,10 @@ class Refusal:
             work.fill_holes()
             cut = TIPS if not self._closed and (work.genus or not loops) else 0
             stays = not self._closed and not cut
-            remedy = self.asked.with_options(weld=near, keep_largest=parts > 1, holes=loops > stays and "fill",
-                                             handles=work.genus > 0 and "cut", cut=cut)
-            hint += f" ({remedy.call} does)"
-            options = remedy.options
-        raise MeshError(f"{what}; {hint}", options)
+            needed = {"weld": near, "keep_largest": parts > 1, "holes": loops > stays and "fill",
+                      "handles": work.genus > 0 and "cut", "cut": cut}
+            remedy = repair_by(self.asked.function, **{**self.asked.options, **{k: x for k, x in needed.items() if x}})
+        raise MeshError(f"{what}; {hint}", remedy)
 
 
 def _edges(edges: NDArray[Any]) -> str:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_whole, own_errstate
+from ..errors import MeshError, check_whole, own_errstate, within
 from .arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
 from .check import check_indices, check_positions
 from .clean import RepairedMesh, asked_for
@@ -100,7 +100,7 @@ def repair_disk(
         disk_rim(work.f, work.v, asked)
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
-        raise MeshError(f"repair (done: {done}) is not enough: {error}", error.remedy) from None
+        raise within(error, f"repair (done: {done}) is not enough: ") from None
     return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
 
 

@@ -108,7 +108,7 @@ def laplacian_and_notes(
     if not mollify:
         bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1))
         raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
-                       f"{examples(bad)}; remove such faces, or take mollified weights (mollify=True)")
+                       f"{examples(bad)}; remove such faces, or take mollified weights, the default")
     return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
 
 

@@ -12,7 +12,7 @@ from hashlib import sha256
 from typing import Generic, TypeVar
 
 from .._version import __version__
-from ..errors import FileError, FoldingsRemain, MeshError, WorkersUnavailable, one_line
+from ..errors import FileError, FoldingsRemain, MeshError, Say, WorkersUnavailable, one_line, said_by, said_here
 from ..io.replacing import remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprints, JobResult, are_still, fingerprints
@@ -52,12 +52,14 @@ JobT = TypeVar("JobT", bound=Job)
 class Task(ABC, Generic[JobT]):
     """What is done to every input, and by which version; relative paths begin in `folder`.
 
-    Its `repr`, of all fields that decide the results, is part of their keys.
+    Its `repr`, of all fields that decide the results, is part of their keys. Notes in rows say remedies by `say`, in
+    whichever process they are made.
     """
 
     force: bool = field(repr=False)
     folder: str = field(repr=False)
     version: str = __version__
+    say: Say = field(default_factory=said_here, repr=False)
 
     @abstractmethod
     def empty(self, job: JobT) -> JobRow:
@@ -99,13 +101,14 @@ def run_job(job: JobT, task: Task[JobT]) -> JobResult:
         if not are_still(sources, read):
             raise FileError(f"{' or '.join(job.sources)} changed while it was read; run it again")
 
-    try:
-        row = task.run(job, check)
-    except Exception as error:  # one input must not end the others
-        status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")
-        row = replace(task.empty(job), status=status, notes=one_line(error))
-        if status == "file" or not are_still(sources, read):
-            kept = None
+    with said_by(task.say):
+        try:
+            row = task.run(job, check)
+        except Exception as error:  # one input must not end the others
+            status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")
+            row = replace(task.empty(job), status=status, notes=one_line(error))
+            if status == "file" or not are_still(sources, read):
+                kept = None
     row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process())
     return JobResult(row, kept, fingerprints(task.places(job.targets)))
 

@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import FileError
+from ..errors import FileError, Remedy
 from ..io.replacing import check_writable
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
@@ -114,11 +114,11 @@ class Manifest:
         """Raise a FileError if another run writes the file, or if it is not a manifest."""
         if not _lock(self._file):
             raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
-                            "manifest=FILE")
+                            f"another {Remedy(options={'manifest': None})}")
         self._file.seek(0)
         begin = self._file.read(len(_BEGIN))
         if begin != _BEGIN[: len(begin)]:
-            raise FileError(f"{path} is not a manifest, and is kept; give manifest=FILE")
+            raise FileError(f"{path} is not a manifest, and is kept; give another {Remedy(options={'manifest': None})}")
         if begin != _BEGIN:
             self._file.truncate(0)  # its first run was killed as it began
 

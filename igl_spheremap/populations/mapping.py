@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import FileError
 from ..io.files import read_mesh
 from ..io.records import LoadedMesh
-from ..io.replacing import check_writable
+from ..io.replacing import REPLACE, check_writable
 from ..io.written_map import make_mark, read_mark, write_checked
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
@@ -62,7 +62,7 @@ class SphereMapping(Task[Job]):
             balance = {"balance": self.balance} if self.balance else {}
             if read_mark(target) != make_mark(v, f, self.method.name, self.method.settings() | balance, caps):
                 raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
-                                "force=True replaces it")
+                                f"{REPLACE} replaces it")
         result = _map(v, f, caps, self)
         written = write_checked(target, result, force=True, metadata=loaded.metadata)
         certificate = written.certificate

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import FileError
 from ..io.coefficients import read_coefficients, write_coefficients
 from ..io.files import read_sphere, write_mesh
+from ..io.replacing import REPLACE
 from ..maps.given_sphere import sphere_map
 from ..mesh.arrays import FloatArray
 from ..samples import sphere
@@ -67,7 +68,7 @@ class ShapeExpansion(Task[ShapeJob]):
         places = self.places(job.targets[1:])
         there = [place for place in places if Path(place).exists()]
         if there and not (self.force or job.ours):
-            raise FileError(f"{there[0]} exists, and not from this run; it is kept, force=True replaces it")
+            raise FileError(f"{there[0]} exists, and not from this run; it is kept, {REPLACE} replaces it")
         template = None
         if job.template is not None:
             template = SphericalHarmonics(read_coefficients(self.place(job.template)).coefficients * _AXES)

@@ -25,7 +25,7 @@ from ..io.formats import CONVENTIONS, Convention
 from ..io.gifti import structure_of
 from ..io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
 from ..io.records import Label, LoadedMesh
-from ..io.replacing import make_folder, replacing
+from ..io.replacing import REPLACE, make_folder, replacing
 from ..io.scalars import read_labels, read_scalars, write_scalars
 from ..io.templates import TEMPLATES, TemplateFiles, template_files
 from ..io.textured import write_picture
@@ -188,7 +188,7 @@ class SphereRegistration(Task[HemisphereJob]):
             there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
             sphere = self.place(os.path.join(job.folder, names.surface("sphere")))
             if there and not self.force and not (os.path.isfile(sphere) and read_mark(sphere) == mark):
-                raise FileError(f"{there[0]} exists, and not from this version and surface; it is kept, force=True "
+                raise FileError(f"{there[0]} exists, and not from this version and surface; it is kept, {REPLACE} "
                                 "replaces it")
 
 

@@ -120,7 +120,7 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
         operators = build_operators(check_mesh(vertices, faces))
         maps_to, weights, notes = "sphere", operators.weights, operators.notes
     except MeshError as fault:
-        error, repair = str(fault), fault.remedy
+        error, repair = str(fault), None if fault.remedy is None else fault.remedy.options
         maps_to = "plane" if _is_disk(vertices, faces) else None
     if repair is not None:
         try:
@@ -157,10 +157,10 @@ def mesh_findings(found: MeshInfo) -> list[Finding]:
         rows += _figures(found.quality, found.topology.edges)
     rows += [Finding("note", note, {}) for note in found.notes]
     if found.repair is not None:
-        call = Remedy(options=found.repair).call
-        rows.append(Finding("repair", f"{call} would do this: {'; '.join(found.actions)}", {}))
+        repair = Remedy("repair_mesh", found.repair)
+        rows.append(Finding("repair", f"{repair} would do this: {'; '.join(found.actions)}", {}))
     elif found.error is not None:
-        rows.append(Finding("repair", "no option of repair_mesh makes it a closed surface of genus 0", {}))
+        rows.append(Finding("repair", "no repair makes it a closed surface of genus 0", {}))
     return rows
 
 

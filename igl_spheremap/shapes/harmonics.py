@@ -401,7 +401,7 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
     crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())  # nan: a face of area 0
     if degree and crowding > _CROWDED:
         notes.append("the map leaves parts of the surface so little room that an area-preserving one needs less than "
-                     f"half of degree {degree}: expand balanced_spherical_map(v, f, balance=1)")
+                     f"half of degree {degree}: expand one of balance 1")
     return tuple(notes)
 
 

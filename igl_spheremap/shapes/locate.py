@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FoldingsRemain, own_errstate
+from ..errors import FoldingsRemain, Remedy, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
@@ -119,7 +119,7 @@ class SphereLocator:
         certificate = certificate or Certificate.of(self.x, self.f)
         if not certificate.folding_free:
             raise FoldingsRemain(f"points can't be located on a map that is {certificate}; repair it "
-                                 "with repair_foldings")
+                                 f"({Remedy('repair_foldings', given='v, f, x')} does)")
         low, high = _face_boxes(self.x, self.f)
         self._tree = BoxTree(low, high)
 

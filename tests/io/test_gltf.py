@@ -111,6 +111,6 @@ def test_a_seam_that_a_turned_node_opens_is_welded(ball, tmp_path):
     mesh = read_mesh(tmp_path / "halves.glb")
     with pytest.raises(MeshError, match="nearly coincide") as caught:
         check_mesh(mesh)
-    repaired = repair_mesh(mesh, **caught.value.remedy)
+    repaired = repair_mesh(mesh, **caught.value.remedy.options)
     assert repaired.caps is None
     assert repaired.v.shape == v.shape

@@ -105,7 +105,7 @@ def test_a_soup_is_welded_by_the_tolerance_that_its_error_names(jitter, ball):
     v = v + jitter * np.random.default_rng(0).uniform(-1, 1, v.shape)
     with pytest.raises(MeshError, match="weld") as caught:
         check_mesh(v, f)
-    near = caught.value.remedy.get("weld", 0.0)
+    near = caught.value.remedy.options.get("weld", 0.0)
     assert (near > 0) == (jitter > 0)
     assert f"(repair_mesh(v, f{f', weld={near}' if near else ''}) does)" in str(caught.value)
     repaired = repair_mesh(v, f, weld=near)
@@ -136,8 +136,8 @@ def test_a_hole_is_filled_and_a_seam_beside_it_welded(ball):
     far = int(np.argmin(v[f].mean(axis=1) @ v[a]))
     with pytest.raises(MeshError) as caught:
         check_mesh(w, np.delete(slit, far, axis=0))
-    assert caught.value.remedy == {"weld": caught.value.remedy["weld"], "holes": "fill"}
-    repaired = repair_mesh(w, np.delete(slit, far, axis=0), **caught.value.remedy)
+    assert caught.value.remedy.options == {"weld": caught.value.remedy.options["weld"], "holes": "fill"}
+    repaired = repair_mesh(w, np.delete(slit, far, axis=0), **caught.value.remedy.options)
     assert (len(repaired.v), int(repaired.caps.sum())) == (len(v), 1)
 
 

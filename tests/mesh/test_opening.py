@@ -44,7 +44,7 @@ def test_all_holes_but_one_are_filled(rim, kept):
     f = F[~np.isin(F, [*around, BOTTOM]).any(axis=1)]
     with pytest.raises(ism.MeshError, match=r"2 boundary loops.*\(repair_disk\(v, f, holes='fill'\) does\)$") as caught:
         ism.repair_disk(V, f)
-    assert caught.value.remedy == {"holes": "fill"}
+    assert caught.value.remedy.options == {"holes": "fill"}
     disk = ism.check_disk(ism.repair_disk(V, f, holes="fill", rim=rim))
     assert np.linalg.norm(disk.v[disk.rim] - V[kept], axis=1).max() < 1
     assert disk.caps.any()
@@ -54,7 +54,7 @@ def test_what_is_no_disk_has_a_remedy_that_makes_one():
     for v, f in ((V, F), (V, np.vstack((F, F[:1, ::-1]))), (np.vstack((V, V + 9)), np.vstack((F, F + len(V))))):
         with pytest.raises(ism.MeshError) as caught:
             ism.flatten(v, f)
-        assert ism.check_disk(ism.repair_disk(v, f, **caught.value.remedy)).rim.size > 3
+        assert ism.check_disk(ism.repair_disk(v, f, **caught.value.remedy.options)).rim.size > 3
 
 
 def test_wrong_cuts_are_one_sentence():

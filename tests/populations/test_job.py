@@ -1,9 +1,11 @@
-"""What decides a result is in its key, and where files lie is not."""
+"""What decides a result is in its key; where files lie and how notes are worded is not."""
 
 from dataclasses import fields, replace
 
 import pytest
 
+from igl_spheremap.apps.cli.exits import Shell
+from igl_spheremap.errors import as_call
 from igl_spheremap.groups.jobs import MapJob, MapMember, PlaceMember, RegisterMember
 from igl_spheremap.maps.options import Auto, Lai2014
 from igl_spheremap.populations.job import Job, key_of
@@ -11,13 +13,13 @@ from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.populations.spharm_pdm import ShapeExpansion
 from igl_spheremap.populations.sphere_registration import SphereRegistration
 
-HERE = {"force": False, "folder": "/here"}
+HERE = {"force": False, "folder": "/here", "say": as_call}
 MAPPING = SphereMapping(Auto(), 0.5, None, **HERE)
 TASKS = [MAPPING, ShapeExpansion(MAPPING, 15, 10, **HERE), SphereRegistration(reflect=False, **HERE),
          MapMember(icosphere="ico:4", balance=1.0, **HERE), RegisterMember(icosphere="ico:4", **HERE),
          PlaceMember(icosphere="ico:4", **HERE)]
 #: Another value of each field.
-OTHER = {"force": True, "folder": "/there", "version": "0", "method": Lai2014(), "balance": 0.25,
+OTHER = {"force": True, "folder": "/there", "say": Shell({}), "version": "0", "method": Lai2014(), "balance": 0.25,
          "repair": {"weld": 1e-9}, "mapping": replace(MAPPING, balance=0.75), "degree": 16, "subdivision": 11,
          "reflect": True, "icosphere": "ico:5"}
 JOB = MapJob("a.npz", "b.npz", features=("c.npz:thickness",))

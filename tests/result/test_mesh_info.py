@@ -101,8 +101,8 @@ def test_the_verdict_and_the_repair_are_those_of_the_calls_themselves(f, maps_to
 def test_an_error_carries_its_remedy():
     with pytest.raises(ism.MeshError) as caught:
         ism.check_mesh(V, F[1:])
-    assert caught.value.remedy == {"holes": "fill"}
-    assert ism.check_mesh(ism.repair_mesh(V, F[1:], **caught.value.remedy)).caps.any()
+    assert caught.value.remedy.options == {"holes": "fill"}
+    assert ism.check_mesh(ism.repair_mesh(V, F[1:], **caught.value.remedy.options)).caps.any()
     with pytest.raises(ism.MeshError) as caught:
         ism.check_mesh(V, F + 9)
     assert caught.value.remedy is None

@@ -1,9 +1,9 @@
 """How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
-import re
 import signal
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import IntEnum
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -67,67 +67,46 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),
 )
 
-#: The flags for each option of `repair_mesh` and `repair_disk`.
-_REPAIR = {"weld": "--weld {}", "keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
-           "cut": "--cut {}"}
-_CALL = re.compile(r"repair_(?:mesh|disk)\(v, f((?:, \w+=[^,()]+)*)\)")
-_FLAG = re.compile(r"--[a-z][a-z-]*")
-#: Calls and arguments that messages name, and what the shell has in their place.
-_FLAGS = {
-    "option of repair_mesh": "flag of --repair",
-    "(spherical_conformal_map)": "(the command map)",
-    "with repair_foldings": "by the command repair",
-    "read_mesh(path, triangulate=True)": "--repair",
-    "balanced_spherical_map(v, f, balance=1)": "the map of `map --balance 1`",
-    "force=True": "--force",
-    "manifest=FILE": "--manifest FILE",
-    'gauge="centred"': "--gauge centred",
-    "mollify=True": "without --as-printed",
-    "soft=True": "--soft",
-    "larger farthest": "larger --farthest",
-    'hemisphere="L" or "R"': "--hemi L or R",
-}
-
+#: The flags for options of functions that are not called as these are.
+_FLAGS = {"keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
+          "triangulate": "--repair", "hemisphere": "--hemi"}
+#: The commands for functions that are not options of another command.
+_COMMANDS = {"spherical_conformal_map": "map", "repair_foldings": "repair"}
 #: Errors that take one line; any other is a defect of the package and shows its traceback.
 EXPECTED = tuple(kind for kind, _ in _STATUS)
 
 
-def describe(error: BaseException, flags: Collection[str] | None = None) -> tuple[Exit, str]:
-    """The exit status and the line of an error that is one of `EXPECTED`, in a command with these flags.
+def describe(error: BaseException) -> tuple[Exit, str]:
+    """The exit status and the line of an error that is one of `EXPECTED`."""
+    return next(status for kind, status in _STATUS if isinstance(error, kind)), errors.one_line(error)
 
-    >>> describe(errors.MeshError("2 components (repair_mesh(v, f, keep_largest=True) does)"))
-    (<Exit.NO_MESH: 2>, '2 components (--repair --keep-largest does)')
+
+@dataclass(frozen=True)
+class Shell:
+    """How a command with these flags says remedies; those that take a value are not switches.
+
+    >>> Shell({"--repair": False, "--fill-holes": False})(errors.Remedy("repair_mesh", {"holes": "fill"}))
+    '--repair --fill-holes'
     """
-    status = next(status for kind, status in _STATUS if isinstance(error, kind))
-    line = errors.one_line(error)
-    return status, line if isinstance(error, UsageError) else with_flags(line, flags)
+
+    flags: Mapping[str, bool]
+
+    def __call__(self, remedy: errors.Remedy) -> str:
+        if remedy.function in _COMMANDS:
+            return f"the command {_COMMANDS[remedy.function]}"
+        flags = {_FLAGS.get(name, f"--{name}"): value for name, value in remedy.options.items()}
+        if remedy.function.startswith("repair") and flags.keys() != {"--cut"}:
+            flags = {"--repair": True} | flags
+        if not flags.keys() <= self.flags.keys():
+            return f"{errors.as_call(remedy)} in Python"
+        return " ".join(f"{flag} {value}" if self.flags[flag] and value is not None else flag
+                        for flag, value in flags.items())
 
 
-def with_flags(line: str, flags: Collection[str] | None = None) -> str:
-    """A line of the library with flags in the place of its calls, or of those for which the command has all flags.
-
-    >>> with_flags("(repair_mesh(v, f, holes='fill') does)", ["--repair"])
-    "(repair_mesh(v, f, holes='fill') in Python does)"
-    """
-    for call, flag in _FLAGS.items():
-        line = line.replace(call, _known(call, flag, flags))
-    return _CALL.sub(lambda call: _known(call[0], _repair_flags(call), flags), line)
-
-
-def _known(call: str, words: str, flags: Collection[str] | None) -> str:
-    """What the shell has in the place of a call, or else the call."""
-    return words if flags is None or set(_FLAG.findall(words)) <= set(flags) else f"{call} in Python"
-
-
-def _repair_flags(call: re.Match[str]) -> str:
-    options = (option.split("=") for option in call[1].split(", ")[1:])
-    flags = [_REPAIR[name].format(value) for name, value in options]
-    return " ".join(flags if len(flags) == 1 and flags[0].startswith("--cut ") else ["--repair", *flags])
-
-
-def flags_of(args: "Namespace") -> list[str]:
-    """The flags of the command that was parsed."""
-    return [name for names, _ in args.row.arguments for name in names]
+def shell_of(args: "Namespace") -> Shell:
+    """How the command that was parsed says remedies."""
+    return Shell({name: options.get("action") != "store_true" for names, options in args.row.arguments
+                  for name in names})
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import FileError, FoldingsRemain, MeshError
+from ...errors import FileError, FoldingsRemain, MeshError, within
 from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.hemispheres import other_side
 from ...io.reading import read_lines
@@ -87,8 +87,7 @@ class InputMap:
         try:
             return sphere_map(self.source.v, self.source.f, self.x, caps=self.source.caps)
         except (MeshError, FoldingsRemain) as error:
-            error.args = (f"{self.name}: {error}",)
-            raise
+            raise within(error, f"{self.name}: ") from None
 
 
 def load_source(args: Namespace, name: str | None = None) -> InputMesh:
@@ -119,7 +118,7 @@ def read_source(
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
         repaired = repair_mesh(mesh, **repair)
     except MeshError as error:
-        raise MeshError(f"{name}: {error}", error.remedy) from None
+        raise within(error, f"{name}: ") from None
     return InputMesh(name, repaired.v, repaired.f, mesh.metadata, _triangulated(mesh) + repaired.actions, repaired.caps,
                      repaired.face_source)
 
@@ -196,7 +195,8 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
         try:
             return read(path)
         except (MeshError, FileError) as error:
-            raise type(error)(str(error).replace(str(path), "stdin")) from None
+            error.args = (str(error.args[0]).replace(str(path), "stdin"), *error.args[1:])
+            raise
 
 
 def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:

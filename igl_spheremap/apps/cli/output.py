@@ -22,7 +22,7 @@ from ...result.findings import Finding
 from ...verify.certificate import Certificate
 from ..viewer.choices import Pictures
 from .arguments import WRITTEN
-from .exits import Exit, UsageError, with_flags
+from .exits import Exit, UsageError
 from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to", "data", "image", "template")
@@ -158,7 +158,7 @@ class Findings:
     def extend(self, findings: Iterable[Finding]) -> None:
         """Add what is known of a map."""
         for finding in findings:
-            self.add(finding.label, with_flags(finding.text), **finding.numbers)
+            self.add(finding.label, finding.text, **finding.numbers)
 
     def written(self, **paths: str | os.PathLike[str] | None) -> None:
         """Add what was written besides OUT, each by the flag that asked for it."""

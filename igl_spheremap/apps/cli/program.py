@@ -10,7 +10,8 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 
-from .exits import EXPECTED, Exit, describe, flags_of
+from ...errors import said_by
+from .exits import EXPECTED, Exit, describe, shell_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,15 +20,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     >>> main(["info", "sample:sphere", "--quiet"])
     0
     """
-    with contextlib.ExitStack() as imports:
+    with contextlib.ExitStack() as imports, contextlib.ExitStack() as saying:
         # An exception in the middle of an import would come out of libigl's as another one, or abort the process.
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             with contextlib.suppress(ValueError):  # not the main thread
                 imports.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, _end_at_once))
-        flags: list[str] = []
         try:
             _guard_streams()
-            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close, flags)
+            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close, saying)
             if sys.stdout is not None:
                 sys.stdout.flush()
             return status
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 _drop_output()
             if isinstance(error, BrokenPipeError):  # the reader of our output left, as `head` does
                 return int(Exit.FILE)
-            return _fail(*describe(error, flags))
+            return _fail(*describe(error))
 
 
 def _end_at_once(*_: object) -> None:
@@ -70,10 +70,10 @@ def _terminate(*_: object) -> None:
     raise _Terminated
 
 
-def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> int:
+def _run(words: list[str], imported: Callable[[], None], saying: contextlib.ExitStack) -> int:
     """Run one command line; `imported` is called when all is imported and the command's work begins.
 
-    The flags of the command go to `flags`.
+    Until `saying` is closed, remedies are said as flags of the command.
     """
     from .parser import build_parser
 
@@ -87,9 +87,9 @@ def _run(words: list[str], imported: Callable[[], None], flags: list[str]) -> in
         return Exit.OK
     from .progress import Progress  # imports numpy, which --help does not need
 
-    flags += flags_of(args)
     args.words, run = words, args.row.run
     imported()
+    saying.enter_context(said_by(shell_of(args)))
     with _terminable(), Progress(quiet=getattr(args, "quiet", False)) as args.progress:
         return int(run(args) or Exit.OK)
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.cli.exits import Interrupt
+from igl_spheremap.apps.cli.exits import Interrupt, Shell
 from igl_spheremap.apps.cli.parser import COMMANDS
+from igl_spheremap.errors import Remedy, said_by
 
 V, F = ism.samples.sphere(42)
 CUBE = """v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
@@ -64,6 +67,39 @@ def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, c
     assert f"({' '.join(flags)} does)" in line
     assert "(v, f" not in line
     assert main(["info", str(path), *flags]) == 0
+
+
+SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": False, "--farthest": True, "--hemi": True})
+
+
+@pytest.mark.parametrize(("remedy", "in_python", "in_the_shell"), [
+    (Remedy("repair_mesh", {"weld": 1e-6}), "repair_mesh(v, f, weld=1e-06)", "--repair --weld 1e-06"),
+    (Remedy("repair_disk", {"cut": 5}), "repair_disk(v, f, cut=5)", "--cut 5"),
+    (Remedy("repair_mesh", {"holes": "fill"}), "repair_mesh(v, f, holes='fill')",
+     "repair_mesh(v, f, holes='fill') in Python"),
+    (Remedy("repair_foldings", given="v, f, x"), "repair_foldings(v, f, x)", "the command repair"),
+    (Remedy(options={"force": True}), "force=True", "--force"),
+    (Remedy(options={"farthest": None}), "farthest", "--farthest"),
+    (Remedy(options={"hemisphere": None}), "hemisphere", "--hemi"),
+    (Remedy(options={"gauge": "centred"}), "gauge='centred'", "gauge='centred' in Python"),
+])
+def test_each_front_end_says_a_remedy_in_its_own_words(remedy, in_python, in_the_shell):
+    error = ism.MeshError("open; close it", remedy)
+    assert str(remedy) == in_python
+    assert str(pickle.loads(pickle.dumps(error))) == f"open; close it ({in_python} does)"
+    with said_by(SHELL):
+        assert str(error) == f"open; close it ({in_the_shell} does)"
+    assert str(remedy) == in_python
+
+
+def test_a_note_of_another_process_is_said_by_the_front_end_that_asked_for_it(tmp_path, capsys):
+    """Also where the executor is the caller's, and its threads know nothing of the command line."""
+    (tmp_path / "hole.obj").write_text(mesh(V, F[1:]))
+    with ThreadPoolExecutor(1) as threads, said_by(Shell({"--repair": False, "--fill-holes": False})):
+        (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.ply", executor=threads)
+    assert "(--repair --fill-holes does)" in row.notes
+    (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.npz", processes=1)
+    assert "(repair_mesh(v, f, holes='fill') does)" in row.notes
 
 
 BAD = {

@@ -4,7 +4,6 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from ....populations.table import (
 )
 from ...reproduce.items import ALL, ITEMS, REPEATED, WRITTEN, reproduce
 from ..arguments import chosen_method, refuse_flags, repair_options
-from ..exits import Exit, Interrupt, UsageError, flags_of, with_flags
+from ..exits import Exit, Interrupt, UsageError
 from ..inputs import expand, subjects
 from ..output import LISTED, aligned, check_apart, check_report, paragraph
 
@@ -85,7 +84,6 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
 
         rows = run(executor=executor, processes=args.jobs, resume=args.resume, retry_failed=args.retry_failed,
                    timeout=args.timeout, memory=args.memory, retries=args.retries, listener=listen)
-    rows = [replace(row, notes=with_flags(row.notes, flags_of(args))) for row in rows]
     if args.summary is not None:  # before the page, whose pictures take longer and can be interrupted
         write_table(args.summary, rows)
     page = None

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import FileError, MeshError, import_optional
+from ....errors import FileError, MeshError, import_optional, within
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
@@ -83,7 +83,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
         try:
             return solve(source.v, source.f, caps=source.caps, balance=args.balance, listener=listener)
         except MeshError as error:
-            raise MeshError(f"{source.name}: {error}") from None
+            raise within(error, f"{source.name}: ") from None
 
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.stage(f"writing {args.target}")
@@ -137,7 +137,7 @@ def _load(args: Namespace) -> InputDisk:
     try:  # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
     except MeshError as error:
-        raise MeshError(f"{args.source}: {error}", error.remedy) from None
+        raise within(error, f"{args.source}: ") from None
     except ValueError as error:
         raise UsageError(str(error)) from None
     if disk.actions:

@@ -23,7 +23,7 @@ from ....groups.series_files import ARCHIVE as SERIES
 from ....groups.series_files import write_series
 from ....groups.template import template
 from ....io.files import read_mesh
-from ....io.replacing import make_folder
+from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
@@ -31,7 +31,7 @@ from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ..arguments import refuse_flags
-from ..exits import Exit, UsageError, flags_of, with_flags
+from ..exits import Exit, UsageError
 from ..inputs import expand
 from ..output import LISTED, Findings
 
@@ -116,7 +116,7 @@ def _given(args: Namespace, archive: str) -> tuple[list[str], dict[str, str], li
     kept = [name for name in names if name not in excluded]
     features = _feature_files(args, kept)
     if (Path(args.out) / archive).exists() and not args.force:
-        raise FileError(f"{Path(args.out) / archive} exists already; force=True replaces it")
+        raise FileError(f"{Path(args.out) / archive} exists already; {REPLACE} replaces it")
     return kept, excluded, features
 
 
@@ -158,7 +158,7 @@ def _describe(args: Namespace, group: Group) -> None:
     found.add("members", f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
               members=[member.name for member in group.members], left_out=dict(group.left_out))
     for name, reason in list(group.left_out.items())[:LISTED]:
-        found.add("left out", with_flags(f"{name}: {reason}", flags_of(args)))
+        found.add("left out", f"{name}: {reason}")
     found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in round {len(group.changes)}, "
                       "the last", changes=group.changes)
     for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
@@ -196,7 +196,7 @@ def _add(args: Namespace) -> Exit:
             cells = (name, "added", *member_row(member, placed.scores)[2:])
             found.add("added", f"{name}: {member.distance:.4g} from the mean")
         except (MeshError, FileError, MapError) as error:
-            reason = with_flags(without_name(one_line(error), name), flags_of(args))
+            reason = without_name(one_line(error), name)
             refused, cells = True, (name, "left out", reason)
             found.add("left out", f"{name}: {reason}")
         rows[name] = cells

@@ -23,7 +23,7 @@ from ....shapes.grid import to_grid
 from ....shapes.harmonics import spherical_harmonics
 from ....shapes.transfer import transfer, transfer_matrix
 from ....shapes.weights import apply_matrix, largest
-from ..exits import Exit, UsageError, with_flags
+from ..exits import Exit, UsageError
 from ..inputs import expand, load_pair, read_data, read_maps, read_table, read_target_sphere
 from ..output import LISTED, Findings, check_outputs, mirrored, target_format, write_target
 
@@ -166,7 +166,7 @@ def run_harmonics(args: Namespace) -> Exit:
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
         found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
     for note in harmonics.notes:
-        found.add("note", with_flags(note))
+        found.add("note", note)
     found.figures["notes"] = harmonics.notes
     args.progress.stage("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
@@ -212,7 +212,7 @@ def _harmonics_of_all(args: Namespace) -> Exit:
     write_coefficient_table(args.target, table, force=args.force)
     found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes), left_out=reasons)
     for name, reason in list(reasons.items())[:LISTED]:
-        found.add("left out", with_flags(f"{name}: {reason}"))
+        found.add("left out", f"{name}: {reason}")
     if table.modes is not None:
         shares = ", ".join(f"{100 * share:.3g}" for share in table.compactness)
         found.add("modes", f"hold {shares} percent of the variance", variances=table.modes.variances,

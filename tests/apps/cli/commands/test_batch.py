@@ -152,7 +152,7 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
         assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.FILE
         err = capsys.readouterr().err
         assert err.count("\n") == 1
-        assert f":{first.pid}, writes stem.obj.manifest.jsonl; wait until it ends, or give --manifest FILE" in err
+        assert f":{first.pid}, writes stem.obj.manifest.jsonl; wait until it ends, or give another --manifest" in err
     finally:
         first.kill()
         first.communicate()

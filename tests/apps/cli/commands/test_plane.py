@@ -43,7 +43,7 @@ def test_the_image_goes_to_no_stream_and_a_closed_surface_to_the_command_map(tmp
     assert main(["flatten", "sample:sphere", "-"]) == 64
     assert "not stdout" in capsys.readouterr().err
     assert main(["flatten", "sample:sphere", str(tmp_path / "a.obj")]) == 2
-    assert "map it to the sphere (the command map)" in capsys.readouterr().err
+    assert "map it to the sphere (the command map does)" in capsys.readouterr().err
 
 
 def test_patches_go_in_and_out(tmp_path):
